@@ -398,8 +398,11 @@ double* Interactions::State::params_of_pair(const cairn_batch& b) {
   if (!law.keeps_area || law.plugged() || temperature) return nullptr;
   for (int lane = 1; lane < b.contacts; ++lane)
     if (entry[system.candidate[b.first + lane]] != pair) return nullptr;
-  for (const PairParams& known : params_of_pairs)
-    if (known.entry == pair && known.count == b.count) return known.params;
+  constexpr std::size_t most = 64; // of a scene with more pairs the last ones are looked at: batches come pair by pair
+  const auto known = [&](const PairParams& shared) { return shared.entry == pair && shared.count == b.count; };
+  const auto oldest = params_of_pairs.rbegin() + std::ptrdiff_t(std::min(most, params_of_pairs.size()));
+  const auto found = std::find_if(params_of_pairs.rbegin(), oldest, known);
+  if (found != oldest) return found->params;
   const std::size_t n = std::size_t(b.count), parameters = law.parameters.size();
   double* params = scratch.take<double>(std::int64_t((parameters + 4) * n));
   for (std::size_t k = 0; k < parameters; ++k)
@@ -437,6 +440,7 @@ void Interactions::State::lay_out() {
                                                    : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +
                                                          block(b) + 3 * b.components + params(b) + states(b)));
   double* next = scratch.take<double>(doubles);
+  own_numbers = {next, doubles};
   fit(of_law, system.batches.size());
   // what a sweep does not read stands apart
   double* apart = next + doubles - 2 * places;

@@ -181,6 +181,7 @@ struct Interactions::State {
     double* params;
   };
   std::vector<PairParams> params_of_pairs; // of this step
+  std::span<double> own_numbers;           // of all batches, what they share left out
   struct Commits {                         // per batch
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
   };
@@ -233,8 +234,7 @@ struct Interactions::State {
   std::int64_t units() const { return system.bodies + (meshes ? std::int64_t(meshes->meshes.size()) : 0); }
   double* params_of_pair(const cairn_batch& b);
   bool has_params_of_pair(const cairn_batch& b) const {
-    return std::any_of(params_of_pairs.begin(), params_of_pairs.end(),
-                       [&](const PairParams& shared) { return shared.params == b.params; });
+    return b.params < own_numbers.data() || b.params >= own_numbers.data() + own_numbers.size();
   }
   bool has_fields() const { return temperature || potential; }
   // Of a body, or of the nodes in whose middle a mapped contactor is.

@@ -200,14 +200,16 @@ double Interactions::State::length_of_joint(const cairn_batch& b, int lane, cons
   double length = anchor.length, of_a = 0, of_b = 0;
   for (int k = 0; k < dim(); ++k) of_a = std::hypot(of_a, anchor.a[k]), of_b = std::hypot(of_b, anchor.b[k]);
   length = std::max({length, of_a, of_b});
-  if (!(length > 0) && (b.mapped_a || b.mapped_b)) {
+  if (length > 0) return length;
+  if (b.mapped_a || b.mapped_b) {
     const std::int64_t i = system.candidate[b.first + lane];
     length = meshes->cell_size(candidates->contactor_a[i], candidates->contactor_b[i]);
-  }
-  for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
-    if (length > 0) break;
-    const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
-    if (mass > 0 && std::isfinite(mass) && std::isfinite(inertia)) length = std::sqrt(inertia / mass);
+  } else {
+    for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
+      const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
+      if (!(length > 0) && mass > 0 && std::isfinite(mass) && std::isfinite(inertia))
+        length = std::sqrt(inertia / mass);
+    }
   }
   return length > 0 && std::isfinite(length) ? length : 1;
 }
