@@ -186,7 +186,7 @@ def test_a_stop_ends_a_slide(dim, solver):
 
 @pytest.mark.parametrize("turns", [0.0, 1.0, -0.5])
 def test_a_slide_turns_about_the_normal_with_its_bodies(turns):
-    """Who spins with both spheres sees one go by v t, whatever the spin: a slide that stayed in space stopped after 0.73 of it."""
+    """Who spins with both spheres sees one go by v t whatever the spin: a slide that stayed in space stopped after 0.73 of it."""
     v, limit, h = 1e-3, 4e-5, 1e-4
     w = 20 * np.pi * turns
     scene = cn.Scene(3)
