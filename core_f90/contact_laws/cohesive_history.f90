@@ -3,8 +3,8 @@ module cohesive_history
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use cohesive_curves, only: length
-  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, broken, c_n, c_t, friction, recovery, &
-                           s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind
+  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, settle_velocity, slip_kept, broken, c_n, c_t, &
+                           friction, recovery, s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind
   use dry_friction, only: friction_of, slid
   implicit none
   private
@@ -27,12 +27,13 @@ contains
   end subroutine opening_velocity
 
   !> Damage, openings and slips at the end of the step; whether what was broken at its begin slid.
-  subroutine cohesive_commit(n, c, own, context, damage, opens, u, r, params, state)
+  subroutine cohesive_commit(n, c, own, context, damage, square, opens, u, r, params, state)
     integer(c_int32_t), intent(in)      :: n            !< contacts
     integer(c_int32_t), intent(in)      :: c            !< components
     integer, intent(in)                 :: own          !< parameters of the law
     type(cairn_law_context), intent(in) :: context      !< step, geometry
     procedure(cohesive_damage)          :: damage
+    logical, intent(in)                 :: square       !< whether springs go with beta^2
     real(c_double), intent(in)          :: opens(n)     !< see opening_velocity [m/s]
     real(c_double), intent(in)          :: u(n, c)      !< relative velocity at the end of the step [m/s]
     real(c_double), intent(in)          :: r(n, c)      !< impulse [N s]
@@ -53,6 +54,8 @@ contains
       opening = max(0.0_c_double, h*opens(i))
       slip = state(i, s_slip:s_slip + c - 2) + h*u(i, 2:)
       call damage(p, h, opening, length(c - 1, slip), state(i, s_beta), beta, spent)
+      if (beta < state(i, s_beta)) &
+        call settle(n, c, own, i, h, geometry(i, 3), damage, square, opens, u, r, params, state, opening, slip, beta, spent)
       if (p(own - 2) > 0) beta = max(beta, min(broken, state(i, s_beta)))
       state(i, s_slip + c - 1) = crack_push(p(own - 2), p(own - 1), h, beta, state(i, s_area))*(u(i, 1) + state(i, s_slip + c))/2
       if (beta < broken) then
@@ -66,6 +69,38 @@ contains
       state(i, s_slip:s_slip + c - 2) = slip
     end do
   end subroutine cohesive_commit
+
+  !> Opening and damage that impulse and velocity tell together, see settle_velocity.
+  subroutine settle(n, c, own, i, h, mass, damage, square, opens, u, r, params, state, opening, slip, beta, spent)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components
+    integer, intent(in)            :: own, i       !< parameters of the law, contact
+    real(c_double), intent(in)     :: h            !< step [s]
+    real(c_double), intent(in)     :: mass         !< effective mass [kg]
+    procedure(cohesive_damage)     :: damage
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: opens(n)     !< [m/s]
+    real(c_double), intent(in)     :: u(n, c)      !< [m/s]
+    real(c_double), intent(in)     :: r(n, c)      !< [N s]
+    real(c_double), intent(in)     :: params(n, *), state(n, *)
+    real(c_double), intent(inout)  :: opening      !< [m]
+    real(c_double), intent(inout)  :: slip(c - 1)  !< [m]
+    real(c_double), intent(inout)  :: beta         !< [-]
+    real(c_double), intent(inout)  :: spent        !< [J/m2]
+    real(c_double) :: p(own + 1), at(c), impulse(c), v(c), settled(c - 1)
+    p(:own) = params(i, 1:own)
+    p(own + 1) = h
+    at(1) = 0
+    at(2:) = state(i, s_slip:s_slip + c - 2)
+    impulse = r(i, :)
+    v = u(i, :)
+    v(1) = opens(i)
+    call settle_velocity(c, own, damage, square, p, 1/mass, impulse, state(i, s_beta), state(i, s_area), at, v)
+    opening = max(0.0_c_double, h*v(1))
+    settled = at(2:) + h*v(2:)
+    call damage(p, h, opening, length(c - 1, settled), state(i, s_beta), beta, spent)
+    slip = slip_kept(state(i, s_area)*intensity(square, beta)*p(c_t)*h**2, mass, slip, settled)
+  end subroutine settle
 
   !> Whether a contact that was broken at the begin of the step slid, where that is asked for.
   subroutine note_slip(n, c, own, i, mass, u, r, params, state)

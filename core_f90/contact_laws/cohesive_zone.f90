@@ -17,7 +17,8 @@ module cohesive_zone
   use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity, settle_velocity, slip_kept
+  real(c_double), parameter :: heavier = 64 !< than its bodies is a contact whose springs filter what is left of a velocity
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
@@ -232,6 +233,44 @@ contains
     end do
     whole = tangent <= below
   end subroutine stay_whole
+
+  !> The velocity that an impulse and a velocity, each with what a solver and rounding leave, say together. Springs that are stiff
+  !> in a step open by less than that: taken for an opening, it would be a stress, and damage. The contact is solved by itself
+  !> instead, with bodies heavier than its own, from r and u: where both obey the law they stay as they are, and of what u is off
+  !> heavier/(W K) is left. Lighter bodies would hold what has softened.
+  subroutine settle_velocity(c, own, damage, square, p, gives, r, old, area, at, u)
+    integer(c_int32_t), intent(in) :: c          !< components
+    integer, intent(in)            :: own        !< parameters
+    procedure(cohesive_damage)     :: damage
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: p(own + 1) !< parameters, step
+    real(c_double), intent(in)     :: gives      !< W_NN, 0 where nothing moves [1/kg]
+    real(c_double), intent(in)     :: r(c)       !< [N s]
+    real(c_double), intent(in)     :: old        !< beta at the begin of the step
+    real(c_double), intent(in)     :: area       !< [m2]
+    real(c_double), intent(in)     :: at(c)      !< drawn at the begin of the step, see begun_at [m]
+    real(c_double), intent(inout)  :: u(c)       !< relative velocity, bias included [m/s]
+    real(c_double) :: w(c, c), q(c), impulse(c)
+    integer :: k
+    if (.not. gives*(area*intensity(square, old)*max(p(c_n), p(c_t))*p(own + 1)**2) > heavier) return
+    w = 0
+    do k = 1, c
+      w(k, k) = gives/heavier
+      q(k) = u(k) - w(k, k)*r(k)
+    end do
+    call solve_contact(c, own, damage, square, p, w, q, old, area, at, impulse, u)
+  end subroutine settle_velocity
+
+  !> The slip that a zone keeps is where its bodies went, so that what a solver leaves is made good in the step after, but for springs
+  !> so stiff that an impulse has no digit for it.
+  elemental real(c_double) function slip_kept(stiffness, mass, went, settled)
+    real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
+    real(c_double), intent(in) :: mass      !< effective mass [kg]
+    real(c_double), intent(in) :: went, settled !< slip by the velocity, and by what settle_velocity makes of it [m]
+    real(c_double), parameter  :: most = 2.0_c_double**36
+    slip_kept = went
+    if (stiffness > most*mass) slip_kept = settled + (most*mass/stiffness)*(went - settled)
+  end function slip_kept
 
   !> The largest beta that its own opening allows: more adhesion opens less, so that what the opening allows grows with beta.
   subroutine solve_contact(c, own, damage, square, p, w, q, old, area, at, r, u)
@@ -450,7 +489,7 @@ contains
 
   !> The natural map of r_c, of Alart & Curnier (1991), with the beta that the velocity allows; divided by what the springs add to
   !> 1/W, so that it is the change of r that would mend it. Contacts that keep the beta they had, most of them, go in lanes.
-  subroutine cohesive_residual(n, c, own, damage, onset, square, plastic, rho, u, r, params, state, f, weight, status)
+  subroutine cohesive_residual(n, c, own, damage, onset, square, plastic, rho, w, u, r, params, state, f, weight, status)
     integer(c_int32_t), intent(in)  :: n            !< contacts
     integer(c_int32_t), intent(in)  :: c            !< components
     integer, intent(in)             :: own          !< parameters of the law; behind them the step
@@ -458,6 +497,7 @@ contains
     procedure(cohesive_onset)       :: onset
     logical, intent(in)             :: square, plastic
     real(c_double), intent(in)      :: rho(n)       !< 1/W_NN [kg]
+    real(c_double), intent(in)      :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)      :: u(n, c)      !< relative velocity, bias included [m/s]
     real(c_double), intent(in)      :: r(n, c)      !< impulse [N s]
     real(c_double), intent(in)      :: params(n, *), state(n, *)
@@ -482,6 +522,11 @@ contains
         v = u(i, :)
         call begun_at(n, c, i, plastic, state, at)
         call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
+        if (beta < state(i, s_beta)) then
+          one = r(i, :)
+          call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, v)
+          call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
+        end if
         call springs(c, own, square, p, beta, state(i, s_area), at, one, other)
         spring(i, :) = one
         pull(i, :) = other

@@ -104,7 +104,7 @@ contains
     real(c_double) :: shifted(n, c)
     shifted = r
     shifted(:, 1) = r(:, 1) + state(:n, s_slip + c + pull_behind)*params(:, own + 1)
-    call cohesive_residual(n, c, own, damage, onset, .true., .false., rho, u, shifted, params, state, f, weight, status)
+    call cohesive_residual(n, c, own, damage, onset, .true., .false., rho, w, u, shifted, params, state, f, weight, status)
   end subroutine cairn_law_mac_contact_residual
 
   subroutine cairn_law_mac_contact_commit(n, c, context, gap, u, r, params, state) bind(c)
@@ -124,7 +124,7 @@ contains
       call borne(n, c, i, context%h, gap(i), params, state, bias, compliance)
       opens(i) = u(i, 1) + (bias + compliance*r(i, 1))
     end do
-    call cohesive_commit(n, c, own, context, damage, opens, u, shifted, params, state)
+    call cohesive_commit(n, c, own, context, damage, .true., opens, u, shifted, params, state)
   end subroutine cairn_law_mac_contact_commit
 
   !> Those of the zone, of the spring, and of the attraction, which has stored -F (reach - gap) once the zone is broken.

@@ -13,8 +13,9 @@ module plastic_expo
   use law_context, only: cairn_law_context
   use cohesive_curves, only: length
   use cohesive_history, only: cohesive_energy, note_slip
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, first_own, c_n, c_t, &
-                           recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, &
+                           settle_velocity, slip_kept, first_own, c_n, &
+                           c_t, recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
   use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay
   implicit none
   private
@@ -109,7 +110,7 @@ contains
     real(c_double), intent(out)         :: f(n, c)            !< [N s]
     real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
-    call cohesive_residual(n, c, own, damage, onset, .false., .true., rho, u, r, params, state, f, weight, status)
+    call cohesive_residual(n, c, own, damage, onset, .false., .true., rho, w, u, r, params, state, f, weight, status)
   end subroutine cairn_law_plastic_expo_residual
 
   !> The intensity by which springs pull on the opening less what stayed before the step: of the stress, over that opening.
@@ -197,7 +198,7 @@ contains
       v(i, :) = u(i, :) + (bias(i, :) + compliance(i, :)*r(i, :))
       state(i, s_slip + c - 1) = 0
       if (state(i, s_beta) > 0) then
-        call open_zone(n, c, i, h, v, params, state)
+        call open_zone(n, c, i, h, geometry(i, 3), v, r, params, state)
       else
         call note_slip(n, c, own, i, geometry(i, 3), v, r, params, state)
       end if
@@ -207,22 +208,31 @@ contains
     end do
   end subroutine cairn_law_plastic_expo_commit
 
-  subroutine open_zone(n, c, i, h, v, params, state)
+  subroutine open_zone(n, c, i, h, mass, v, r, params, state)
     integer(c_int32_t), intent(in) :: n           !< contacts
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: i           !< contact
     real(c_double), intent(in)     :: h           !< step [s]
+    real(c_double), intent(in)     :: mass        !< effective mass [kg]
     real(c_double), intent(in)     :: v(n, c)     !< velocity of the zone, the gap in it [m/s]
+    real(c_double), intent(in)     :: r(n, c)     !< impulse [N s]
     real(c_double), intent(in)     :: params(n, own)
     real(c_double), intent(inout)  :: state(n, *) !< see prepare
-    real(c_double) :: p(own), slip(c - 1), old, opening, beta, kept, spent, before
+    real(c_double) :: p(own + 1), slip(c - 1), at(c), one(c), impulse(c), old, opening, beta, kept, spent, before
     integer :: rest
     rest = s_slip + int(c) + rest_behind
-    p = params(i, :)
+    p(:own) = params(i, :)
+    p(own + 1) = h
     old = state(i, s_beta)
     before = state(i, s_opening) + state(i, rest)
-    opening = max(0.0_c_double, h*v(i, 1)) - state(i, rest)
-    slip = state(i, s_slip:s_slip + c - 2) + h*v(i, 2:)
+    at(1) = -state(i, rest)
+    at(2:) = state(i, s_slip:s_slip + c - 2)
+    one = v(i, :)
+    impulse = r(i, :)
+    call opened(p, max(0.0_c_double, at(1) + h*one(1)), length(c - 1, at(2:) + h*one(2:)), old, beta, kept)
+    if (beta < old) call settle_velocity(c, own, damage, .false., p, 1/mass, impulse, old, state(i, s_area), at, one)
+    opening = max(0.0_c_double, h*one(1)) - state(i, rest)
+    slip = at(2:) + h*one(2:)
     call opened(p, max(0.0_c_double, opening), length(c - 1, slip), old, beta, kept, spent)
     if (p(own - 2) > 0) beta = max(beta, min(broken, old))
     state(i, s_slip + c - 1) = crack_push(p(own - 2), p(own - 1), h, beta, state(i, s_area))*(opening + state(i, rest) - before)/h
@@ -240,7 +250,11 @@ contains
     state(i, s_beta) = beta
     state(i, s_opening) = opening
     state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
-    state(i, s_slip:s_slip + c - 2) = kept*slip
+    if (beta < old) then
+      state(i, s_slip:s_slip + c - 2) = kept*slip
+    else
+      state(i, s_slip:s_slip + c - 2) = slip_kept(state(i, s_area)*beta*p(c_t)*h**2, mass, at(2:) + h*v(i, 2:), slip)
+    end if
   end subroutine open_zone
 
   !> Those of the zone, and of the spring.
