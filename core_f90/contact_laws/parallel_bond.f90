@@ -258,7 +258,9 @@ contains
     real(c_double), intent(in)          :: params(n, own) !< see above
     real(c_double), intent(inout)       :: state(n, *)    !< see prepare
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: h, was(s_slip + last(c)), v(c), opened
+    real(c_double), parameter :: stiff = 1024
+    real(c_double) :: h, was(s_slip + last(c)), now(s_slip + last(c)), v(c), opened
+    logical :: breaks
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
@@ -267,9 +269,17 @@ contains
       was = state(i, :s_slip + last(c))
       opened = max(0.0_c_double, gap(i) - state(i, s_first))
       v = u(i, :)
-      call stretched(c, h, opened, v, was, state(i, :s_slip + last(c)))
-      if (.not. stressed(c, params(i, :), h, geometry(i, 3), state(i, :s_slip + last(c)))) cycle
-      if (borne(c, params(i, :), h, geometry(i, 3), opened, v, r(i, :), was)) cycle
+      now = was
+      call stretched(c, h, opened, v, was, now)
+      state(i, :s_slip + last(c)) = now
+      breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
+      if (breaks .or. h*(h*params(i, 1)*state(i, s_radius)) > stiff*geometry(i, 3)) then
+        call settle_velocity(c, params(i, :), h, geometry(i, 3), opened, r(i, :), was, v)
+        call stretched(c, h, opened, v, was, now)
+        state(i, s_stretch) = now(s_stretch) ! where the bodies went, the next gap tells
+        breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
+      end if
+      if (.not. breaks) cycle
       state(i, s_held) = 0
       state(i, s_stretch:s_slip + last(c)) = 0
     end do
@@ -306,35 +316,30 @@ contains
     stressed = tension >= p(3) .or. shear >= p(4)
   end function stressed
 
-  !> Whether the bond bears what velocity and impulse tell together: springs that are stiff in a step open by less than a solver
-  !> leaves to velocities, and would break of that. Of a velocity that is off, 1/(1 + W h^2 K) is left.
-  pure logical function borne(c, p, h, mass, opened, u, r, was)
+  !> The velocity that impulse and velocity tell together. Springs that are stiff in a step open by less than a solver leaves to
+  !> velocities, and would break of that, or store it. Of what a velocity is off, 1/(1 + W h^2 K) is left.
+  pure subroutine settle_velocity(c, p, h, mass, opened, r, was, u)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters
     real(c_double), intent(in)     :: h      !< [s]
     real(c_double), intent(in)     :: mass   !< [kg]
     real(c_double), intent(in)     :: opened !< at the begin of the step [m]
-    real(c_double), intent(in)     :: u(c)   !< at its end [m/s]
     real(c_double), intent(in)     :: r(c)   !< [N s]
-    real(c_double), intent(in)     :: was(s_slip + last(c)) !< state at its begin
-    real(c_double) :: spring(c), pull(c), v(c), now(s_slip + last(c)), heavy
+    real(c_double), intent(in)     :: was(*) !< state at its begin
+    real(c_double), intent(inout)  :: u(c)   !< at its end [m/s]
+    real(c_double) :: spring(c), pull(c), heavy
     integer :: k, axes
-    borne = .false.
     if (.not. (mass > 0 .and. mass <= huge(mass))) return
     call springs(c, p, h, mass, was, spring, pull)
     axes = merge(2, 3, c == 3)
-    v = u
-    v(1) = v(1) + opened/h
+    u(1) = u(1) + opened/h
     do k = 1, c
       if (k > 1 .and. k <= axes .and. p(5) > 0 .and. r(1) > 0) cycle ! what friction bears is not known apart
       heavy = merge(mass, mass*was(s_radius)**2, k <= axes)
-      v(k) = v(k) - (r(k) + spring(k)*v(k) + pull(k))/(spring(k) + heavy)
+      u(k) = u(k) - (r(k) + spring(k)*u(k) + pull(k))/(spring(k) + heavy)
     end do
-    v(1) = v(1) - opened/h
-    now = was
-    call stretched(c, h, opened, v, was, now)
-    borne = .not. stressed(c, p, h, mass, now)
-  end function borne
+    u(1) = u(1) - opened/h
+  end subroutine settle_velocity
 
   !> Of the springs; that of a bond that broke is spent.
   subroutine cairn_law_parallel_bond_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
