@@ -261,8 +261,8 @@ contains
     call solve_contact(c, own, damage, square, p, w, q, old, area, at, impulse, u)
   end subroutine settle_velocity
 
-  !> The slip that a zone keeps is where its bodies went, so that what a solver leaves is made good in the step after, but for springs
-  !> so stiff that an impulse has no digit for it.
+  !> The slip that a zone keeps is where its bodies went, so that what a solver leaves is made good in the step after, but for
+  !> springs so stiff that an impulse has no digit for it.
   elemental real(c_double) function slip_kept(stiffness, mass, went, settled)
     real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
     real(c_double), intent(in) :: mass      !< effective mass [kg]
