@@ -252,6 +252,7 @@ contains
     real(c_double), intent(inout)  :: u(c)       !< relative velocity, bias included [m/s]
     real(c_double) :: w(c, c), q(c), impulse(c)
     integer :: k
+    if (.not. gives <= huge(gives)) return
     if (.not. gives*(area*intensity(square, old)*max(p(c_n), p(c_t))*p(own + 1)**2) > heavier) return
     w = 0
     do k = 1, c
