@@ -1,5 +1,5 @@
-!> Signorini-Coulomb with stops: once a contact would have slid by more than a limit from where it began, it holds its tangents fast
-!> in that step, pressed or not. LMGC90's IQS_CLB_nosldt, and GAP_SGR_CLB_nosldt with recovers = 1.
+!> Signorini-Coulomb with stops: once a contact would have slid by more than a limit while it is pressed, it holds its tangents fast
+!> in that step, also where that lifts it. What does not touch slides on nothing. LMGC90's IQS_CLB_nosldt, and GAP_SGR_CLB_nosldt with recovers = 1.
 module limited_slip
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
@@ -47,6 +47,7 @@ contains
     mu = [p(1), 0.0_c_double, 0.0_c_double]
     call solve_blocks(c, .false., w, q, mu, none, r)
     status = status_of_blocks(c, .false., mu, none, r)
+    if (.not. r(1) > 0) return
     way = s + p(own + 1)*(q(2:) + matmul(w(2:, :), r))
     if (.not. norm2(way) >= p(2)) return
     call hold(int(c), w, q, r)
@@ -56,7 +57,7 @@ contains
     call hold(int(c) - 1, w(2:, 2:), q(2:), r(2:))
   end subroutine one_contact
 
-  !> How far it slid.
+  !> How far it slid, as long as it is pressed.
   subroutine cairn_law_limited_slip_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n               !< contacts
     integer(c_int32_t), value           :: c               !< components
@@ -66,6 +67,9 @@ contains
     real(c_double), intent(in)          :: r(n, c)         !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own)  !< see laws.def
     real(c_double), intent(inout)       :: state(n, states(c)) !< slip [m]
-    state = state + context%h*u(:, 2:)
+    integer :: k
+    do k = 1, c - 1
+      where (r(:, 1) > 0) state(:, k) = state(:, k) + context%h*u(:, 1 + k)
+    end do
   end subroutine cairn_law_limited_slip_commit
 end module limited_slip

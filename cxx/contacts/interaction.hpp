@@ -50,8 +50,10 @@ struct LawInfo {
   // between.
   bool anchored = false, joins = false, spans = false;
   bool keeps_area = false; // as the state "area": solve and residual ask for no geometry in params
-  int reach = -1;          // the parameter "reach": a gap up to which the law acts; -1: none
-  int within = -1;         // the parameter "within": a gap up to which bodies that come in together touch; -1: none
+  // The parameter that says up to which gap the law acts, "reach", or a place from which it counts; -1: none.
+  int reach = -1;
+  bool reaches_back = false; // that parameter times -1
+  int within = -1;           // the parameter "within": a gap up to which bodies that come in together touch; -1: none
   cairn_law_prepare* prepare = nullptr;
   cairn_law_solve* solve = nullptr;
   cairn_law_commit* commit = nullptr;
@@ -64,6 +66,9 @@ struct LawInfo {
   bool thread_safe = true;
   const char* (*complaint)() = nullptr;
   bool plugged() const { return !library.empty(); }
+  double acts_from(const double* params) const { // a gap [m]
+    return reach < 0 ? 0 : std::max(0.0, reaches_back ? -params[reach] : params[reach]);
+  }
   // Numbers of the state as the law sees it, and as it is kept: vectors in space axes.
   int state_columns(int dim) const { return state_numbers(dim - 1); }
   int state_kept(int dim) const { return state_numbers(dim == 2 ? 1 : 3); }

@@ -57,6 +57,12 @@ std::vector<LawInfo> built_in_laws() {
   all.reserve(most_laws);
   const auto add = [&](const char* parameters, const char* state, LawInfo law) {
     declare_law(law, parameters, state);
+    for (std::size_t k = 0; k < law.parameters.size(); ++k) {
+      const std::string& name = law.parameters[k].name;
+      if (name != "shift" && name != "tolerance") continue;
+      law.reach = int(k);
+      law.reaches_back = name == "shift";
+    }
     all.push_back(std::move(law));
   };
 #define CAIRN_LAW(row, python, c2, c3, takes, remembers, prepares, solves, commits, measures, stores, gives, keeping,  \

@@ -24,13 +24,14 @@ constexpr double soft = 0x1p-30, exact = 0x1p-40, enough = 0x1p-24;
 // Under heavy bodies what is left of their momentum would move light ones.
 double finer(double share, double ratio) { return std::max(share / std::max(ratio, 1.0), 0x1p-50); }
 
-// In place, of c by c; what has no pivot answers nothing.
+// In place, of c by c; what has no pivot answers nothing. Masses and inertias are of units of their own: each is
+// measured by what it was.
 void invert(int c, double (&a)[most][most]) {
-  double largest = 0;
-  for (int k = 0; k < c; ++k) largest = std::max(largest, std::abs(a[k][k]));
+  double whole[most];
+  for (int k = 0; k < c; ++k) whole[k] = std::abs(a[k][k]);
   for (int k = 0; k < c; ++k) {
     const double pivot = a[k][k];
-    if (!(pivot > 1e-12 * largest)) {
+    if (!(pivot > 1e-12 * whole[k])) {
       for (int i = 0; i < c; ++i) a[i][k] = a[k][i] = 0;
       continue;
     }

@@ -283,8 +283,7 @@ void Nscd::detect_contacts(Simulation& s) {
   Margin margin{};
   double reach = 0; // of laws that act before bodies touch
   for (int e = 0; e < s.laws.entries(); ++e)
-    if (const int at = law_infos()[std::size_t(s.laws.entry(e).law)].reach; at >= 0)
-      reach = std::max(reach, s.laws.entry(e).params[at]);
+    reach = std::max(reach, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
   if (std::isnan(settings.margin)) {
     measure_margins(s);
     for (double& m : margins_) m += reach;
