@@ -12,19 +12,19 @@ DIMENSIONS = pytest.mark.parametrize("dim", [2, 3])
 EACH_SOLVER = pytest.mark.parametrize("solver", SOLVERS, ids=["NLGS", "Auto"])
 
 
-def grain(dim, law, gap=0.0, force=None, velocity=None, turns=False, dt=1e-3, theta=0.5, solver=SOLVERS[0], gravity=None):
+def grain(dim, law, gap=0.0, force=None, velocity=None, turns=False, dt=1e-3, theta=0.5, solver=SOLVERS[0], gravity=None, **more):
     """A grain on a wall, its mass and the simulation."""
     up, held = np.eye(dim)[-1], ("w",) if dim == 2 else ("wx", "wy", "wz")
     still = [0.0] * (2 * dim - 3)
     scene = cn.Scene(dim, gravity=(0.0,) * dim if gravity is None else tuple(gravity))
-    more = {"driven": () if turns else held}
+    own = {"driven": () if turns else held}
     if force is not None:
-        more["force"] = force if callable(force) else (*force, *still)
+        own["force"] = force if callable(force) else (*force, *still)
     if velocity is not None:
-        more["velocity"] = [[*velocity, *still]]
-    scene.add(cn.wall(np.zeros(dim), up, BASE), (cn.disks if dim == 2 else cn.spheres)([(R + gap) * up], R, STONE, **more))
+        own["velocity"] = [[*velocity, *still]]
+    scene.add(cn.wall(np.zeros(dim), up, BASE), (cn.disks if dim == 2 else cn.spheres)([(R + gap) * up], R, STONE, **own))
     scene.interact(STONE, BASE, law)
-    sim = cn.Simulation(scene, dt, cn.NSCD(solver=solver, theta=theta, margin=0.02), overlap="ignore")
+    sim = cn.Simulation(scene, dt, cn.NSCD(solver=solver, theta=theta, **{"margin": 0.02, **more}), overlap="ignore")
     return sim, sim.bodies.mass[-1]
 
 
@@ -184,13 +184,40 @@ def test_a_stop_ends_a_slide(dim, solver):
     assert abs(velocity[0]) < 1e-12
 
 
+@DIMENSIONS
+def test_what_flies_past_slides_on_nothing(dim):
+    """A grain 2 mm above a floor that detection sees lost a third of its speed, and more where all moved along."""
+    along = np.eye(dim)[0]
+    for margin in (None, 5e-3):
+        sim, _ = grain(dim, cn.LimitedSlip(mu=0.2, limit=1e-3), gap=2e-3, velocity=0.5 * along, margin=margin)
+        position, velocity = run(sim, 30)
+        assert velocity[0] == 0.5
+        assert position[0] == pytest.approx(0.5 * 30 * sim.dt, rel=1e-12)
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("law", [cn.UnilateralContact(mu=0.3, shift=-2e-2), cn.UnilateralContact(mu=0.3, shift=-2e-2, recovers=1),
+                                 cn.GapRescue(mu=0.3, tolerance=2e-2)])  # fmt: skip
+def test_a_law_that_begins_before_the_touch_is_seen_in_time(law, dim):
+    """Half of the way was gone before detection saw the pair, which was thrown up then at 25 m/s or stayed below."""
+    up = np.eye(dim)[-1]
+    sim, _ = grain(dim, law, gap=2.05e-2, gravity=-10.0 * up, dt=1e-4, margin=None)
+    fastest = 0.0
+    for _ in range(400):
+        sim.step()
+        fastest = max(fastest, np.abs(sim.bodies.velocity).max())
+    assert sim.bodies.position[-1][-1] == pytest.approx(R + 2e-2, abs=1e-3 * R)
+    assert fastest < 0.12
+
+
 @pytest.mark.parametrize("turns", [0.0, 1.0, -0.5])
 def test_a_slide_turns_about_the_normal_with_its_bodies(turns):
     """Who spins with both spheres sees one go by v t whatever the spin: a slide that stayed in space stopped after 0.73 of it."""
     v, limit, h = 1e-3, 4e-5, 1e-4
     w = 20 * np.pi * turns
     scene = cn.Scene(3)
-    scene.add(cn.spheres([[0, 0, 0], [0.1, 0, 0]], 0.05, STONE, velocity=[[0, 0, 0, w, 0, 0], [0, v, 0, w, 0, 0]]))
+    pressed = [[1e-3, 0, 0, 0, 0, 0], [-1e-3, 0, 0, 0, 0, 0]]
+    scene.add(cn.spheres([[0, 0, 0], [0.1, 0, 0]], 0.05, STONE, velocity=[[0, 0, 0, w, 0, 0], [0, v, 0, w, 0, 0]], force=pressed))
     scene.interact(STONE, STONE, cn.LimitedSlip(mu=0.0, limit=limit))
     sim, steps = cn.Simulation(scene, h, cn.NSCD(solver=cn.NLGS(tol=1e-10))), 0
     while sim.bodies.velocity[1, 1] > 0.999 * v:
