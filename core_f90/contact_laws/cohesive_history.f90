@@ -3,8 +3,9 @@ module cohesive_history
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use cohesive_curves, only: length
-  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, settle_velocity, slip_kept, broken, c_n, c_t, &
-                           friction, recovery, s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind
+  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, settle_velocity, slip_kept, stiff_in_step, broken, &
+                           c_n, c_t, friction, recovery, s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind, &
+                           borne_behind
   use dry_friction, only: friction_of, slid
   implicit none
   private
@@ -40,7 +41,8 @@ contains
     real(c_double), intent(in)          :: params(n, *)
     real(c_double), intent(inout)       :: state(n, *)
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: p(own), h, beta, spent, slip(c - 1), opening
+    real(c_double) :: p(own), h, beta, spent, slip(c - 1), bears(c - 1), opening
+    logical :: stiff
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
@@ -54,24 +56,28 @@ contains
       opening = max(0.0_c_double, h*opens(i))
       slip = state(i, s_slip:s_slip + c - 2) + h*u(i, 2:)
       call damage(p, h, opening, length(c - 1, slip), state(i, s_beta), beta, spent)
-      if (beta < state(i, s_beta)) &
-        call settle(n, c, own, i, h, geometry(i, 3), damage, square, opens, u, r, params, state, opening, slip, beta, spent)
+      bears = slip
+      stiff = stiff_in_step(state(i, s_area)*intensity(square, state(i, s_beta))*max(p(c_n), p(c_t))*h**2, geometry(i, 3))
+      if (beta < state(i, s_beta) .or. stiff) &
+        call settle(n, c, own, i, h, geometry(i, 3), damage, square, opens, u, r, params, state, opening, slip, bears, beta, spent)
       if (p(own - 2) > 0) beta = max(beta, min(broken, state(i, s_beta)))
       state(i, s_slip + c - 1) = crack_push(p(own - 2), p(own - 1), h, beta, state(i, s_area))*(u(i, 1) + state(i, s_slip + c))/2
       if (beta < broken) then
         beta = 0
         opening = 0
         slip = 0
+        bears = 0
       end if
       state(i, s_beta) = beta
       state(i, s_opening) = opening
       state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
       state(i, s_slip:s_slip + c - 2) = slip
+      state(i, s_slip + c + borne_behind) = length(c - 1, bears)
     end do
   end subroutine cohesive_commit
 
   !> Opening and damage that impulse and velocity tell together, see settle_velocity.
-  subroutine settle(n, c, own, i, h, mass, damage, square, opens, u, r, params, state, opening, slip, beta, spent)
+  subroutine settle(n, c, own, i, h, mass, damage, square, opens, u, r, params, state, opening, slip, bears, beta, spent)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own, i       !< parameters of the law, contact
@@ -84,10 +90,11 @@ contains
     real(c_double), intent(in)     :: r(n, c)      !< [N s]
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(inout)  :: opening      !< [m]
-    real(c_double), intent(inout)  :: slip(c - 1)  !< [m]
+    real(c_double), intent(inout)  :: slip(c - 1)  !< to keep [m]
+    real(c_double), intent(out)    :: bears(c - 1) !< what springs bear of it [m]
     real(c_double), intent(inout)  :: beta         !< [-]
     real(c_double), intent(inout)  :: spent        !< [J/m2]
-    real(c_double) :: p(own + 1), at(c), impulse(c), v(c), settled(c - 1)
+    real(c_double) :: p(own + 1), at(c), impulse(c), v(c)
     p(:own) = params(i, 1:own)
     p(own + 1) = h
     at(1) = 0
@@ -97,9 +104,9 @@ contains
     v(1) = opens(i)
     call settle_velocity(c, own, damage, square, p, 1/mass, impulse, state(i, s_beta), state(i, s_area), at, v)
     opening = max(0.0_c_double, h*v(1))
-    settled = at(2:) + h*v(2:)
-    call damage(p, h, opening, length(c - 1, settled), state(i, s_beta), beta, spent)
-    slip = slip_kept(state(i, s_area)*intensity(square, beta)*p(c_t)*h**2, mass, slip, settled)
+    bears = at(2:) + h*v(2:)
+    call damage(p, h, opening, length(c - 1, bears), state(i, s_beta), beta, spent)
+    slip = slip_kept(state(i, s_area)*intensity(square, beta)*p(c_t)*h**2, mass, slip, bears)
   end subroutine settle
 
   !> Whether a contact that was broken at the begin of the step slid, where that is asked for.
@@ -154,7 +161,7 @@ contains
       real(c_double) :: both(2), by
       by = state(i, s_area)*intensity(square, state(i, s_beta))/2
       both(1) = by*params(i, c_n)*state(i, s_opening)**2
-      both(2) = by*params(i, c_t)*sum(state(i, s_slip:s_slip + c - 2)**2)
+      both(2) = by*params(i, c_t)*state(i, s_slip + c + borne_behind)**2
     end function held
   end subroutine cohesive_energy
 end module cohesive_history

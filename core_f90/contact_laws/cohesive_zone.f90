@@ -17,12 +17,13 @@ module cohesive_zone
   use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity, settle_velocity, slip_kept
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity
+  public :: settle_velocity, slip_kept, stiff_in_step
   real(c_double), parameter :: heavier = 64 !< than its bodies is a contact whose springs filter what is left of a velocity
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
-  integer, parameter, public :: slides_behind = 1, rest_behind = 2 !< places of states behind s_slip + c
+  integer, parameter, public :: slides_behind = 1, borne_behind = 2, rest_behind = 3 !< places behind s_slip + c
   real(c_double), parameter, public :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
 
   abstract interface
@@ -56,7 +57,8 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, *)     !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m],
-    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid; of plastic laws what stays [m]
+    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid, slip that springs bear [m]; of
+    !< plastic laws what stays [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< [-]
@@ -261,6 +263,13 @@ contains
     end do
     call solve_contact(c, own, damage, square, p, w, q, old, area, at, impulse, u)
   end subroutine settle_velocity
+
+  !> Whether springs are so stiff that what a velocity misses would be a stored energy.
+  elemental logical function stiff_in_step(stiffness, mass)
+    real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
+    real(c_double), intent(in) :: mass      !< effective mass [kg]
+    stiff_in_step = mass > 0 .and. stiffness > 1024*mass
+  end function stiff_in_step
 
   !> The slip that a zone keeps is where its bodies went, so that what a solver leaves is made good in the step after, but for
   !> springs so stiff that an impulse has no digit for it.

@@ -8,7 +8,7 @@ module mac_contact
   use law_context, only: cairn_law_context
   use cohesive_history, only: cohesive_commit, cohesive_energy
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, c_n, recovery, s_beta, s_opening, s_area, &
-                           s_first, s_slip, slides_behind
+                           s_first, s_slip, borne_behind
   use mac, only: damage, onset
   implicit none
   private
@@ -16,7 +16,7 @@ module mac_contact
   public :: cairn_law_mac_contact_commit, cairn_law_mac_contact_energy
   integer, parameter :: own = 16 !< parameters
   integer, parameter :: force = 9, reach = 10, stiffness = 11, limit = 12, loss = 13
-  integer, parameter :: pull_behind = slides_behind + 1 !< place of the pull [N] behind s_slip + c
+  integer, parameter :: pull_behind = borne_behind + 1 !< place of the pull [N] behind s_slip + c
 contains
 
   !> As mac; on a spring while it is pressed.

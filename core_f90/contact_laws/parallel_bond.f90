@@ -30,7 +30,7 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
     real(c_double), intent(in)          :: params(n, own)   !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< held, first gap, radius, stretch [m], twist [rad], slip [m], bend
-    !< [rad]
+    !< [rad]; how far springs are sheared [m], bent and twisted [rad]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< friction [-]
@@ -163,6 +163,14 @@ contains
     pull(:, 1) = 0
   end subroutine springs_of_all
 
+  !> Of the springs along the normal and the tangents [N/m].
+  pure real(c_double) function largest_stiffness(c, p, radius)
+    integer(c_int32_t), intent(in) :: c      !< components
+    real(c_double), intent(in)     :: p(*)   !< parameters
+    real(c_double), intent(in)     :: radius !< of the bond [m]
+    largest_stiffness = max(p(1), p(2))*merge(2*radius, pi*radius**2, c == 3)
+  end function largest_stiffness
+
   !> What is left of the stiffness, 1 of nearly all.
   elemental real(c_double) function share_of(c, normal, tangential, radius, h, mass)
     integer(c_int32_t), intent(in) :: c                  !< components
@@ -261,7 +269,8 @@ contains
     real(c_double), parameter :: stiff = 1024
     real(c_double) :: h, was(s_slip + last(c)), now(s_slip + last(c)), v(c), opened
     logical :: breaks
-    integer :: i
+    integer :: i, borne
+    borne = s_slip + last(c) + 1
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
     do i = 1, n
@@ -273,17 +282,28 @@ contains
       call stretched(c, h, opened, v, was, now)
       state(i, :s_slip + last(c)) = now
       breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
-      if (breaks .or. h*(h*params(i, 1)*state(i, s_radius)) > stiff*geometry(i, 3)) then
+      if (breaks .or. h*(h*largest_stiffness(c, params(i, :), state(i, s_radius))) > stiff*geometry(i, 3)) then
         call settle_velocity(c, params(i, :), h, geometry(i, 3), opened, r(i, :), was, v)
         call stretched(c, h, opened, v, was, now)
         state(i, s_stretch) = now(s_stretch) ! where the bodies went, the next gap tells
         breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
       end if
+      state(i, borne:borne + 2) = drawn_sizes(c, now)
       if (.not. breaks) cycle
       state(i, s_held) = 0
-      state(i, s_stretch:s_slip + last(c)) = 0
+      state(i, s_stretch:borne + 2) = 0
     end do
   end subroutine cairn_law_parallel_bond_commit
+
+  !> How far springs are sheared [m], bent and twisted [rad].
+  pure function drawn_sizes(c, s) result(sizes)
+    integer(c_int32_t), intent(in) :: c    !< components
+    real(c_double), intent(in)     :: s(*) !< state
+    real(c_double) :: sizes(3)
+    integer :: m
+    m = merge(1, 2, c == 3)
+    sizes = [length(m, s(s_slip:s_slip + m - 1)), length(m, s(s_slip + m:s_slip + 2*m - 1)), abs(s(s_twist))]
+  end function drawn_sizes
 
   !> How far springs are drawn behind a step.
   pure subroutine stretched(c, h, opened, u, was, now)
@@ -357,8 +377,8 @@ contains
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     do i = 1, n
-      now = held(state(i, :s_slip + last(c)))
-      was = held(state_begin(i, :s_slip + last(c)))
+      now = held(state(i, :s_slip + last(c) + 3))
+      was = held(state_begin(i, :s_slip + last(c) + 3))
       energy(i, :) = [now(1) + now(2), now(1) - was(1), now(2) - was(2), 0.0_c_double]
       if (state_begin(i, s_held) > 0 .and. .not. state(i, s_held) > 0) energy(i, :) = [0.0_c_double, 0.0_c_double, 0.0_c_double, &
                                                                                      was(1) + was(2)]
@@ -367,15 +387,15 @@ contains
     pure function held(s) result(both)
       real(c_double), intent(in) :: s(*)
       real(c_double) :: both(2), k(6)
-      integer :: m
+      integer :: borne
       both = 0
       if (.not. s(s_held) > 0) return
-      m = merge(1, 2, c == 3)
+      borne = s_slip + last(c) + 1
       k = 0
       k(:c) = stiffness(c, params(i, :), s(s_radius), context%h, geometry(i, 3))
       both(1) = k(1)*s(s_stretch)**2/2
-      both(2) = (k(2)*sum(s(s_slip:s_slip + m - 1)**2) + k(c)*sum(s(s_slip + m:s_slip + 2*m - 1)**2))/2
-      if (c == 6) both(2) = both(2) + k(4)*s(s_twist)**2/2
+      both(2) = (k(2)*s(borne)**2 + k(c)*s(borne + 1)**2)/2
+      if (c == 6) both(2) = both(2) + k(4)*s(borne + 2)**2/2
     end function held
   end subroutine cairn_law_parallel_bond_energy
 

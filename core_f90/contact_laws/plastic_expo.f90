@@ -14,7 +14,7 @@ module plastic_expo
   use cohesive_curves, only: length
   use cohesive_history, only: cohesive_energy, note_slip
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, &
-                           settle_velocity, slip_kept, first_own, c_n, &
+                           settle_velocity, slip_kept, stiff_in_step, borne_behind, first_own, c_n, &
                            c_t, recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
   use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay
   implicit none
@@ -230,7 +230,8 @@ contains
     one = v(i, :)
     impulse = r(i, :)
     call opened(p, max(0.0_c_double, at(1) + h*one(1)), length(c - 1, at(2:) + h*one(2:)), old, beta, kept)
-    if (beta < old) call settle_velocity(c, own, damage, .false., p, 1/mass, impulse, old, state(i, s_area), at, one)
+    if (beta < old .or. stiff_in_step(state(i, s_area)*old*max(p(c_n), p(c_t))*h**2, mass)) &
+      call settle_velocity(c, own, damage, .false., p, 1/mass, impulse, old, state(i, s_area), at, one)
     opening = max(0.0_c_double, h*one(1)) - state(i, rest)
     slip = at(2:) + h*one(2:)
     call opened(p, max(0.0_c_double, opening), length(c - 1, slip), old, beta, kept, spent)
@@ -250,6 +251,7 @@ contains
     state(i, s_beta) = beta
     state(i, s_opening) = opening
     state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
+    state(i, s_slip + c + borne_behind) = length(c - 1, kept*slip)
     if (beta < old) then
       state(i, s_slip:s_slip + c - 2) = kept*slip
     else

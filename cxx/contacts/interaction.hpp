@@ -99,7 +99,7 @@ void declare_law(LawInfo& law, const std::string& parameters, const std::string&
 // Which law, with which parameters, rules a pair of materials (or groups): see LawRules.
 class LawTable {
 public:
-  static constexpr int max_parameters = 20, max_states = 16;
+  static constexpr int max_parameters = 20, max_states = 20;
   struct Entry {
     Law law;
     std::int16_t place = 0; // of the law among those of the table
