@@ -5,7 +5,7 @@ module cohesive_history
   use cohesive_curves, only: length
   use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, settle_velocity, slip_kept, stiff_in_step, broken, &
                            c_n, c_t, friction, recovery, s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind, &
-                           borne_behind
+                           missed_behind
   use dry_friction, only: friction_of, slid
   implicit none
   private
@@ -72,7 +72,7 @@ contains
       state(i, s_opening) = opening
       state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
       state(i, s_slip:s_slip + c - 2) = slip
-      state(i, s_slip + c + borne_behind) = length(c - 1, bears)
+      state(i, s_slip + c + missed_behind:s_slip + 2*c) = slip - bears
     end do
   end subroutine cohesive_commit
 
@@ -161,7 +161,7 @@ contains
       real(c_double) :: both(2), by
       by = state(i, s_area)*intensity(square, state(i, s_beta))/2
       both(1) = by*params(i, c_n)*state(i, s_opening)**2
-      both(2) = by*params(i, c_t)*state(i, s_slip + c + borne_behind)**2
+      both(2) = by*params(i, c_t)*sum((state(i, s_slip:s_slip + c - 2) - state(i, s_slip + c + missed_behind:s_slip + 2*c))**2)
     end function held
   end subroutine cohesive_energy
 end module cohesive_history

@@ -23,7 +23,8 @@ module cohesive_zone
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
-  integer, parameter, public :: slides_behind = 1, borne_behind = 2, rest_behind = 3 !< places behind s_slip + c
+  integer, parameter, public :: slides_behind = 1, missed_behind = 2 !< places behind s_slip + c
+  integer, parameter, public :: rest_behind = 1 !< and behind s_slip + 2 c
   real(c_double), parameter, public :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
 
   abstract interface
@@ -57,8 +58,8 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, *)     !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m],
-    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid, slip that springs bear [m]; of
-    !< plastic laws what stays [m]
+    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid, what springs do not bear of
+    !< the slip [m]; of plastic laws what stays [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< [-]
@@ -156,7 +157,7 @@ contains
     real(c_double), intent(in)     :: state(n, *)
     real(c_double), intent(out)    :: at(c)       !< [m]
     at(1) = 0
-    if (plastic) at(1) = -state(i, s_slip + c + rest_behind)
+    if (plastic) at(1) = -state(i, s_slip + 2*c + rest_behind)
     at(2:) = state(i, s_slip:s_slip + c - 2)
   end subroutine begun_at
 
@@ -180,7 +181,7 @@ contains
     end do
     if (any(params(:n, own - 2) > 0)) &
       pull(:, 1) = -crack_push(params(:n, own - 2), params(:n, own - 1), params(:n, own + 1), state(:n, s_beta), state(:n, s_area))
-    if (plastic) pull(:, 1) = pull(:, 1) - by*params(:n, c_n)*state(:n, s_slip + c + rest_behind)
+    if (plastic) pull(:, 1) = pull(:, 1) - by*params(:n, c_n)*state(:n, s_slip + 2*c + rest_behind)
     do k = 2, c
       !$omp simd
       do i = 1, n

@@ -1,5 +1,6 @@
 !> Signorini-Coulomb with stops: once a contact would have slid by more than a limit while it is pressed, it holds its tangents fast
-!> in that step, also where that lifts it. What does not touch slides on nothing. LMGC90's IQS_CLB_nosldt, and GAP_SGR_CLB_nosldt with recovers = 1.
+!> in that step, also where that lifts it. What does not touch slides on nothing. LMGC90's IQS_CLB_nosldt, and GAP_SGR_CLB_nosldt
+!> with recovers = 1.
 module limited_slip
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context

@@ -8,7 +8,7 @@ module mac_contact
   use law_context, only: cairn_law_context
   use cohesive_history, only: cohesive_commit, cohesive_energy
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, c_n, recovery, s_beta, s_opening, s_area, &
-                           s_first, s_slip, borne_behind
+                           s_first, s_slip, rest_behind
   use mac, only: damage, onset
   implicit none
   private
@@ -16,7 +16,7 @@ module mac_contact
   public :: cairn_law_mac_contact_commit, cairn_law_mac_contact_energy
   integer, parameter :: own = 16 !< parameters
   integer, parameter :: force = 9, reach = 10, stiffness = 11, limit = 12, loss = 13
-  integer, parameter :: pull_behind = borne_behind + 1 !< place of the pull [N] behind s_slip + c
+  integer, parameter :: pull_behind = rest_behind !< place of the pull [N] behind s_slip + 2 c
 contains
 
   !> As mac; on a spring while it is pressed.
@@ -34,8 +34,8 @@ contains
     integer :: i
     call cohesive_prepare(n, c, own, context, gap, u_begin, params, state, bias, compliance, mu)
     do i = 1, n
-      state(i, s_slip + c + pull_behind) = 0
-      if (.not. state(i, s_beta) > 0 .and. gap(i) <= params(i, reach)) state(i, s_slip + c + pull_behind) = params(i, force)
+      state(i, s_slip + 2*c + pull_behind) = 0
+      if (.not. state(i, s_beta) > 0 .and. gap(i) <= params(i, reach)) state(i, s_slip + 2*c + pull_behind) = params(i, force)
       call borne(n, c, i, context%h, gap(i), params, state, bias(i, 1), compliance(i, 1))
     end do
   end subroutine cairn_law_mac_contact_prepare
@@ -57,7 +57,7 @@ contains
     bias = bias_of(counted, params(i, recovery), state(i, s_beta), state(i, s_first), h)
     if (.not. (springs(params(i, stiffness), counted) .and. counted > -params(i, limit))) return
     compliance = 1/(params(i, stiffness)*h*h)
-    bias = counted/h + compliance*(state(i, s_slip + c + pull_behind)*h)
+    bias = counted/h + compliance*(state(i, s_slip + 2*c + pull_behind)*h)
   end subroutine borne
 
   pure logical function springs(k, gap)
@@ -78,7 +78,7 @@ contains
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
     real(c_double) :: pull(n), drawn(n, c)
     integer :: k
-    pull = state(:n, s_slip + c + pull_behind)*params(:, own + 1)
+    pull = state(:n, s_slip + 2*c + pull_behind)*params(:, own + 1)
     do k = 1, c
       drawn(:, k) = u_free(:, k) - w(:, k, 1)*pull
     end do
@@ -103,7 +103,7 @@ contains
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
     real(c_double) :: shifted(n, c)
     shifted = r
-    shifted(:, 1) = r(:, 1) + state(:n, s_slip + c + pull_behind)*params(:, own + 1)
+    shifted(:, 1) = r(:, 1) + state(:n, s_slip + 2*c + pull_behind)*params(:, own + 1)
     call cohesive_residual(n, c, own, damage, onset, .true., .false., rho, w, u, shifted, params, state, f, weight, status)
   end subroutine cairn_law_mac_contact_residual
 
@@ -119,7 +119,7 @@ contains
     real(c_double) :: opens(n), shifted(n, c), bias, compliance
     integer :: i
     shifted = r
-    shifted(:, 1) = r(:, 1) + state(:n, s_slip + c + pull_behind)*context%h
+    shifted(:, 1) = r(:, 1) + state(:n, s_slip + 2*c + pull_behind)*context%h
     do i = 1, n
       call borne(n, c, i, context%h, gap(i), params, state, bias, compliance)
       opens(i) = u(i, 1) + (bias + compliance*r(i, 1))
@@ -144,7 +144,7 @@ contains
     do i = 1, n
       g = gap(i) + params(i, loss)*(1 - state_begin(i, s_beta))
       last = gap(i) + context%h*u(i, 1) + params(i, loss)*(1 - state(i, s_beta))
-      pull = state(i, s_slip + c + pull_behind)
+      pull = state(i, s_slip + 2*c + pull_behind)
       was = held(params(i, stiffness), params(i, limit), g)
       now = held(params(i, stiffness), params(i, limit), last)
       drawn = 0

@@ -30,7 +30,7 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
     real(c_double), intent(in)          :: params(n, own)   !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< held, first gap, radius, stretch [m], twist [rad], slip [m], bend
-    !< [rad]; how far springs are sheared [m], bent and twisted [rad]
+    !< [rad]; what springs do not bear of twist, slip and bend
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< friction [-]
@@ -269,8 +269,8 @@ contains
     real(c_double), parameter :: stiff = 1024
     real(c_double) :: h, was(s_slip + last(c)), now(s_slip + last(c)), v(c), opened
     logical :: breaks
-    integer :: i, borne
-    borne = s_slip + last(c) + 1
+    integer :: i, missed
+    missed = s_slip + last(c) + 1
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
     do i = 1, n
@@ -288,22 +288,13 @@ contains
         state(i, s_stretch) = now(s_stretch) ! where the bodies went, the next gap tells
         breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
       end if
-      state(i, borne:borne + 2) = drawn_sizes(c, now)
+      state(i, missed) = state(i, s_twist) - now(s_twist)
+      state(i, missed + 1:missed + 1 + last(c)) = state(i, s_slip:s_slip + last(c)) - now(s_slip:s_slip + last(c))
       if (.not. breaks) cycle
       state(i, s_held) = 0
-      state(i, s_stretch:borne + 2) = 0
+      state(i, s_stretch:missed + 1 + last(c)) = 0
     end do
   end subroutine cairn_law_parallel_bond_commit
-
-  !> How far springs are sheared [m], bent and twisted [rad].
-  pure function drawn_sizes(c, s) result(sizes)
-    integer(c_int32_t), intent(in) :: c    !< components
-    real(c_double), intent(in)     :: s(*) !< state
-    real(c_double) :: sizes(3)
-    integer :: m
-    m = merge(1, 2, c == 3)
-    sizes = [length(m, s(s_slip:s_slip + m - 1)), length(m, s(s_slip + m:s_slip + 2*m - 1)), abs(s(s_twist))]
-  end function drawn_sizes
 
   !> How far springs are drawn behind a step.
   pure subroutine stretched(c, h, opened, u, was, now)
@@ -377,8 +368,8 @@ contains
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     do i = 1, n
-      now = held(state(i, :s_slip + last(c) + 3))
-      was = held(state_begin(i, :s_slip + last(c) + 3))
+      now = held(state(i, :s_slip + 2*last(c) + 2))
+      was = held(state_begin(i, :s_slip + 2*last(c) + 2))
       energy(i, :) = [now(1) + now(2), now(1) - was(1), now(2) - was(2), 0.0_c_double]
       if (state_begin(i, s_held) > 0 .and. .not. state(i, s_held) > 0) energy(i, :) = [0.0_c_double, 0.0_c_double, 0.0_c_double, &
                                                                                      was(1) + was(2)]
@@ -386,16 +377,18 @@ contains
   contains
     pure function held(s) result(both)
       real(c_double), intent(in) :: s(*)
-      real(c_double) :: both(2), k(6)
-      integer :: borne
+      real(c_double) :: both(2), k(6), drawn(last(c) + 1)
+      integer :: m, missed
       both = 0
       if (.not. s(s_held) > 0) return
-      borne = s_slip + last(c) + 1
+      m = merge(1, 2, c == 3)
+      missed = s_slip + last(c) + 1
+      drawn = s(s_slip:s_slip + last(c)) - s(missed + 1:missed + 1 + last(c))
       k = 0
       k(:c) = stiffness(c, params(i, :), s(s_radius), context%h, geometry(i, 3))
       both(1) = k(1)*s(s_stretch)**2/2
-      both(2) = (k(2)*s(borne)**2 + k(c)*s(borne + 1)**2)/2
-      if (c == 6) both(2) = both(2) + k(4)*s(borne + 2)**2/2
+      both(2) = (k(2)*sum(drawn(:m)**2) + k(c)*sum(drawn(m + 1:)**2))/2
+      if (c == 6) both(2) = both(2) + k(4)*(s(s_twist) - s(missed))**2/2
     end function held
   end subroutine cairn_law_parallel_bond_energy
 

@@ -14,7 +14,7 @@ module plastic_expo
   use cohesive_curves, only: length
   use cohesive_history, only: cohesive_energy, note_slip
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, &
-                           settle_velocity, slip_kept, stiff_in_step, borne_behind, first_own, c_n, &
+                           settle_velocity, slip_kept, stiff_in_step, missed_behind, first_own, c_n, &
                            c_t, recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
   use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay
   implicit none
@@ -72,7 +72,7 @@ contains
     if (.not. yields(params(i, spring_t), borne_by)) return
     do k = 2, c
       compliance(i, k) = 1/(params(i, spring_t)*borne_by*h*h)
-      bias(i, k) = state(i, s_slip + c + rest_behind + k)/h
+      bias(i, k) = state(i, s_slip + 2*c + rest_behind + k)/h
     end do
   end subroutine borne
 
@@ -192,7 +192,7 @@ contains
     integer :: i, k, first
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
-    first = s_slip + int(c) + rest_behind
+    first = s_slip + 2*int(c) + rest_behind
     do i = 1, n
       call borne(n, c, i, h, gap(i), geometry(i, 1), params, state, bias, compliance)
       v(i, :) = u(i, :) + (bias(i, :) + compliance(i, :)*r(i, :))
@@ -218,9 +218,9 @@ contains
     real(c_double), intent(in)     :: r(n, c)     !< impulse [N s]
     real(c_double), intent(in)     :: params(n, own)
     real(c_double), intent(inout)  :: state(n, *) !< see prepare
-    real(c_double) :: p(own + 1), slip(c - 1), at(c), one(c), impulse(c), old, opening, beta, kept, spent, before
+    real(c_double) :: p(own + 1), slip(c - 1), went(c - 1), at(c), one(c), impulse(c), old, opening, beta, kept, spent, before
     integer :: rest
-    rest = s_slip + int(c) + rest_behind
+    rest = s_slip + 2*int(c) + rest_behind
     p(:own) = params(i, :)
     p(own + 1) = h
     old = state(i, s_beta)
@@ -251,12 +251,11 @@ contains
     state(i, s_beta) = beta
     state(i, s_opening) = opening
     state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
-    state(i, s_slip + c + borne_behind) = length(c - 1, kept*slip)
-    if (beta < old) then
-      state(i, s_slip:s_slip + c - 2) = kept*slip
-    else
-      state(i, s_slip:s_slip + c - 2) = slip_kept(state(i, s_area)*beta*p(c_t)*h**2, mass, at(2:) + h*v(i, 2:), slip)
-    end if
+    slip = kept*slip
+    went = slip
+    if (.not. beta < old) went = slip_kept(state(i, s_area)*beta*p(c_t)*h**2, mass, at(2:) + h*v(i, 2:), slip)
+    state(i, s_slip:s_slip + c - 2) = went
+    state(i, s_slip + c + missed_behind:s_slip + 2*c) = went - slip
   end subroutine open_zone
 
   !> Those of the zone, and of the spring.
@@ -275,7 +274,7 @@ contains
     integer :: i, k, first
     call c_f_pointer(context%geometry, geometry, [n, 3])
     call cohesive_energy(n, c, .false., params, state_begin, state, energy)
-    first = s_slip + int(c) + rest_behind
+    first = s_slip + 2*int(c) + rest_behind
     do i = 1, n
       area = geometry(i, 1)
       if (state_begin(i, s_area) > 0) area = state_begin(i, s_area)
