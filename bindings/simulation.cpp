@@ -254,6 +254,12 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
   s.report.solve = report;
 }
 
+// Whether what is assigned is motion, so that what integrators keep of it and states belong to another one. Loads are
+// none: forces, and temperatures that stretch meshes.
+bool moves_bodies(const std::string& name) {
+  return name != "force" && name != "damping" && name != "temperature" && name != "potential";
+}
+
 // A stage of NSCD by itself: with threads and clock as step() calls it.
 template <void (cairn::Nscd::*stage)(Simulation&)>
 void bind_stage(py::class_<Simulation>& simulation, const char* name) {
@@ -303,7 +309,7 @@ void bind_simulation(py::module_& m) {
       .def("assign_body",
            [](py::object self, const std::string& name, const py::array& values) {
              self.attr("scene").attr("assign_body")(name, values);
-             if (name == "force" || name == "damping") return;
+             if (!moves_bodies(name)) return;
              Simulation& s = self.cast<Simulation&>();
              s.scene.state_assigned();
              s.strategy().changed(s, true);
@@ -311,6 +317,7 @@ void bind_simulation(py::module_& m) {
       .def("assign_node",
            [](py::object self, const std::string& name, const py::array& values) {
              self.attr("scene").attr("assign_node")(name, values);
+             if (!moves_bodies(name)) return;
              Simulation& s = self.cast<Simulation&>();
              s.strategy().changed(s, true);
            })

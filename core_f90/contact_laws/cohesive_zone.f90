@@ -515,7 +515,7 @@ contains
     real(c_double), intent(out)     :: f(n, c)      !< [N s]
     real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
     integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
-    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), beta
+    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), block(c, c), q(c), beta
     logical :: keeps(n)
     integer :: i
     call springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
@@ -535,7 +535,10 @@ contains
         call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         if (beta < state(i, s_beta)) then
           one = r(i, :)
-          call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, v)
+          block = w(i, :, :)
+          q = v - matmul(block, one)
+          if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) &
+            call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, other, v)
           call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         end if
         call springs(c, own, square, p, beta, state(i, s_area), at, one, other)

@@ -486,6 +486,7 @@ void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_sc
   if (!linear()) return start_bulk_history(nodes, gravity, scheme);
   f_ = weight_;
   for (std::int64_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
+  for (std::int64_t i = 0; i < n && !thermal_load.empty(); ++i) f_[i] += thermal_load[i];
   for (std::size_t i = 0; i < model.initial_force.size(); ++i) f_[i] -= model.initial_force[i];
   std::vector<double>&place = q_, &speed = v_, &next = a_, &stiff = b_, &damped = known_;
   for (int k = 0; k < cairn_most_history && nodes.history(k); ++k) {

@@ -58,8 +58,10 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const 
       continue;
     }
     if (!moves && sum > 0 && answers_drives(law, batch, lane)) {
-      // what drives close bears nothing more: to the law it stands still
+      // What drives close bears nothing more: to the law it stands still. What it bore before would be held against
+      // velocities that do not answer, and stay.
       batch.bias[lane] -= std::min(opening(lane), 0.0);
+      for (int k = 0; k < c; ++k) batch.r[k * n + lane] = 0;
       w[lane] += little;
       batch.rho[lane] = 1 / sum;
     } else if (!moves) {

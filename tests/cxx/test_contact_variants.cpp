@@ -278,7 +278,7 @@ TEST(LimitedSlip, StopsAtItsLimit) {
       EXPECT_NEAR(one.r[0], 1, 1e-15);
       EXPECT_NEAR(drawn(2, 3.0), 3, 1e-15); // flies off: it slides on nothing
       EXPECT_EQ(one.r[0], 0);
-      EXPECT_NEAR(drawn(-1, 1.5), 0, 1e-15);     // back on the floor it has slid by 0.95 still
+      EXPECT_NEAR(drawn(-3, 1.5), 0, 1e-15);     // back on the floor it has slid by 0.95 still
       EXPECT_NEAR(drawn(-1, -1.0), -0.5, 1e-15); // back it may
       EXPECT_LE(one.residual, 1e-15);
     }

@@ -39,14 +39,14 @@ class Contacts:
         self.pairs = sorted(near, key=lambda pair: (key[pair[0]], key[pair[1]]))
         n = len(self.pairs)
         self.params = np.repeat(np.array([[min(v, 1e300)] for v in self.law.values]), n, axis=1)
-        self.state = np.zeros((8, n))
+        self.state = np.zeros((10, n))
         self.state[0] = 1.0  # sound
         self.state[2] = self.radius / 2  # area
         self.impulse = np.zeros((n, 2))
 
     def damage(self, gap, u):
         """The state that velocities at the end of a step leave, by the kernel of the law."""
-        state, geometry = self.state.copy(), np.ones((3, len(self.pairs)))
+        state, geometry = self.state.copy(), np.zeros((3, len(self.pairs)))  # no mass: velocities alone are asked
         context = Context(DT, 0.5, geometry.ctypes.data, None)
         commit = kernel("cairn_law_mal_commit", "cairn_law_commit")
         commit(len(u), 2, context, gap, np.ascontiguousarray(u.T), np.zeros((2, len(u))), self.params, state)

@@ -1,6 +1,7 @@
 // What integrators keep of the displacement beside its first derivative: where it begins, and how it goes on.
 #include <algorithm>
 
+#include "../../networks/network.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -39,6 +40,7 @@ void Nscd::start_histories(Simulation& s) {
   cairn_history_start(s.scene.dim, b.dofs(), b.count, bits(b.history_known), s.scene.gravity.data(),
                       b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
+  if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
   for (MeshBody& mesh : s.meshes.meshes)
     if (*nodes.history_known[mesh.first_node] == 0) {
       mesh.time = s.time;
