@@ -412,7 +412,8 @@ contains
     end do
   end subroutine delassus_turning
 
-  !> w = w - H_a' S H_b - H_b' S H_a of contacts whose sides rest on one body.
+  !> w = w - H_a' S H_b - H_b' S H_a of contacts whose sides rest on one body. Where they rest on the same node, too, what both
+  !> bear there cancels: the shares are taken from each other first, since of their squares rounding would be left, and motion.
   subroutine delassus_shared(n, contacts, c, dim, frame, body_a, body_b, node_a, node_b, weight_a, weight_b, condensed, w)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies
@@ -429,6 +430,12 @@ contains
     do i = 1, contacts
       if (body_a(i) /= body_b(i)) cycle
       call axes_of(n, dim, i, frame, axes)
+      if (rests_on_same(node_a(i, :), node_b(i, :), weight_a(i, :), weight_b(i, :))) then
+        call block_of_difference(dim, node_a(i, :), node_b(i, :), weight_a(i, :), weight_b(i, :), condensed(body_a(i)), &
+          across(1:dim, 1:dim))
+        w(i, 1:dim, 1:dim) = matmul(transpose(axes(1:dim, 1:dim)), matmul(across(1:dim, 1:dim), axes(1:dim, 1:dim)))
+        cycle
+      end if
       across = 0
       do j = 1, mapping_nodes
         do l = 1, mapping_nodes
@@ -443,6 +450,48 @@ contains
         - matmul(transpose(axes(1:dim, 1:dim)), matmul(across(1:dim, 1:dim), axes(1:dim, 1:dim)))
     end do
   end subroutine delassus_shared
+
+  pure logical function rests_on_same(node_a, node_b, weight_a, weight_b)
+    integer(c_int32_t), intent(in) :: node_a(mapping_nodes), node_b(mapping_nodes)
+    real(c_double), intent(in)     :: weight_a(mapping_nodes), weight_b(mapping_nodes) !< [-]
+    integer :: j
+    rests_on_same = .false.
+    do j = 1, mapping_nodes
+      if (abs(weight_a(j)) > 0) rests_on_same = rests_on_same .or. any(node_b == node_a(j) .and. abs(weight_b) > 0)
+    end do
+  end function rests_on_same
+
+  !> S of the point of A less that of B, by the difference of their shares of each node.
+  subroutine block_of_difference(dim, node_a, node_b, weight_a, weight_b, body, block)
+    integer, intent(in)               :: dim             !< 2 or 3
+    integer(c_int32_t), intent(in)    :: node_a(mapping_nodes), node_b(mapping_nodes)
+    real(c_double), intent(in)        :: weight_a(mapping_nodes), weight_b(mapping_nodes) !< [-]
+    type(cairn_condensed), intent(in) :: body
+    real(c_double), intent(out)       :: block(dim, dim) !< [1/kg]
+    real(c_double), parameter :: known = 2.0_c_double**(-40) !< share of a node, by where points lie on sides
+    integer(c_int32_t) :: node(2*mapping_nodes)
+    real(c_double) :: weight(2*mapping_nodes), between(dim, dim)
+    integer :: j, l
+    node = [node_a, node_b]
+    weight = [weight_a, -weight_b]
+    do j = 1, mapping_nodes
+      if (.not. abs(weight(j)) > 0) cycle
+      do l = mapping_nodes + 1, 2*mapping_nodes
+        if (node(l) /= node(j) .or. .not. abs(weight(l)) > 0) cycle
+        weight(j) = weight(j) + weight(l)
+        if (abs(weight(j)) <= known*abs(weight(l))) weight(j) = 0
+        weight(l) = 0
+      end do
+    end do
+    block = 0
+    do j = 1, 2*mapping_nodes
+      do l = 1, 2*mapping_nodes
+        if (.not. abs(weight(j)*weight(l)) > 0) cycle
+        call block_between(dim, body, node(j), node(l), between)
+        block = block + weight(j)*weight(l)*between
+      end do
+    end do
+  end subroutine block_of_difference
 
   !> Columns n, t and, in 3D, s = n x t.
   pure subroutine axes_of(n, dim, i, frame, axes)

@@ -46,11 +46,10 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const 
     if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
-    double little = std::sqrt(epsilon) * sum;
-    if (const double free = answers_drives(law, batch, lane) ? held(lane) : 0; !(sum > rounding * free)) {
-      sum = free; // no direction moves but by rounding: less than any spring gives way
-      little = epsilon * sum;
-    }
+    if (const double free = answers_drives(law, batch, lane) ? held(lane) : 0; !(sum > rounding * free))
+      sum = free; // no direction moves but by rounding
+    // Less than springs give way. By far less, what velocities round off would press.
+    const double little = std::sqrt(epsilon) * sum;
     const bool moves = w[lane] > rounding * sum;
     if (law.joins) {
       leave_out_unmoved(n, c, dim, sum, lane, w);
