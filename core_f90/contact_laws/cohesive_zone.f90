@@ -17,8 +17,8 @@ module cohesive_zone
   use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity
-  public :: settle_velocity, slip_kept, stiff_in_step
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity, settle_velocity, slip_kept, &
+            stiff_in_step
   real(c_double), parameter :: heavier = 64 !< than its bodies is a contact whose springs filter what is left of a velocity
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
@@ -255,8 +255,7 @@ contains
     real(c_double), intent(inout)  :: u(c)       !< relative velocity, bias included [m/s]
     real(c_double) :: w(c, c), q(c), impulse(c)
     integer :: k
-    if (.not. gives <= huge(gives)) return
-    if (.not. gives*(area*intensity(square, old)*max(p(c_n), p(c_t))*p(own + 1)**2) > heavier) return
+    if (gives > huge(gives) .or. .not. gives*(area*intensity(square, old)*max(p(c_n), p(c_t))*p(own + 1)**2) > heavier) return
     w = 0
     do k = 1, c
       w(k, k) = gives/heavier
@@ -515,7 +514,7 @@ contains
     real(c_double), intent(out)     :: f(n, c)      !< [N s]
     real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
     integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
-    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), block(c, c), q(c), beta
+    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), q(c), beta
     logical :: keeps(n)
     integer :: i
     call springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
@@ -535,10 +534,9 @@ contains
         call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         if (beta < state(i, s_beta)) then
           one = r(i, :)
-          block = w(i, :, :)
-          q = v - matmul(block, one)
-          if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) &
-            call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, other, v)
+          q = v - matmul(w(i, :, :), one)
+          if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) & ! as settle_velocity, but by all of W
+            call solve_contact(c, own, damage, square, p, w(i, :, :), q, state(i, s_beta), state(i, s_area), at, other, v)
           call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         end if
         call springs(c, own, square, p, beta, state(i, s_area), at, one, other)
