@@ -260,6 +260,15 @@ bool moves_bodies(const std::string& name) {
   return name != "force" && name != "damping" && name != "temperature" && name != "potential";
 }
 
+// A field of bodies or nodes, and what follows from it.
+void assign(const py::object& self, bool nodes, const std::string& name, const py::array& values) {
+  self.attr("scene").attr(nodes ? "assign_node" : "assign_body")(name, values);
+  if (!moves_bodies(name)) return;
+  Simulation& s = self.cast<Simulation&>();
+  if (!nodes) s.scene.state_assigned();
+  s.strategy().changed(s, true);
+}
+
 // A stage of NSCD by itself: with threads and clock as step() calls it.
 template <void (cairn::Nscd::*stage)(Simulation&)>
 void bind_stage(py::class_<Simulation>& simulation, const char* name) {
@@ -306,21 +315,10 @@ void bind_simulation(py::module_& m) {
              s.remove_bodies({ids.data(), std::size_t(ids.size())});
            })
       .def("set_gravity", [](Simulation& s, const std::array<double, 3>& gravity) { s.scene.gravity = gravity; })
-      .def("assign_body",
-           [](py::object self, const std::string& name, const py::array& values) {
-             self.attr("scene").attr("assign_body")(name, values);
-             if (!moves_bodies(name)) return;
-             Simulation& s = self.cast<Simulation&>();
-             s.scene.state_assigned();
-             s.strategy().changed(s, true);
-           })
-      .def("assign_node",
-           [](py::object self, const std::string& name, const py::array& values) {
-             self.attr("scene").attr("assign_node")(name, values);
-             if (!moves_bodies(name)) return;
-             Simulation& s = self.cast<Simulation&>();
-             s.strategy().changed(s, true);
-           })
+      .def("assign_body", [](const py::object& self, const std::string& name,
+                             const py::array& values) { assign(self, false, name, values); })
+      .def("assign_node", [](const py::object& self, const std::string& name,
+                             const py::array& values) { assign(self, true, name, values); })
       .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
       .def("set_laws", [](Simulation& s, const cairn::LawTable& laws) { s.use(laws); })
       .def("stored_between", &cairn::stored_between)
