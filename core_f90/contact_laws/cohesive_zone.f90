@@ -19,7 +19,7 @@ module cohesive_zone
   private
   public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity, settle_velocity, slip_kept, &
             stiff_in_step
-  real(c_double), parameter :: heavier = 64 !< than its bodies is a contact whose springs filter what is left of a velocity
+  real(c_double), parameter :: heavier = 64 !< than they are bodies count as by which a contact is settled, see settle_velocity
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6

@@ -9,6 +9,7 @@ module parallel_bond
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use block_cones, only: map_blocks, status_of_blocks
+  use cohesive_zone, only: stiff_in_step
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
   use lane_blocks, only: lanes, load_lanes, pushed_velocities, sprung_columns
   implicit none
@@ -266,7 +267,6 @@ contains
     real(c_double), intent(in)          :: params(n, own) !< see above
     real(c_double), intent(inout)       :: state(n, *)    !< see prepare
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double), parameter :: stiff = 1024
     real(c_double) :: h, was(s_slip + last(c)), now(s_slip + last(c)), v(c), opened
     logical :: breaks
     integer :: i, missed
@@ -282,7 +282,7 @@ contains
       call stretched(c, h, opened, v, was, now)
       state(i, :s_slip + last(c)) = now
       breaks = stressed(c, params(i, :), h, geometry(i, 3), now)
-      if (breaks .or. h*(h*largest_stiffness(c, params(i, :), state(i, s_radius))) > stiff*geometry(i, 3)) then
+      if (breaks .or. stiff_in_step(h*(h*largest_stiffness(c, params(i, :), state(i, s_radius))), geometry(i, 3))) then
         call settle_velocity(c, params(i, :), h, geometry(i, 3), opened, r(i, :), was, v)
         call stretched(c, h, opened, v, was, now)
         state(i, s_stretch) = now(s_stretch) ! where the bodies went, the next gap tells
