@@ -8,6 +8,7 @@ option(CAIRN_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 option(CAIRN_SANITIZE_THREADS "The thread sanitizer, over an OpenMP of its own (tests/thread_sanitizer)" OFF)
 option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN in what is not set" OFF)
 option(CAIRN_PRECOMPILE "Read the headers that most files include once, unless ccache compiles" OFF)
+option(CAIRN_UNITY "Compile the sources of a folder together: a third of the time from nothing, longer after a change" OFF)
 set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)

@@ -82,4 +82,14 @@ struct Field {
   }
 };
 
+// Numbers of a field as kernels take them: null where the field has no memory.
+template <class T>
+T* pointer(Field<T>& field) {
+  return field.active ? field.values.data() : nullptr;
+}
+// Flags of a field as kernels take them, in Fortran one byte each.
+inline const std::int8_t* bits(Field<std::uint8_t>& field) {
+  return reinterpret_cast<const std::int8_t*>(pointer(field));
+}
+
 } // namespace cairn

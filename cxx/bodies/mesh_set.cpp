@@ -1,4 +1,5 @@
 #include "mesh_set.hpp"
+#include "../base/vectors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -252,15 +253,10 @@ void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
 
 namespace {
 
-using Point = double[3];
-
-void cross(const double* a, const double* b, double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+using Corner = double[3];
 
 // Barycentric coordinates of the foot of a point on the plane of a triangle.
-void in_triangle(const Point corner[], const double* point, double weight[4], double normal[3]) {
+void in_triangle(const Corner corner[], const double* point, double weight[4], double normal[3]) {
   double e[3], f[3], r[3], area[3], part[3];
   for (int k = 0; k < 3; ++k) {
     e[k] = corner[1][k] - corner[0][k];
@@ -289,7 +285,7 @@ void bilinear(double a, double b, double share[4], double by_a[4], double by_b[4
 
 // Shape functions of a quadrilateral where the line along `normal` through a point meets it, by Newton's method in the
 // plane across the normal.
-void in_quadrilateral(const Point corner[4], const double* point, const double* normal, double share[4]) {
+void in_quadrilateral(const Corner corner[4], const double* point, const double* normal, double share[4]) {
   int least = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(normal[k]) < std::abs(normal[least])) least = k;
@@ -376,7 +372,7 @@ Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const doubl
   const MeshBody& mesh = meshes[place.mesh];
   const std::int32_t* node = &mesh.model.side_nodes[4 * place.index];
   const std::int32_t* face = &mesh.model.face_nodes[4 * place.index];
-  Point corner[4];
+  Corner corner[4];
   const auto corners = [&](const std::int32_t* of, int n) {
     for (int i = 0; i < n; ++i) std::copy_n(nodes.position[mesh.node(of[i])], 3, corner[i]);
   };

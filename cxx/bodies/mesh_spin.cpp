@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "mesh_set.hpp"
 
 namespace cairn {
 
 namespace {
-
-void cross(const double* a, const double* b, double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
 
 // Derivatives of the shape functions of a face by its two coordinates, where their values are `share`.
 void slopes(bool triangle, const double share[4], double by_a[4], double by_b[4]) {

@@ -18,7 +18,7 @@ namespace cairn {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double boundless = std::numeric_limits<double>::infinity();
 
 // Largest eigenvalue of a symmetric tridiagonal matrix; infinity: it was not found.
 double largest_eigenvalue(std::vector<double> diagonal, std::vector<double> beside) {
@@ -26,14 +26,14 @@ double largest_eigenvalue(std::vector<double> diagonal, std::vector<double> besi
   int info = 0;
   if (n == 0) return 0;
   dsterf_(&n, diagonal.data(), beside.data(), &info);
-  return info == 0 ? diagonal.back() : infinity;
+  return info == 0 ? diagonal.back() : boundless;
 }
 
 double step_of(double omega, double xi) { return 2 / omega * (std::sqrt(1 + xi * xi) - xi); }
 
 double step_of(const FrequencyBound& bound, double rate_share) {
   const double rate = rate_share * bound.rate;
-  if (!(bound.omega > 0)) return rate > 0 ? 2 / rate : infinity;
+  if (!(bound.omega > 0)) return rate > 0 ? 2 / rate : boundless;
   return step_of(bound.omega, rate / (2 * bound.omega));
 }
 
@@ -120,7 +120,7 @@ auto MeshBody::with_stiffness_at(const std::vector<double>& u, Use&& use) {
   const bool moved = std::any_of(u.begin(), u.end(), [](double x) { return x < 0 || x > 0; });
   if (linear() || !moved || !model.bulk->known_anywhere()) return use();
   std::vector<double> value(model.stiffness.value.size(), 0.0), still(u.size(), 0.0), force(u.size());
-  const MeshMotion there{u.data(), still.data(), time, infinity, 1, 0, nullptr, time};
+  const MeshMotion there{u.data(), still.data(), time, boundless, 1, 0, nullptr, time};
   const std::shared_ptr<InternalForces> apart = model.bulk->another(); // views show what the one at hand found last
   apart->fit(model.mass);
   apart->take_history(model.bulk->history());
@@ -180,7 +180,7 @@ double MeshBody::stable_step_there(double rate_share) {
   if (const FrequencyBound bound = frequency_bound(true); bound.known()) return step_of(bound, rate_share);
   double xi = 0;
   const double omega = frequency_estimate(&xi);
-  if (!(omega > 0)) return infinity;
+  if (!(omega > 0)) return boundless;
   double h = step_of(omega, rate_share * xi);
   constexpr int passes = 20;
   double share = 1e-3; // by which the estimate may be too long

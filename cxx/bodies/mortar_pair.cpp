@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
+
 namespace cairn {
 namespace {
 
@@ -14,9 +16,6 @@ double dot(const double* a, const double* b, int n) {
   double sum = 0;
   for (int k = 0; k < n; ++k) sum += a[k] * b[k];
   return sum;
-}
-void cross(const double* a, const double* b, double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 double turn(const double* a, const double* b, const double* c) { // twice the area of a triangle
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);

@@ -3,11 +3,11 @@
 namespace cairn {
 namespace {
 
-enum Place {
-#define CAIRN_KEPT_NODE_FIELD(name, ...) place_of_##name,
+enum NodePlace {
+#define CAIRN_KEPT_NODE_FIELD(name, ...) node_place_of_##name,
 #include "kept_fields.def"
 };
-static_assert(place_of_snap == place_of_jerk + 1 && place_of_crackle == place_of_snap + 1);
+static_assert(node_place_of_snap == node_place_of_jerk + 1 && node_place_of_crackle == node_place_of_snap + 1);
 
 } // namespace
 
@@ -27,7 +27,7 @@ Nodes::Nodes(int dimension) : dim(dimension) {
 }
 
 double* Nodes::history(int k) {
-  Field<double>& field = k == 0 ? acceleration : kept[std::size_t(place_of_jerk + k - 1)];
+  Field<double>& field = k == 0 ? acceleration : kept[std::size_t(node_place_of_jerk + k - 1)];
   return field.active ? field.values.data() : nullptr;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
 #include "../detection/detection_workspace.hpp"
 #include "../laws/bond_laws.hpp"
@@ -19,10 +20,6 @@ namespace {
 
 using Vector = double[3];
 
-double dot(const Vector a, const Vector b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-void cross(const Vector a, const Vector b, Vector c) {
-  for (int k = 0; k < 3; ++k) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
 bool vanishes(const Vector a) { return !(a[0] != 0 || a[1] != 0 || a[2] != 0); }
 
 // How two contactors are curved where they touch. Round: centres a sum of radii apart. Ring, tube: a centre seen from

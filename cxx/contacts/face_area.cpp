@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
 #include "body_axes.hpp"
 #include "face_overlap.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
-
-namespace {
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-} // namespace
 
 // The radius by which a capsule, or an ellipsoid, touches: that of a ball as curved, 0 where neither side has one. What
 // else is round as a superquadric is flat or sharp where its box has sides and edges.

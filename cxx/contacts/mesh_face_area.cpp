@@ -8,6 +8,7 @@
 #include <limits>
 #include <tuple>
 
+#include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
 #include "body_axes.hpp"
 #include "face_overlap.hpp"
@@ -18,8 +19,6 @@ namespace cairn {
 namespace {
 
 constexpr double towards = 0.5; // cosine: what looks less at the face of a body is no part of what lies on it
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 } // namespace
 

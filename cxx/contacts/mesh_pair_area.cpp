@@ -8,6 +8,7 @@
 #include <tuple>
 #include <unordered_set>
 
+#include "../base/vectors.hpp"
 #include "face_overlap.hpp"
 #include "interaction_state.hpp"
 #include "sides_of_nodes.hpp"
@@ -15,9 +16,7 @@
 namespace cairn {
 namespace {
 
-constexpr double towards = 0.5; // cosine: sides that look less at each other do not lie on each other
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+constexpr double facing = 0.5; // cosine: sides that look less at each other do not lie on each other
 
 } // namespace
 
@@ -118,7 +117,7 @@ bool Interactions::State::MeshPairFaces::lay(const Sides& pair) {
   s_.normal_of_side(pair.first, normal_);
   s_.normal_of_side(pair.second, other);
   const double look = -dot(normal_, other);
-  if (look < towards) return false;
+  if (look < facing) return false;
   for (const bool second : {false, true}) {
     const MeshSet::Middle& m = s_.meshes->middle(second ? pair.second : pair.first);
     for (int j = 0; j < s_.dim(); ++j) x_[second][j] = s_.nodes->position[m.node[j]];
@@ -312,7 +311,7 @@ void Interactions::State::leave_out_corners(std::vector<std::int32_t>& beginning
       for (const std::int32_t side : sides.at(m.node[j])) {
         any = true;
         normal_of_side(side, own);
-        if (-dot(face, own) >= towards) return false;
+        if (-dot(face, own) >= facing) return false;
       }
     return any;
   });

@@ -32,7 +32,7 @@ constexpr double along_it = 0.5;        // cosine to a side from which on a norm
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
 constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
 
-double dot(int dim, const double* x, const double* y) {
+double inner(int dim, const double* x, const double* y) {
   double sum = 0;
   for (int k = 0; k < dim; ++k) sum += x[k] * y[k];
   return sum;
@@ -151,10 +151,10 @@ bool InteractionHandler::Workspace::points_along_the_row(const Candidates& out, 
   const std::int32_t edge = out.contactor_b[i];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const double* normal = &out.normal[2 * i];
-  const double part = dot(2, normal, &direction[3 * std::int64_t(edge)]);
+  const double part = inner(2, normal, &direction[3 * std::int64_t(edge)]);
   if (!(std::abs(part) > along_it)) return false;
   const std::int32_t next = part > 0 ? mapped->after[k] : mapped->before[k];
-  return next >= 0 && (part > 0 ? 1 : -1) * dot(2, normal, &direction[3 * std::int64_t(next)]) > along_it;
+  return next >= 0 && (part > 0 ? 1 : -1) * inner(2, normal, &direction[3 * std::int64_t(next)]) > along_it;
 }
 
 // Of the same: whether the point of the body is beyond the edge, over the next one in the row, which has a contact.
@@ -165,10 +165,10 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   double shift[3] = {0, 0, 0}, x[2];
   if (any_periodic) image_shift(*cell, out.image[i], shift);
   for (int c = 0; c < 2; ++c) x[c] = out.point[2 * i + c] + out.gap[i] / 2 * out.normal[2 * i + c] - shift[c] - at[c];
-  const double t = dot(2, x, e);
+  const double t = inner(2, x, e);
   if (!(std::abs(t) > (1 + on_end) * e[2])) return false;
   const std::int32_t next = t > 0 ? mapped->after[k] : mapped->before[k];
-  if (next < 0 || !(dot(2, e, &direction[3 * std::int64_t(next)]) > nearly_one)) return false;
+  if (next < 0 || !(inner(2, e, &direction[3 * std::int64_t(next)]) > nearly_one)) return false;
   for (const int way : {-1, 1})
     for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == body; j += way)
       if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)]) return true;
@@ -199,7 +199,7 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
       double ways[3][3], length[3];
       for (int j = 0; j < 3; ++j) {
         for (int c = 0; c < 3; ++c) ways[j][c] = at[c] + v[vertices * c + j] - x[c];
-        length[j] = std::sqrt(dot(3, ways[j], ways[j]));
+        length[j] = std::sqrt(inner(3, ways[j], ways[j]));
         if (length[j] < length[own]) own = j;
       }
       for (int j = 0; j < 3; ++j) {
@@ -210,13 +210,13 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
     }
   };
   each([&](const double* way, double length, const double* normal) {
-    const double part = dot(dim, outward, way);
+    const double part = inner(dim, outward, way);
     if (part > most) most = part, longest = length;
     for (int c = 0; c < dim; ++c) mean[c] += normal[c];
   });
   if (!(most > along_it) || -out.gap[i] > shallow * longest) return false;
-  const double size = std::sqrt(dot(dim, mean, mean));
-  each([&](const double* way, double, const double*) { valley = std::max(valley, dot(dim, mean, way)); });
+  const double size = std::sqrt(inner(dim, mean, mean));
+  each([&](const double* way, double, const double*) { valley = std::max(valley, inner(dim, mean, way)); });
   return size > 0 && valley <= nearly_flat * size;
 }
 

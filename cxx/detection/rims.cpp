@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "../base/cell.hpp"
+#include "../base/vectors.hpp"
 #include "detection_workspace.hpp"
 
 namespace cairn {
@@ -28,10 +29,6 @@ constexpr double unlike_side = 0.5; // cosine to the way past a rim from which o
 
 double dot(int dim, const double* x, const double* y) {
   return x[0] * y[0] + x[1] * y[1] + (dim == 3 ? x[2] * y[2] : 0);
-}
-
-void cross(const double* a, const double* b, double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
 // f(pair, kind) for the pairs of a node, kind by kind, until it says no; whether it never did.

@@ -15,9 +15,9 @@ namespace cairn {
 namespace {
 
 const char* const format_name = "cairn-checkpoint";
-constexpr std::int64_t format_version[2] = {1, 1}; // the first changes when older programs can no longer read it
+constexpr std::int64_t tree_version[2] = {1, 1}; // the first changes when older programs can no longer read it
 
-[[noreturn]] void wrong(const std::string& what) { throw std::invalid_argument(what); }
+[[noreturn]] void malformed(const std::string& what) { throw std::invalid_argument(what); }
 
 StoredValue of_json(const std::string& text) {
   return {
@@ -77,14 +77,14 @@ StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& plac
   for (const std::string& name : names) {
     const Hdf5Node member = group.child(name);
     const std::string here = std::string(place).append("/").append(name);
-    if (!seen.insert(member.address()).second) wrong(here + " stands under two names");
+    if (!seen.insert(member.address()).second) malformed(here + " stands under two names");
     if (member.is_group()) {
       digest.update(here + "|dict|");
       out.add(name, read(member, digest, here, seen, one_as_row));
       continue;
     }
     StoredValue value{text_of(member.attribute("kind")), member.read(), {}};
-    if (value.kind.empty()) wrong(here + " has no kind");
+    if (value.kind.empty()) malformed(here + " has no kind");
     take_in(digest, here, value.kind, value.array, one_as_row);
     if (value.kind == "flags" || value.kind == "flag") value.array.type.kind = 'b';
     out.add(name, std::move(value));
@@ -104,13 +104,13 @@ const StoredValue* StoredValue::find(const std::string& name) const {
 
 const StoredValue& StoredValue::at(const std::string& name) const {
   const StoredValue* value = find(name);
-  if (!value) wrong(name + " is missing");
+  if (!value) malformed(name + " is missing");
   return *value;
 }
 
 const StoredValue& StoredValue::tree(const std::string& name) const {
   const StoredValue& value = at(name);
-  if (!value.is_tree()) wrong(name + " holds no names");
+  if (!value.is_tree()) malformed(name + " holds no names");
   return value;
 }
 
@@ -127,11 +127,11 @@ std::int64_t StoredValue::whole(const std::string& name, std::int64_t most) cons
     read = true;
   }
   if (!read || n < 0 || n >= most)
-    wrong(name + " is " +
-          (read                   ? std::to_string(n)
-           : value.kind == "json" ? json_of(value)
-                                  : "no whole number") +
-          ": a whole number from 0 on is due");
+    malformed(name + " is " +
+              (read                   ? std::to_string(n)
+               : value.kind == "json" ? json_of(value)
+                                      : "no whole number") +
+              ": a whole number from 0 on is due");
   return n;
 }
 
@@ -143,7 +143,7 @@ double StoredValue::real(const std::string& name) const {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
     if (error == std::errc() && end == text.data() + text.size()) return x;
   }
-  if ((value.kind != "float" && value.kind != "number") || value.array.size() != 1) wrong(name + " is no number");
+  if ((value.kind != "float" && value.kind != "number") || value.array.size() != 1) malformed(name + " is no number");
   return numbers_of<double>(value.array, name).at(0);
 }
 
@@ -151,7 +151,7 @@ std::string StoredValue::text(const std::string& name) const {
   const StoredValue& value = at(name);
   std::string text = value.kind == "json" ? json_of(value) : "";
   if (text.size() < 2 || text.front() != '"' || text.back() != '"' || text.find('\\') != std::string::npos)
-    wrong(name + " is no text");
+    malformed(name + " is no text");
   return text.substr(1, text.size() - 2);
 }
 
@@ -171,7 +171,7 @@ std::vector<bool> StoredValue::flags(const std::string& name) const {
     out.push_back(yes);
     take(", ");
   }
-  if (!good || !text.empty()) wrong(name + " is no list of true and false");
+  if (!good || !text.empty()) malformed(name + " is no list of true and false");
   return out;
 }
 
@@ -197,7 +197,7 @@ std::vector<T> numbers_of(const StoredArray& array, const std::string& name) {
       if constexpr (std::is_integral_v<T>)
         if (value < 0 ? std::int64_t(value) < std::int64_t(std::numeric_limits<T>::min())
                       : std::uint64_t(value) > std::uint64_t(std::numeric_limits<T>::max()))
-          wrong(name + " holds " + std::to_string(value) + ", which is no number that it can have");
+          malformed(name + " holds " + std::to_string(value) + ", which is no number that it can have");
       x = T(value); // NOLINT(bugprone-signed-char-misuse): of one byte it is a number, no character
       p += sizeof value;
     }
@@ -226,7 +226,7 @@ std::vector<T> numbers_of(const StoredArray& array, const std::string& name) {
   else if (t == StoredType{'f', 4} && std::is_floating_point_v<T>) {
     if constexpr (std::is_floating_point_v<T>) copy(float{});
   } else
-    wrong(name + " is no array of " + (std::is_integral_v<T> ? "whole numbers" : "numbers"));
+    malformed(name + " is no array of " + (std::is_integral_v<T> ? "whole numbers" : "numbers"));
   return out;
 }
 template std::vector<double> numbers_of(const StoredArray&, const std::string&);
@@ -240,7 +240,7 @@ void save_tree(const std::string& path, const StoredValue& tree) {
   Blake2b digest(32);
   store(file->root().group("state"), tree, digest, "");
   file->root().set_attribute("format", StoredArray::text(format_name));
-  file->root().set_attribute("version", StoredArray::of(format_version, {2}));
+  file->root().set_attribute("version", StoredArray::of(tree_version, {2}));
   file->root().set_attribute("checksum", StoredArray::text(digest.hexdigest()));
   file->commit(true);
 }
@@ -258,11 +258,11 @@ StoredValue load_tree(const std::string& path, const std::string& what, const st
     const std::optional<StoredArray> stored = root.attribute("version");
     const std::vector<std::int64_t> version =
         stored ? numbers_of<std::int64_t>(*stored, "version") : std::vector<std::int64_t>();
-    if (version.size() != 2) wrong("it has no version");
-    if (version[0] > format_version[0])
+    if (version.size() != 2) malformed("it has no version");
+    if (version[0] > tree_version[0])
       throw FileError(path,
                       it + " has format version " + std::to_string(version[0]) + "." + std::to_string(version[1]) +
-                          ", this Cairn reads up to " + std::to_string(format_version[0]),
+                          ", this Cairn reads up to " + std::to_string(tree_version[0]),
                       "use a newer Cairn");
     Blake2b digest(32);
     std::set<std::uint64_t> seen;

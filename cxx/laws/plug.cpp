@@ -16,25 +16,26 @@ namespace cairn {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& library, const std::string& text) {
+[[noreturn]] void refuse_library(const std::string& library, const std::string& text) {
   throw std::invalid_argument(library + ": " + text);
 }
 
 // A library of a later header may write more than this one knows.
-union Descriptor {
+union PlugDescriptor {
   cairn_plug_descriptor known;
   char room[16384];
 };
 
 void expect(const std::string& library, const char* what, int have, int want) {
   if (have != want)
-    refuse(library, std::string(what) + " is " + std::to_string(have) + ", this Cairn has " + std::to_string(want) +
-                        ": compile the library with the cairn_plug.f90 or cairn/plug.h of this Cairn");
+    refuse_library(library, std::string(what) + " is " + std::to_string(have) + ", this Cairn has " +
+                                std::to_string(want) +
+                                ": compile the library with the cairn_plug.f90 or cairn/plug.h of this Cairn");
 }
 
 std::string text_of(const std::string& library, const char* what, const char* text, std::size_t room) {
   if (!std::memchr(text, '\0', room))
-    refuse(library, std::string(what) + " has no end: shorten it, and end it with a null");
+    refuse_library(library, std::string(what) + " has no end: shorten it, and end it with a null");
   return text;
 }
 
@@ -47,27 +48,27 @@ void check(const std::string& library, const std::string& name, int kind, const 
   static const char* const kinds[] = {
       "", "contact law", "contact solver", "detection pair", "free velocity", "body force", "deformable body"};
   if (d.kind != kind)
-    refuse(library, name + " is of kind " + std::to_string(d.kind) + ", not a " + kinds[kind] + " (" +
-                        std::to_string(kind) + ")");
+    refuse_library(library, name + " is of kind " + std::to_string(d.kind) + ", not a " + kinds[kind] + " (" +
+                                std::to_string(kind) + ")");
   if (text_of(library, "name", d.name, sizeof d.name) != name)
-    refuse(library, "cairn_describe_" + name + " describes '" + d.name + "': its name must be " + name);
+    refuse_library(library, "cairn_describe_" + name + " describes '" + d.name + "': its name must be " + name);
   if (kind != cairn_plug_law) return;
   const auto one_of = [&](const char* what, int have, int few, int many) {
     if (have != 0 && have != few && have != many)
-      refuse(library, name + ": " + what + " is " + std::to_string(have) + ", must be " + std::to_string(few) + ", " +
-                          std::to_string(many) + " (with rotations) or 0 (not in this dimension)");
+      refuse_library(library, name + ": " + what + " is " + std::to_string(have) + ", must be " + std::to_string(few) +
+                                  ", " + std::to_string(many) + " (with rotations) or 0 (not in this dimension)");
   };
   one_of("components2", d.components2, 2, 3);
   one_of("components3", d.components3, 3, 6);
-  if (d.components2 == 0 && d.components3 == 0) refuse(library, name + " has no components in 2D nor in 3D");
-  if (!d.prepare) refuse(library, name + " has no prepare: every law needs one, for bias and friction");
+  if (d.components2 == 0 && d.components3 == 0) refuse_library(library, name + " has no components in 2D nor in 3D");
+  if (!d.prepare) refuse_library(library, name + " has no prepare: every law needs one, for bias and friction");
   if (d.normal_bias && (d.solve || d.components2 == 3 || d.components3 == 6))
-    refuse(library, name + " says normal_bias, which a law with its own solve or with rotations cannot");
-  if (d.residual && !d.solve) refuse(library, name + " has a residual and no solve: a cone has one already");
+    refuse_library(library, name + " says normal_bias, which a law with its own solve or with rotations cannot");
+  if (d.residual && !d.solve) refuse_library(library, name + " has a residual and no solve: a cone has one already");
   if (d.keeps != 0 && d.keeps != 1)
-    refuse(library, name + ": keeps is " + std::to_string(d.keeps) + ", must be 0 or 1");
+    refuse_library(library, name + ": keeps is " + std::to_string(d.keeps) + ", must be 0 or 1");
   if (!d.solve && (d.components2 == 3 || d.components3 == 6))
-    refuse(library, name + " has rotations among its components and no solve: the cone knows none");
+    refuse_library(library, name + " has rotations among its components and no solve: the cone knows none");
 }
 
 } // namespace
@@ -75,17 +76,18 @@ void check(const std::string& library, const std::string& name, int kind, const 
 namespace {
 
 // Opens the library, reads and checks the descriptor.
-void describe(const std::string& library, const std::string& name, int kind, Descriptor& filled) {
+void describe(const std::string& library, const std::string& name, int kind, PlugDescriptor& filled) {
   void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) {
     const char* why = dlerror();
-    refuse(library, std::string("cannot be loaded as a library: ") + (why ? why : "no reason given"));
+    refuse_library(library, std::string("cannot be loaded as a library: ") + (why ? why : "no reason given"));
   }
   const std::string symbol = "cairn_describe_" + name;
   auto* describe = reinterpret_cast<cairn_plug_describe*>(dlsym(handle, symbol.c_str()));
   if (!describe) {
     dlclose(handle);
-    refuse(library, "has no " + symbol + ": the library must export a descriptor under that name (Fortran: bind(c))");
+    refuse_library(library,
+                   "has no " + symbol + ": the library must export a descriptor under that name (Fortran: bind(c))");
   }
   describe(&filled.known);
   check(library, name, kind, filled.known);
@@ -102,18 +104,18 @@ LawInfo declared(const std::string& library, const std::string& name, const cair
   const std::string state = text_of(library, "state", d.state, sizeof d.state);
   try {
     declare_law(law, parameters, state);
-  } catch (const std::invalid_argument& wrong) { refuse(library, name + ": " + wrong.what()); }
+  } catch (const std::invalid_argument& wrong) { refuse_library(library, name + ": " + wrong.what()); }
   return law;
 }
 
 } // namespace
 
 PluggedRoutine open_routine(const std::string& library, const std::string& name, int kind) {
-  Descriptor filled{};
+  PlugDescriptor filled{};
   describe(library, name, kind, filled);
   PluggedRoutine found{name, library, declared(library, name, filled.known), nullptr};
   found.routine = reinterpret_cast<cairn_plug_slot*>(filled.known.prepare);
-  if (!found.routine) refuse(library, name + " has no routine: the descriptor must hold it in `prepare`");
+  if (!found.routine) refuse_library(library, name + " has no routine: the descriptor must hold it in `prepare`");
   return found;
 }
 
@@ -143,12 +145,12 @@ std::shared_ptr<CalledForces> plug_body(const PluggedRoutine& r, std::vector<dou
   auto* open = reinterpret_cast<cairn_plug_open_body*>(r.routine);
   const std::string from = r.library + ": " + r.name;
   if (params.size() != r.declared.parameters.size())
-    refuse(r.library, r.name + " takes " + std::to_string(r.declared.parameters.size()) + " parameters, and " +
-                          std::to_string(params.size()) + " are given");
+    refuse_library(r.library, r.name + " takes " + std::to_string(r.declared.parameters.size()) + " parameters, and " +
+                                  std::to_string(params.size()) + " are given");
   for (std::size_t k = 0; k < params.size(); ++k)
     if (const LawParameter& p = r.declared.parameters[k]; !(params[k] >= p.smallest && params[k] <= p.largest))
-      refuse(r.library, p.name + " is " + std::to_string(params[k]) + ": " + r.name + " takes " +
-                            std::to_string(p.smallest) + " to " + std::to_string(p.largest));
+      refuse_library(r.library, p.name + " is " + std::to_string(params[k]) + ": " + r.name + " takes " +
+                                    std::to_string(p.smallest) + " to " + std::to_string(p.largest));
   const auto opened = [open, from, params = std::move(params), dim, position = std::move(position),
                        pattern]() -> cairn_body_calls {
     cairn_body_calls calls{};
@@ -174,18 +176,18 @@ void plug_pair(const PluggedRoutine& r, const std::string& pair) {
     kind.contact = r.routine ? reinterpret_cast<cairn_pair_contact*>(r.routine) : kind.built_in;
     return;
   }
-  refuse(r.library, "there is no pair '" + pair + "' that a routine may replace: give one of " + known);
+  refuse_library(r.library, "there is no pair '" + pair + "' that a routine may replace: give one of " + known);
 }
 
 Law plug_law(const std::string& library, const std::string& name, const PlugOptions& options) {
-  Descriptor filled{};
+  PlugDescriptor filled{};
   describe(library, name, cairn_plug_law, filled);
   const cairn_plug_descriptor& d = filled.known;
   LawInfo law = declared(library, name, d);
   for (std::size_t k = 0; k < law.state.size(); ++k)
     if (!std::isfinite(law.state_begin[k]))
-      refuse(library, "state variable '" + law.state[k] + "' of " + name + " has no value for a new contact: write " +
-                          law.state[k] + ":0");
+      refuse_library(library, "state variable '" + law.state[k] + "' of " + name +
+                                  " has no value for a new contact: write " + law.state[k] + ":0");
   law.has_prepare = true;
   law.has_solve = d.solve != nullptr;
   law.has_commit = d.commit != nullptr;

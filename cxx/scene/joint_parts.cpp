@@ -13,7 +13,7 @@
 namespace cairn {
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double mark_share = 0.1; // radius of the mark of an end, of its body's size
 
 const JointKind& kind_named(const std::string& name) {
@@ -80,7 +80,7 @@ private:
 };
 
 void check_numbers(const JointKind& kind, const Numbers& given) {
-  const double low = given.get("lowest", -infinite), high = given.get("highest", infinite);
+  const double low = given.get("lowest", -infinity), high = given.get("highest", infinity);
   if (!(low <= high)) refuse("lowest", kind, low, ("give no more than highest, " + told(high)).c_str());
   if (spans(kind) && given.any({"lowest", "highest"}) && !(low > 0))
     refuse("lowest", kind, low, "give a length above 0 [m]");
@@ -93,10 +93,10 @@ void check_numbers(const JointKind& kind, const Numbers& given) {
     if (given.get(name, 0) < 0) refuse(name, kind, given.get(name, 0), "give a value from 0 on");
   if (given.find("rest") && !given.any({"stiffness", "damping"}))
     refuse("rest", kind, given.get("rest", 0), "give the stiffness of its spring as well");
-  if (!(given.get("length", infinite) > 0))
-    refuse("length", kind, given.get("length", infinite), "give a length above 0 [m]");
-  if (!(given.get("strength", infinite) > 0))
-    refuse("strength", kind, given.get("strength", infinite), "give a force above 0 [N]");
+  if (!(given.get("length", infinity) > 0))
+    refuse("length", kind, given.get("length", infinity), "give a length above 0 [m]");
+  if (!(given.get("strength", infinity) > 0))
+    refuse("strength", kind, given.get("strength", infinity), "give a force above 0 [N]");
 }
 
 bool is_node(const Scene& scene, std::int64_t id) { return id >= 0 && scene.find_node(id) >= 0; }
@@ -105,8 +105,8 @@ bool is_node(const Scene& scene, std::int64_t id) { return id >= 0 && scene.find
 double size_of_mesh(const Scene& scene, std::int64_t id) {
   const MeshParts& part = *scene.part(id);
   double low[3], high[3], size = 0;
-  std::fill_n(low, 3, infinite);
-  std::fill_n(high, 3, -infinite);
+  std::fill_n(low, 3, infinity);
+  std::fill_n(high, 3, -infinity);
   for (std::int64_t i = part.first; i < part.first + part.count; ++i)
     for (int k = 0; k < scene.dim; ++k) {
       const double x = scene.nodes.position[scene.node(i)][k];
@@ -313,11 +313,11 @@ std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft
       {"axis_z", axis[2]},
       {"spans", spans(kind) ? 1 : 0},
       {"rest", given.get("rest", begin)},
-      {"lowest", given.get("lowest", -infinite)},
-      {"highest", is_rope(kind) ? given.get("length", begin) : given.get("highest", infinite)},
+      {"lowest", given.get("lowest", -infinity)},
+      {"highest", is_rope(kind) ? given.get("length", begin) : given.get("highest", infinity)},
       {"speed", given.get("speed", 0)},
       {"effort", given.get("effort", 0)},
-      {"strength", given.get("strength", infinite)},
+      {"strength", given.get("strength", infinity)},
       {"stiffness", given.get("stiffness", 0)},
       {"damping", given.get("damping", 0)},
       {"pulley", is_rope(kind) ? 2 : 0},

@@ -86,7 +86,7 @@ void check_whole(const std::vector<Whole>& wholes, std::span<const std::int32_t>
                     std::to_string(node) + " is on no piece that follows: give all pieces of their sides");
 }
 
-std::string told(double x) {
+std::string as_text(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", x);
   return text;
@@ -101,10 +101,11 @@ void check_covered(const std::vector<Met>& sides, double within, bool edges) {
   for (const Met& s : sides)
     if (wrong(s) && (!worst || std::abs(1 - s.covered) > std::abs(1 - worst->covered))) worst = &s;
   if (!worst) return;
-  std::string text = "ties: " + told(worst->covered) + " of the " + (edges ? "edge" : "face") + " of nodes ";
+  std::string text = "ties: " + as_text(worst->covered) + " of the " + (edges ? "edge" : "face") + " of nodes ";
   for (int j = 0; j < worst->nodes; ++j) text += (j ? ", " : "") + std::to_string(worst->own[std::size_t(j)]);
-  text += " lies on sides that lead, within " + told(within) + " of its size, ";
-  if (worst->covered > 1) throw Error(text + told(worst->covered - 1) + " more than once: leave one of the layers out");
+  text += " lies on sides that lead, within " + as_text(within) + " of its size, ";
+  if (worst->covered > 1)
+    throw Error(text + as_text(worst->covered - 1) + " more than once: leave one of the layers out");
   double needed = 0;
   bool wider = true;
   for (const Met& s : sides) {
@@ -112,9 +113,9 @@ void check_covered(const std::vector<Met>& sides, double within, bool edges) {
     wider = wider && s.covered < 1 && s.opposite >= 0.5;
     needed = std::max({needed, s.far, (1 - s.opposite) / s.around});
   }
-  text += told(1 - worst->covered) + " is missing: move it over the other, ";
+  text += as_text(1 - worst->covered) + " is missing: move it over the other, ";
   if (!wider) throw Error(text + "or let the finer side follow");
-  throw Error(text + "let the finer side follow, or give a larger within, " + told(1.01 * needed) + " or more");
+  throw Error(text + "let the finer side follow, or give a larger within, " + as_text(1.01 * needed) + " or more");
 }
 
 Met met_by_edge(const MeshDraft& d, const Side& own, const Whole& whole, std::span<const std::int32_t> lead,

@@ -15,7 +15,7 @@ namespace cairn {
 
 namespace {
 
-constexpr int lanes = 8;
+constexpr int sides_at_once = 8;
 constexpr std::int64_t dense_up_to = 60, band_up_to = 24;
 
 void check_pattern(const SparseMatrix& a, bool symmetric) {
@@ -198,7 +198,7 @@ SoeStatus Soe::factor(const double* value) {
   return status;
 }
 
-std::int64_t Soe::work_size() const { return lanes * (scaled_.n + factors_->work_per_lane()); }
+std::int64_t Soe::work_size() const { return sides_at_once * (scaled_.n + factors_->work_per_lane()); }
 
 // What held unknowns pull with.
 void Soe::lift(double* b) const {
@@ -208,7 +208,7 @@ void Soe::lift(double* b) const {
 // One column, or up to eight side by side.
 void Soe::solve_lanes(double* b, std::int64_t columns, double* work) const {
   const std::int64_t equations = scaled_.n;
-  const int side = columns == 1 ? 1 : lanes;
+  const int side = columns == 1 ? 1 : sides_at_once;
   for (std::int64_t c = 0; c < columns; ++c) {
     lift(b + c * n_);
     for (std::int64_t e = 0; e < equations; ++e) work[place_[e] * side + c] = left_[e] * b[c * n_ + unknown_[e]];
@@ -222,12 +222,12 @@ void Soe::solve_lanes(double* b, std::int64_t columns, double* work) const {
 
 void Soe::solve(double* b, std::int64_t columns, int threads) const {
   if (!factorised_) throw Error("there are no factors to solve with: give values that can be factorised first");
-  const std::int64_t groups = (columns + lanes - 1) / lanes, size = work_size();
+  const std::int64_t groups = (columns + sides_at_once - 1) / sides_at_once, size = work_size();
   const int team = int(std::clamp<std::int64_t>(groups, 1, std::max(threads, 1)));
   if (std::int64_t(work_.size()) < team * size) work_.resize(team * size);
 #pragma omp parallel for num_threads(team) schedule(dynamic) if (team > 1)
   for (std::int64_t g = 0; g < groups; ++g)
-    solve_lanes(b + g * lanes * n_, std::min<std::int64_t>(columns - g * lanes, lanes),
+    solve_lanes(b + g * sides_at_once * n_, std::min<std::int64_t>(columns - g * sides_at_once, sides_at_once),
                 work_.data() + omp_get_thread_num() * size);
 }
 

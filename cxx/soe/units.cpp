@@ -12,7 +12,7 @@ namespace cairn {
 
 namespace {
 
-constexpr std::int64_t lanes = 8;
+constexpr std::int64_t units_at_once = 8;
 
 } // namespace
 
@@ -77,20 +77,21 @@ void Soe::solve_columns(std::span<const std::int32_t> indices, double* out, std:
   const std::int64_t m = std::int64_t(indices.size()), equations = scaled_.n, size = work_size();
   const std::vector<Wanted> wanted = wanted_of(indices);
   for (std::int64_t c = 0; c < m; ++c) std::fill_n(out + leading * c, m, 0.0);
-  const std::int64_t count = std::int64_t(wanted.size()), groups = (count + lanes - 1) / lanes;
+  const std::int64_t count = std::int64_t(wanted.size()), groups = (count + units_at_once - 1) / units_at_once;
   const int team = int(std::clamp<std::int64_t>(groups, 1, std::max(threads, 1)));
 #pragma omp parallel num_threads(team) if (team > 1)
   {
     std::vector<double> y(size);
 #pragma omp for schedule(dynamic)
     for (std::int64_t g = 0; g < groups; ++g) {
-      const std::int64_t begin = g * lanes, end = std::min(begin + lanes, count);
-      std::fill(y.begin(), y.begin() + equations * lanes, 0.0);
-      for (std::int64_t k = begin; k < end; ++k) y[wanted[k].place * lanes + (k - begin)] = left_[wanted[k].equation];
-      factors_->solve(int(lanes), y.data(), y.data() + equations * lanes);
+      const std::int64_t begin = g * units_at_once, end = std::min(begin + units_at_once, count);
+      std::fill(y.begin(), y.begin() + equations * units_at_once, 0.0);
+      for (std::int64_t k = begin; k < end; ++k)
+        y[wanted[k].place * units_at_once + (k - begin)] = left_[wanted[k].equation];
+      factors_->solve(int(units_at_once), y.data(), y.data() + equations * units_at_once);
       for (std::int64_t i = symmetric_ ? begin : 0; i < count; ++i)
         for (std::int64_t k = begin; k < end; ++k) {
-          const double x = right_[wanted[i].equation] * y[wanted[i].place * lanes + (k - begin)];
+          const double x = right_[wanted[i].equation] * y[wanted[i].place * units_at_once + (k - begin)];
           const std::int64_t row = wanted[i].index, column = wanted[k].index;
           if (!symmetric_ || i >= k) out[row * leading + column] = x;
           if (symmetric_ && i > k) out[column * leading + row] = x;

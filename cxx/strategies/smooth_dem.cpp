@@ -9,16 +9,6 @@
 #include "smooth/lanes.hpp"
 
 namespace cairn {
-namespace {
-
-template <class T>
-auto pointer(Field<T>& field) {
-  return field.active ? field.values.data() : nullptr;
-}
-const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
-
-} // namespace
-
 const StepReport& SmoothDem::step(Simulation& s, double h) {
   const Threads threads(settings.threads, s.scene.bodies.count);
   begin_step(s, h);

@@ -11,7 +11,7 @@ namespace cairn {
 
 namespace {
 
-double dot(const Array<double>& x, const Array<double>& y) {
+double product(const Array<double>& x, const Array<double>& y) {
   double sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
   return sum;
@@ -100,17 +100,17 @@ void VelocityRefinement::combine(Point& newest) {
   Array<double> left(newest.broken);
   for (std::size_t j = n; j-- > 0;) {
     Array<double> column = difference(points_[j].broken, newest.broken);
-    const double size = std::sqrt(dot(column, column));
+    const double size = std::sqrt(product(column, column));
     std::vector<double> above;
     for (const Array<double>& x : q) {
-      above.push_back(dot(x, column));
+      above.push_back(product(x, column));
       add(-above.back(), x, column);
     }
-    const double rest = std::sqrt(dot(column, column));
+    const double rest = std::sqrt(product(column, column));
     if (!(rest > little * size)) continue;
     for (double& x : column) x /= rest;
     above.push_back(rest);
-    right.push_back(-dot(column, left));
+    right.push_back(-product(column, left));
     add(right.back(), column, left);
     q.push_back(std::move(column));
     upper.push_back(std::move(above));

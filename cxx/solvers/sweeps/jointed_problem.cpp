@@ -12,7 +12,7 @@ namespace {
 
 // Columns of parameters and state of the law, from 0: see joint.f90.
 constexpr int p_lowest = 5, p_highest = 6, p_speed = 7, p_effort = 8, p_h = 16, s_along = 7, s_drag = 8, s_pull = 9;
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double machine_epsilon = std::numeric_limits<double>::epsilon();
 
 bool joins(const cairn_batch& b) { return law_infos()[std::size_t(b.law)].joins; }
 
@@ -250,7 +250,7 @@ void JointedProblem::pose_what_acts() {
     const cairn_batch& b = batch(c.place);
     const double r = at(b, b.r, c.place.lane, c.component);
     const double dragged = c.drag * u[std::size_t(c.row)], beside = r + dragged + c.pull;
-    const double rounding = 64 * epsilon * (std::abs(r) + std::abs(dragged) + std::abs(c.pull));
+    const double rounding = 64 * machine_epsilon * (std::abs(r) + std::abs(dragged) + std::abs(c.pull));
     if (c.driven() && c.overburdens(beside, 1 - 0x1p-30)) pose(k, Pose::motor);
     if (c.driven()) continue;
     if (beside > c.effort + rounding) pose(k, Pose::low);
@@ -259,7 +259,7 @@ void JointedProblem::pose_what_acts() {
 }
 
 bool JointedProblem::amend() {
-  constexpr double slack = 64 * epsilon;
+  constexpr double slack = 64 * machine_epsilon;
   std::vector<double> u;
   read_velocities(schedule_, u);
   const std::size_t before = posed_.size();

@@ -12,9 +12,9 @@ namespace cairn {
 
 namespace {
 
-// Weight of the proximal term against the mean diagonal of W. What resists less than that a step cannot find; without
-// it contacts that others determine have none.
-constexpr double proximal = 0x1p-24;
+// Weight of the proximal_weight term against the mean diagonal of W. What resists less than that a step cannot find;
+// without it contacts that others determine have none.
+constexpr double proximal_weight = 0x1p-24;
 
 } // namespace
 
@@ -90,7 +90,7 @@ double NewtonCorrection::follow(ScaledProblem& scaled, NewtonStep& newton) {
   double largest = 0, merit = 0;
   close_ = false;
   for (int k = 0; k < most && !close_; ++k) {
-    if (!newton.find(r.data(), u.data(), proximal, merit)) return std::numeric_limits<double>::infinity();
+    if (!newton.find(r.data(), u.data(), proximal_weight, merit)) return std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < r.size(); ++i) {
       r[i] += newton.step()[i];
       step_[i] += newton.step()[i];

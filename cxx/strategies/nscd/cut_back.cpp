@@ -11,14 +11,16 @@
 #include "nscd.hpp"
 
 namespace cairn {
-namespace {
 
-struct Loads { // of a mesh over the whole step
+// StepLoads of a mesh at both ends of the whole step, on its degrees of freedom and as pressures.
+struct StepLoads {
   std::vector<double> begin, end, pressure_begin, pressure_end;
 };
 
-Loads loads_of(const MeshBody& mesh) {
-  Loads out{mesh.load_begin, mesh.load_end, {}, {}};
+namespace {
+
+StepLoads loads_of(const MeshBody& mesh) {
+  StepLoads out{mesh.load_begin, mesh.load_end, {}, {}};
   for (const PressedSides& sides : mesh.pressed) {
     out.pressure_begin.push_back(sides.begin);
     out.pressure_end.push_back(sides.end);
@@ -27,7 +29,7 @@ Loads loads_of(const MeshBody& mesh) {
 }
 
 // Those of the part of the step from one share of it to another.
-void take_loads(MeshBody& mesh, const Loads& whole, double from, double to) {
+void take_loads(MeshBody& mesh, const StepLoads& whole, double from, double to) {
   const auto at = [](double a, double b, double share) { return (1 - share) * a + share * b; };
   for (std::size_t i = 0; i < whole.end.size(); ++i) {
     mesh.load_begin[i] = at(whole.begin[i], whole.end[i], from);
@@ -44,7 +46,7 @@ void take_loads(MeshBody& mesh, const Loads& whole, double from, double to) {
 struct Nscd::Whole {
   double begin = 0, h = 0;
   std::int64_t steps = 0;
-  std::vector<Loads> loads; // of the meshes, if nothing else gives them
+  std::vector<StepLoads> loads; // of the meshes, if nothing else gives them
   int parts = 0, passes = 0;
   std::int64_t rotations = 0;
   double newton_error = 0;

@@ -7,13 +7,6 @@
 namespace cairn {
 namespace {
 
-template <class T>
-auto pointer(Field<T>& field) {
-  return field.active ? field.values.data() : nullptr;
-}
-
-const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
-
 // What came to be driven since the last step.
 void forget_driven(Bodies& b, int histories) {
   if (!b.driven.active) return;

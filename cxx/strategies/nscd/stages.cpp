@@ -13,17 +13,6 @@
 #include "nscd.hpp"
 
 namespace cairn {
-namespace {
-
-template <class T>
-auto pointer(Field<T>& field) {
-  return field.active ? field.values.data() : nullptr;
-}
-
-const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
-
-} // namespace
-
 std::vector<std::pair<std::string_view, double>> Nscd::figures(Simulation& s) {
   const ContactSystem& system = s.interactions.system();
   if (!s.contacts_known || system.batches.empty()) return {};

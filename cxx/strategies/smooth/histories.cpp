@@ -6,16 +6,6 @@
 #include "smooth_dem.hpp"
 
 namespace cairn {
-namespace {
-
-template <class T>
-auto pointer(Field<T>& field) {
-  return field.active ? field.values.data() : nullptr;
-}
-const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
-
-} // namespace
-
 std::vector<std::string> SmoothDem::texts_of(std::string_view option) const {
   if (option == "integrator") return {"velocity_verlet", "gear"};
   return {};
