@@ -21,6 +21,25 @@ quietly() {
   fi
   rm -f "$log"
 }
+# As quietly, and counts the files that are compiled meanwhile, on one line of a terminal.
+compiling() {
+  local log line
+  log=$(mktemp)
+  if ! "$@" 2>&1 | tee "$log" | while IFS= read -r line; do
+    [[ $line =~ ^\ *\[([0-9]+)/([0-9]+)\] ]] || continue
+    if [ -t 2 ]; then
+      printf '\r   compiled %s of %s files ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+    elif ((BASH_REMATCH[1] % 100 == 0)); then
+      printf '   compiled %s of %s files\n' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2
+    fi
+  done; then
+    tail -n 200 "$log" >&2
+    rm -f "$log"
+    fail "failed: $*"
+  fi
+  [ ! -t 2 ] || printf '\n' >&2
+  rm -f "$log"
+}
 jobs() { nproc; }
 # Hash of the files given by git (tracked, or new and not ignored), or of all files where there is no git.
 hash_of() {
