@@ -7,7 +7,7 @@ import sys
 PACKAGES = {
     "PIL": "pillow", "coacd": "coacd", "gmsh": "gmsh", "ifcopenshell": "ifcopenshell", "manifold3d": "manifold3d",
     "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista", "scipy": "scipy",
-    "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
+    "shapely": "shapely", "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
 }
 
 

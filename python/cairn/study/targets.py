@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..post.hdf5 import read_foreign
+from .scripts import see_beside
 from .settings import digest
 
 
@@ -132,6 +133,7 @@ def _kind(path):
 
 
 def _module(path):
+    see_beside(path)
     spec = importlib.util.spec_from_file_location(f"cairn_study_of_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
