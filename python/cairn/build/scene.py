@@ -191,6 +191,11 @@ class Scene(Spelt):
 
     # ------------------------------------------------------------------ files
 
+    def __repr__(self):
+        from ..post.notebook import lines_of_scene
+
+        return lines_of_scene(self)
+
     def _repr_html_(self):
         from ..post.notebook import of_scene
 

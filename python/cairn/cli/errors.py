@@ -91,4 +91,4 @@ def save_picture(ax, path, dpi):
     except OSError as error:
         if isinstance(error, FileError):
             raise
-        raise as_file_error(path, error) from error
+        raise as_file_error(path, error, writing=True) from error

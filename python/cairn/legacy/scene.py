@@ -36,6 +36,15 @@ class Origin:
     heated: list = field(default_factory=list)  # meshes of heat, see cairn.legacy.networks
     alert: float = 0.0
 
+    def __repr__(self):
+        box = self.datbox
+        lines = [f"from {box.folder}: {box.dim}D, {len(box.bodies)} rigid bodies, {len(box.meshes)} meshes, {len(box.see)} see tables",
+                 f"largest alert distance {self.alert:g} m"]  # fmt: skip
+        for what, found in (("left out", self.unmapped), ("told otherwise", self.notes)):
+            lines += [f"{what}: {' '.join(line.split())[:140]}" for line in found[:3]]
+            lines += [f"and {len(found) - 3} more {what}"] if len(found) > 3 else []
+        return "\n".join(lines)
+
 
 def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None):
     """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.

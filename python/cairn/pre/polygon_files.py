@@ -162,7 +162,7 @@ def read_off(path):
     try:
         points, count = int(row[0]), int(row[1])
         vertices, faces = [], []
-        for place, (number, row) in enumerate(rows[1 : 1 + points + count]):  # noqa: B007: errors name the line
+        for place, (number, row) in enumerate(rows[1 : 1 + points + count]):  # noqa: B007
             if place < points:
                 vertices.append([float(word) for word in row[:3]])
             else:

@@ -161,7 +161,7 @@ def sweep(path, folder=None, processes=None, dask=None, progress=None):
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise as_file_error(folder, error) from error
+        raise as_file_error(folder, error, writing=True) from error
     table = _Table(folder / NAME, plan)
     words = words_of(plan.script)
     left = [(key, point) for point in plan.points if (key := key_of(words, point)) not in table.done]
@@ -273,4 +273,4 @@ class _Table:
                 writer.writerows(self._rows.values())
             os.replace(part, self.path)
         except OSError as error:
-            raise as_file_error(self.path, error) from error
+            raise as_file_error(self.path, error, writing=True) from error
