@@ -52,7 +52,7 @@ REFUSED = [
     (lambda: cn.disks(XY, 0.5, ROCK, damping=[1, 2, 3]), r"damping has shape \(3,\): give a number or an array of shape \(2,\)"),
     (lambda: cn.disks(XY, 0.5, ROCK, group="*"), r"group is '\*': give a non-empty string other than '\*'"),
     (lambda: cn.clumps(XY, [[0, 0]], [0.1], [1, 2, 3], 1.0, ROCK), r"mass has shape \(3,\): give a number or an array"),
-    (lambda: cn.clumps(XYZ, [[0, 0, 0]], [0.1], 1.0, [1, 2], ROCK), r"inertia has shape \(2,\): .* three principal moments, give \(3,\)"),
+    (lambda: cn.clumps(XYZ, [[0, 0, 0]], [0.1], 1.0, [1, 2], ROCK), r"inertia has shape \(2,\): .* moments, give \(3,\)"),
     (lambda: cn.clumps(XYZ, [[0, 0, 0]], [0.1], 1.0, 0.1, ROCK), r"inertia has shape \(\): .* three .*; cairn.pre.clump\("),
     (lambda: cn.clumps(XYZ, [[0, 0, 0]], [0.1], 1.0, [[0.1]] * len(XYZ), ROCK), r"inertia has shape .* three principal moments"),
     (lambda: cn.clumps(XY, [0, 0], [0.1], 1.0, 1.0, ROCK), r"offsets has shape \(2,\): give \(m, 2\) or \(m, 3\)"),

@@ -186,7 +186,7 @@ end subroutine""")
 
 @pytest.mark.parametrize("name", ["ABA_PARAM.INC", "aba_param.inc"])
 def test_what_routines_include_is_shipped(tmp_path, name):
-    """A routine that declares nothing itself, in fixed form as it is mostly written: forces of a cell are those of Hooke's law."""
+    """A routine that declares nothing itself, in fixed form as most are written: forces are those of Hooke's law."""
     source = f"""
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
      1 DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,PREDEF,DPRED,

@@ -128,7 +128,8 @@ class Running:
         return np.concatenate(ends) if ends else np.zeros(0, np.int64)
 
     def _material(self, kind, settings, name):
-        if name not in self._simulation._materials:  # of the ends of a joint, which conduct nothing
+        joints = {a for a, _, law in self._simulation._rules if law is not None and law.name == "joint"}
+        if name in joints:  # of its ends, which conduct nothing, also when it is gone
             return dict.fromkeys(NUMBERS, 0.0) | {"conductivity": _table(None), "capacity": _table(None), "joint": True}
         m = self._simulation._materials[name]
         asked = {word for kernel in settings.kernels for word in kernel.reads}

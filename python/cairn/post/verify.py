@@ -289,8 +289,8 @@ def _split(normal, impulse):
 
 
 def _step_lengths(run):
-    """Length [s] of the step that led to each output: of the history, else of the scene, else of the times of the outputs. Programs
-    in C and Fortran tell none in the scene."""
+    """Length [s] of the step that led to each output: of the history, else of the scene, else of the times of the outputs.
+    Programs in C and Fortran tell none in the scene."""
     history, out = run.history, np.zeros(len(run))
     own = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history and "step" in history else {}
     for k, step in enumerate(run):

@@ -127,7 +127,7 @@ def _kind(path):
     if path.suffix in (".dat", ".txt"):
         return "problem"
     try:
-        return read_foreign(path, lambda file: "problem" if "fclib_local" in file or "fclib_global" in file else "scene")
+        return "problem" if read_foreign(path, lambda f: any(name.startswith("fclib_") for name, _ in f.items())) else "scene"
     except OSError:
         raise ValueError(f"{path}: is no scene of Scene.save, no .py and no problem (FCLIB's HDF5, Siconos's text)") from None
 
