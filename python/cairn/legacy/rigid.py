@@ -268,7 +268,7 @@ def _centre_polyhedron(reader, body, c, near):
     c.vertices = c.vertices - c.offset
     if not mesh.is_convex(c.vertices, c.faces, FLAT) and not _hulled(c, rounding):
         try:
-            c.parts = convex_parts(c.vertices, c.faces, near=near)
+            c.parts = convex_parts(c.vertices, c.faces, **({} if near is None else {"near": near}))
         except (ValueError, LookupError) as error:
             if _stretched(c, rounding):
                 return
