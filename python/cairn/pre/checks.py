@@ -81,11 +81,12 @@ def node_numbers(name: str, value, nodes: int) -> np.ndarray:
 
 def body_ids(ids) -> np.ndarray:
     """Ids (n,) of bodies; ValueError for what is no whole number, and for numbers that are too large for any body."""
-    try:
-        array = np.atleast_1d(np.asarray(ids))
+    try:  # numpy makes real numbers of whole ones that no int64 and no uint64 holds together
+        array = np.atleast_1d(np.asarray(ids, object if isinstance(ids, (list, tuple)) else None))
     except (ValueError, TypeError):
         array = np.array([None])
-    whole = array.dtype.kind in "iu" or all(isinstance(i, int) and not isinstance(i, bool) for i in array.ravel().tolist())
+    flat = array.ravel().tolist() if array.dtype.kind not in "iu" else ()
+    whole = all(isinstance(i, (int, np.integer)) and not isinstance(i, bool) for i in flat)
     if array.ndim != 1 or not whole:
         raise ValueError(f"ids is {ids!r}: give whole numbers (n,), as Scene.add and Simulation.add return them")
     beyond = [i for i in array.tolist() if not -(2**63) <= i < 2**63] if array.dtype.kind in "uO" else []
