@@ -39,7 +39,7 @@ struct NetworkMaterial {
   PropertyTable conductivity, capacity;     // [S/m | W/(m K)], [J/(kg K)]
   double latent = 0, melts = 0, molten = 0; // heat taken up between two temperatures [J/kg], [K]
   double density = 0, young = 0, poisson = 0, hardness = 0, expansion = 0;
-  bool joint = false; // of the ends of a joint, there or gone: they conduct nothing
+  bool joint = false;              // of the ends of a joint, there or gone: they conduct nothing
   double enthalpy(double t) const; // [J/kg]
   double enthalpy_slope(double t) const;
 };

@@ -180,7 +180,7 @@ def test_a_run_of_a_program_in_fortran_is_verified(tmp_path):
 
 
 def test_a_module_beside_the_script_of_a_sweep(tmp_path):
-    """It is imported, with what it imports itself; points are run again where one of them changed."""
+    """Modules that it imports in turn are found as well; points are run again where one of them changed."""
     study = tmp_path / "study"
     study.mkdir()
     (study / "helper.py").write_text("from deeper import FACTOR\n\ndef twice(x):\n    return FACTOR * x\n")

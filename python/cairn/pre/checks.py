@@ -80,7 +80,7 @@ def node_numbers(name: str, value, nodes: int) -> np.ndarray:
 
 
 def body_ids(ids) -> np.ndarray:
-    """Ids (n,) of bodies; ValueError for what is no whole number, and for numbers that are too large for any body."""
+    """Ids (n,) of bodies. Raises ValueError unless they are whole numbers that a body may have."""
     try:  # numpy makes real numbers of whole ones that no int64 and no uint64 holds together
         array = np.atleast_1d(np.asarray(ids, object if isinstance(ids, (list, tuple)) else None))
     except (ValueError, TypeError):
