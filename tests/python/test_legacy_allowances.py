@@ -152,6 +152,7 @@ def test_an_evolution_whose_last_row_goes_back_in_time(tmp_path):
     for t, value in ((0.5, 1.0), (1.5, 3.5), (2.0, 5.0), (2.5, 4.0), (4.0, 1.0)):
         assert drive(t)[0] == pytest.approx(value)
     assert any("push.txt, line 4: time 1.5 goes back" in note for note in scene.legacy.notes)
+    assert len(str(scene.legacy).splitlines()) <= 10 and "told otherwise: push.txt, line 4" in str(scene.legacy)
     for text, line in (("0 0\n1 2\n0.5 3\n2 4\n", 3), ("0 0\n1 2\n1 3\n", 3), ("1 0\n0 2\n", 2)):
         (folder / "push.txt").write_text(text)
         with pytest.raises(legacy.LegacyError, match=f"push.txt, line {line}: .*give rising times"):

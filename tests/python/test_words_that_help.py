@@ -34,6 +34,7 @@ def test_print_gives_ten_lines(dim):
         scene.interact("rock", f"other {k}" if k else "rock", cn.Coulomb(mu=0.1 * k))
     for shown in (scene, cn.Scene(dim)):
         assert len(str(shown).splitlines()) <= 10 and str(shown).startswith(f"Scene, {dim}D")
+    assert repr(scene).startswith(f"<scene, {dim}D: 4 bodies") and "\n" not in repr(scene)
     text = str(scene)
     assert "rigid bodies: 4: 3 " in text and "joints: 1" in text and "more laws" in text and "materials: rock" in text
     for s in scene.sets:

@@ -37,6 +37,9 @@ class Origin:
     alert: float = 0.0
 
     def __repr__(self):
+        return f"<from {self.datbox.folder}: {len(self.unmapped)} left out, {len(self.notes)} notes>"
+
+    def __str__(self):
         box = self.datbox
         counted = f"{len(box.bodies)} rigid bodies, {len(box.meshes)} meshes, {len(box.see)} see tables"
         lines = [f"from {box.folder}: {box.dim}D, {counted}", f"largest alert distance {self.alert:g} m"]

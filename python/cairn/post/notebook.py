@@ -26,7 +26,7 @@ def of_scene(scene):
 
 def rows_of_scene(scene):
     """Names and values of what a scene is made of, but for its laws."""
-    gravity = "a function of time" if callable(scene.gravity) else ", ".join(f"{g:g}" for g in np.ravel(scene.gravity))
+    gravity = "a function of time" if callable(scene.gravity) else ", ".join(f"{g + 0.0:g}" for g in np.ravel(scene.gravity))
     materials = sorted({c.material.name for s in scene.sets for c in s.contactors if not c.joint})
     meshes = [s.mesh.name for s in scene.sets if s.mesh is not None]
     joints = sum(law is not None and law.name == "joint" for _, _, law in scene.rules)
