@@ -100,6 +100,7 @@ cairn::NetworkMaterial material_of(const py::handle& given) {
   m.poisson = number("poisson");
   m.hardness = number("hardness");
   m.expansion = number("expansion");
+  m.joint = d.contains("joint");
   return m;
 }
 

@@ -18,6 +18,7 @@ install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
 install(DIRECTORY ${PROJECT_BINARY_DIR}/fortran/ DESTINATION ${modules} FILES_MATCHING PATTERN "cairn*.mod")
 install(DIRECTORY fortran/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn FILES_MATCHING PATTERN "cairn*.f90")
 install(FILES python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
+install(DIRECTORY python/cairn/plugs/include/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
         FILES_MATCHING PATTERN "*.h" PATTERN "rows.h" EXCLUDE)
 # this one reads the lists beside it, which are one folder down once installed

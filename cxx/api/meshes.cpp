@@ -329,7 +329,7 @@ int32_t cairn_mesh_set_motion(cairn_mesh* mesh, const double* displacement, cons
     cairn::MeshDraft& d = mesh->draft;
     const std::int64_t n = std::int64_t(d.reference.size());
     if (displacement) check_finite("displacement", displacement, n);
-    if (velocity) check_finite("velocity", velocity, n);
+    if (velocity) check_speed("velocity", velocity, n);
     d.displacement.assign(displacement, displacement + (displacement ? n : 0));
     d.velocity.assign(velocity, velocity + (velocity ? n : 0));
   });

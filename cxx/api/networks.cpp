@@ -1,4 +1,5 @@
 // The C API of networks of heat and current (cairn/cairn.h).
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -92,7 +93,10 @@ int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* k
     Network n;
     const bool electrical = std::string(kind) == "electrical";
     n.kind = electrical ? Network::Kind::electrical : Network::Kind::thermal;
-    n.materials.resize(simulation->matter.materials.size());
+    const cairn_matter& matter = simulation->matter;
+    n.materials.resize(matter.materials.size());
+    for (std::size_t m = 0; m < n.materials.size(); ++m)
+      n.materials[m].joint = std::ranges::find(matter.joints, matter.materials[m]) != matter.joints.end();
     s.scene.activate(electrical ? cairn::Need::electrical : cairn::Need::thermal);
     if (!electrical)
       for (auto* field : {&s.scene.bodies.temperature, &s.scene.nodes.temperature})

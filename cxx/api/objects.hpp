@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../base/call.hpp"
+#include "../base/fastest.hpp"
 #include "../files/file_error.hpp"
 #include "../scene/mesh_parts.hpp"
 #include "../strategies/options.hpp"
@@ -132,6 +133,13 @@ inline void check_finite(const char* name, const double* values, std::int64_t n)
   for (std::int64_t i = 0; i < n; ++i)
     if (!std::isfinite(values[i]))
       throw cairn::Error(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
+}
+
+inline void check_speed(const char* name, const double* values, std::int64_t n) {
+  check_finite(name, values, n);
+  for (std::int64_t i = 0; i < n; ++i)
+    if (std::abs(values[i]) > cairn::fastest)
+      throw cairn::Error(std::string(name) + "[" + std::to_string(i) + "]: " + cairn::too_fast);
 }
 
 // A text into room for `capacity` characters with the nought behind it; what does not fit is left out.

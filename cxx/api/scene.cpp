@@ -126,6 +126,7 @@ void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const
     items.clear();
     for (std::int64_t i = 0; i < counted(n); ++i) items.push_back(scene.internal(bodies[i]));
   }
+  if (name == "velocity") check_speed("velocity", values, n * scene.bodies.dofs());
   scene.bodies.for_each_field([&](auto& field) {
     if (field.name != name) return;
     const int c = field.components;

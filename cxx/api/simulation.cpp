@@ -297,7 +297,7 @@ int32_t cairn_simulation_set_node_field(cairn_simulation* simulation, const char
       throw Error("n is " + std::to_string(n) + " without numbers of nodes; there are " +
                   std::to_string(s.scene.nodes.count));
     const int dim = s.scene.dim;
-    check_finite(name, values, counted(n) * dim);
+    (field == "velocity" ? check_speed : check_finite)(name, values, counted(n) * dim);
     std::vector<std::int32_t> items = s.scene.node_insertion_order();
     if (nodes) items.clear();
     for (std::int64_t i = 0; nodes && i < n; ++i) items.push_back(s.scene.node(nodes[i]));

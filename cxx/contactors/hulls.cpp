@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -66,6 +67,7 @@ struct Builder {
   void take_vertices(std::span<const double> values);
   void take_face(std::span<const std::int64_t> corners, std::int64_t face);
   void check_convex(const Plane& plane, std::int64_t face) const;
+  double thickness() const;
   void make_loops();
   void drop_vertices_in_edges();
 };
@@ -141,6 +143,17 @@ void Builder::check_convex(const Plane& plane, std::int64_t face) const {
   refuse(which, "vertex " + std::to_string(highest) + " stands " + std::to_string(high / size) +
                     " of the size out of face " + std::to_string(face) +
                     ": it is not convex; give it as several convex parts of one body (cairn.pre.convex_parts)");
+}
+
+// The least distance between a face and the vertex farthest behind it.
+double Builder::thickness() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Plane& plane : planes) {
+    double low = 0;
+    for (const Vector& v : x) low = std::min(low, dot(plane.normal, v) - plane.offset);
+    least = std::min(least, -low);
+  }
+  return least;
 }
 
 // Each plane's vertices in order round it. Vertices of other faces are not of it, however near they are: what is one
@@ -230,7 +243,15 @@ void Hulls::add_polyhedron(const HullBatch& batch, std::int64_t which) {
     b.take_face(batch.corner.subspan(batch.first_corner[f], batch.first_corner[f + 1] - batch.first_corner[f]),
                 f - batch.first_face[which]);
   const std::size_t planes = b.planes.size();
+  const double thick = b.thickness();
   b.make_loops();
+  if (b.planes.size() < 4 && thick <= hull_flatness * b.size) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "it is %.3g m thick and %.3g m long: it counts as flat; give it more than %g of that", thick, b.size,
+                  hull_flatness);
+    refuse(which, text);
+  }
   if (b.planes.size() < 4 && planes > 3)
     refuse(which,
            "its faces leave vertices with fewer than three planes: it is not closed; add the missing faces or fill "

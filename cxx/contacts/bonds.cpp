@@ -103,8 +103,9 @@ Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, doubl
   const LawTable::Entry& e = laws->entry(entry[i]);
   const LawInfo& law = law_infos()[std::size_t(e.law)];
   const int c = law.components(dim());
+  const bool by_area = law.anchored || std::ranges::find(law.state, "area") != law.state.end();
   for (const std::int32_t contactor : {candidates->contactor_a[i], candidates->contactor_b[i]})
-    if ((kind[contactor] & mapped) && !law.joins && info(Shape(*contactors->shape[contactor])).ball() &&
+    if ((kind[contactor] & mapped) && by_area && !law.joins && info(Shape(*contactors->shape[contactor])).ball() &&
         !(meshes->area(contactor) > 0))
       throw std::invalid_argument("law " + law.python_name + " joins a node or point of the mesh '" +
                                   meshes->meshes[meshes->mesh_of(contactor)].model.name +

@@ -257,6 +257,9 @@ void InteractionHandler::Workspace::place_contactors() {
     throw Error("position: " + name_of(*contactors, *bodies, bad_centre) + " stands at (" + where +
                 ") m, which is no place; check its velocity, force and the step before");
   }
+  if (bad_reach < n && margin->per_contactor && std::isfinite(contactors->radius[bad_reach][0]))
+    throw Error("velocity: " + name_of(*contactors, *bodies, bad_reach) +
+                " moves farther in a step than numbers tell; check its velocity, force and the step before");
   if (bad_reach < n)
     throw Error("radius or margin: " + name_of(*contactors, *bodies, bad_reach) + " has radius + margin " +
                 std::to_string(reach[bad_reach]) + " m; give finite lengths, not negative");

@@ -54,6 +54,16 @@ std::pair<std::string, std::string> split(const std::string& path) {
                                     : std::pair{slash ? path.substr(0, slash) : "/", path.substr(slash + 1)};
 }
 
+// Why a file could not be made: of a folder that is there and takes none, as /proc, the system says that there is no
+// file.
+FileError not_made(const std::string& path, int number) {
+  const std::string folder = split(path).first;
+  struct stat there;
+  if (number == ENOENT && ::stat(folder.c_str(), &there) == 0 && S_ISDIR(there.st_mode))
+    return {path, "cannot be written: the folder " + folder + " takes no files", "choose another folder", number};
+  return system_error(path, number);
+}
+
 void remove_stale(const std::string& folder, const std::string& prefix) {
   const std::unique_ptr<DIR, int (*)(DIR*)> entries(::opendir(folder.c_str()), &::closedir);
   if (!entries) throw system_error(folder, errno);
@@ -114,7 +124,7 @@ int create_part(const std::string& part, const std::string& path) {
   for (;;) {
     const int made = ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (made < 0) {
-      if (errno != EEXIST) throw system_error(path, errno);
+      if (errno != EEXIST) throw not_made(path, errno);
       clean(part, path);
       continue;
     }
@@ -131,7 +141,7 @@ std::pair<int, std::string> create_part_beside(const std::string& path) {
     std::string made = folder;
     made.append("/.").append(name).append(".XXXXXX.part");
     const int fd = ::mkostemps(made.data(), 5, O_CLOEXEC);
-    if (fd < 0) throw system_error(path, errno);
+    if (fd < 0) throw not_made(path, errno);
     if (lock_for_writing(fd) != Lock::held_by_another && stands(fd, made)) {
       const mode_t mask = ::umask(0);
       ::umask(mask);

@@ -27,9 +27,20 @@ void Network::separate_hulls(Scene& scene) {
   }
 }
 
+// Ends of joints are of what their body is made of.
+const NetworkMaterial& Network::material_at(const Scene& scene, std::int64_t contactor) const {
+  static const NetworkMaterial none;
+  const auto material = std::size_t(*scene.contactors.material[contactor]);
+  if (material >= materials.size()) return none;
+  if (!materials[material].joint) return materials[material];
+  const std::int32_t body = *scene.contactors.body[contactor];
+  const std::int32_t own = body < 0 || std::size_t(body) >= material_.size() ? -1 : material_[std::size_t(body)];
+  return own < 0 ? none : materials[std::size_t(own)];
+}
+
 bool Network::grows(const Scene& scene, std::int64_t contactor) const {
   const Contactors& k = scene.contactors;
-  const double expansion = materials[*k.material[contactor]].expansion;
+  const double expansion = material_at(scene, contactor).expansion;
   // a plane has no length; a tube has none along its axis
   const bool sized = info(Shape(*k.shape[contactor])).bounded || *k.radius[contactor] > 0;
   return (expansion < 0 || expansion > 0) && sized;
@@ -47,7 +58,7 @@ void Network::grow(Simulation& s) {
   for (std::int64_t c = 0; c < k.count; ++c) {
     if (!grows(s.scene, c)) continue;
     const std::int32_t body = *k.body[c];
-    const double expansion = materials[*k.material[c]].expansion;
+    const double expansion = material_at(s.scene, c).expansion;
     const double now = value_at(s, now_.data(), std::int32_t(c)), begin = value_at(s, begin_.data(), std::int32_t(c));
     const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
     if ((factor < 1 || factor > 1) && body >= 0) *s.scene.bodies.stretch[body] = factor - 1;
@@ -106,7 +117,7 @@ void Network::bend(Simulation& s) {
     if (body < 0) continue; // of a mesh
     double rise[3] = {0, 0, 0};
     for (int d = 0; d < dim; ++d)
-      rise[d] = materials[*k.material[c]].expansion * (gradient_[std::size_t(dim * body + d)] - b.gradient[body][d]);
+      rise[d] = material_at(s.scene, c).expansion * (gradient_[std::size_t(dim * body + d)] - b.gradient[body][d]);
     double* out = b.bend[body];
     if (dim == 2) {
       const double angle = *b.rotation[body];
@@ -174,7 +185,7 @@ void Network::move_anchors(Simulation& s) const {
   const bool bends = bodies.gradient.active;
   const auto move = [&](std::int32_t c, const double* shape, double* x, double* moved) {
     if (*k.body[c] < 0 || !grows(s.scene, c)) return;
-    const double expansion = materials[*k.material[c]].expansion;
+    const double expansion = material_at(s.scene, c).expansion;
     const double now = value_at(s, now_.data(), c), begin = value_at(s, begin_.data(), c);
     const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
     const double *from = bends ? bodies.gradient[*k.body[c]] : none,
@@ -230,6 +241,7 @@ void Network::bend_hull(Contactors& k, std::int64_t contactor, double factor, do
   } else {
     place = zero;
   }
+  if (hull < 0) return; // the end of a joint
   for (std::int32_t v = hulls.first_vertex[hull]; v < hulls.first_vertex[hull + 1]; ++v) {
     for (int d = 0; d < dim; ++d) {
       x[d] = before[d] + hulls.vertex[std::size_t(dim * v + d)];

@@ -66,9 +66,15 @@ void Network::place(const Simulation& s) {
   if (order_ == s.scene.order_version()) return;
   order_ = s.scene.order_version();
   const auto n = std::size_t(unknowns(s.scene));
+  for (std::int64_t c = 0; c < k.count; ++c)
+    if (std::size_t(*k.material[c]) >= materials.size()) materials.resize(std::size_t(*k.material[c]) + 1);
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const int entry = s.laws.find(int(m), int(m));
+    materials[m].joint |= entry >= 0 && law_infos()[std::size_t(s.laws.entry(entry).law)].joins;
+  }
   material_.assign(n, -1);
   for (std::int64_t c = k.count - 1; c >= 0; --c)
-    if (*k.body[c] >= 0) material_[*k.body[c]] = *k.material[c];
+    if (*k.body[c] >= 0 && !materials[*k.material[c]].joint) material_[*k.body[c]] = *k.material[c];
   capacity_.assign(n, 0.0);
   mass_.assign(b.mass.values.begin(), b.mass.values.end());
   mass_.resize(n, 0.0); // nodes have the heat of their elements
@@ -122,6 +128,7 @@ void Network::gather(Simulation& s, double h) {
     };
     const double sum = curvature(a) + curvature(b);
     radius_[i] = sum > 0 ? 1 / sum : none;
+    if (materials[*k.material[a]].joint) force_[i] = 0;
     unfit_ += needs_radius && !(sum > 0) && force_[i] > 0;
   }
   if (needs_bond) {
@@ -174,8 +181,8 @@ void Network::conduct(const Simulation& s, const double* temperature, std::vecto
       for (int lane = 0; lane < n; ++lane) out[first + lane] += lane_out_[lane];
     }
   }
-  for (std::int64_t i = 0; i < c.count; ++i)
-    if (!(out[i] >= 0)) out[i] = 0; // of a user's kernel, or of a contact without size
+  for (std::int64_t i = 0; i < c.count; ++i) // of a user's kernel, or of a contact without size
+    if (!(out[i] >= 0) || materials[*k.material[c.contactor_a[i]]].joint) out[i] = 0;
 }
 
 // Of a value per unknown that of what carries a contactor; in the middle of one that is mapped from nodes.

@@ -39,6 +39,7 @@ struct NetworkMaterial {
   PropertyTable conductivity, capacity;     // [S/m | W/(m K)], [J/(kg K)]
   double latent = 0, melts = 0, molten = 0; // heat taken up between two temperatures [J/kg], [K]
   double density = 0, young = 0, poisson = 0, hardness = 0, expansion = 0;
+  bool joint = false;              // of the ends of a joint, there or gone: they conduct nothing
   double enthalpy(double t) const; // [J/kg]
   double enthalpy_slope(double t) const;
 };
@@ -146,6 +147,7 @@ public:
   std::int64_t bytes() const;
 
 private:
+  const NetworkMaterial& material_at(const Scene& scene, std::int64_t contactor) const;
   bool grows(const Scene& scene, std::int64_t contactor) const;
   void grow(Simulation& s);
   void bend(Simulation& s);
@@ -176,7 +178,7 @@ private:
   double stored(std::size_t i) const; // by a body in the step [J]
 
   std::int64_t order_ = -1, unfit_ = 0;
-  std::vector<std::int32_t> material_;  // of each unknown; -1: none, as of nodes
+  std::vector<std::int32_t> material_;  // of each unknown; -1: none, as of nodes, and of marks of joints in the world
   std::vector<double> capacity_, mass_; // lumped capacity of nodes, mass of rigid bodies; infinite: a reservoir
   std::vector<std::vector<std::int32_t>> source_body_; // unknowns
   std::vector<std::int32_t> fixed_a_, fixed_b_;

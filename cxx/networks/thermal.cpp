@@ -100,6 +100,8 @@ void Network::begin_heat(const Simulation& s) {
   held_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     if (std::isinf(mass_[i]) && !steady) held_[i] = 1; // takes any heat
+  for (std::size_t i = 0; i < std::size_t(s.scene.bodies.count); ++i)
+    if (material_[i] < 0) held_[i] = 1; // the mark of a joint in the world, which has no heat
   out_begin_.assign(n, 0.0);
   for (std::size_t j = 0; j < sources.size(); ++j) {
     const NetworkSource& from = sources[j];

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "../base/call.hpp"
+#include "../base/fastest.hpp"
 #include "../detection/interaction_handler.hpp"
 
 namespace cairn {
@@ -33,6 +34,12 @@ void check_size(const char* what, std::size_t size, std::int64_t count, int comp
 void check_finite(const char* what, std::span<const double> values, int components) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!std::isfinite(values[i])) refuse(what, i / components, values[i], "give a finite number");
+}
+
+void check_speed(const char* what, std::span<const double> values, int components) {
+  check_finite(what, values, components);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::abs(values[i]) > fastest) refuse(what, i / components, values[i], too_fast);
 }
 
 void check_positive(const char* what, std::span<const double> values, int components, bool zero_allowed,
@@ -110,7 +117,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   check_size("inertia", b.inertia.size(), b.count, ni, false);
   check_finite("position", b.position, dim);
   check_finite("rotation", b.rotation, nr);
-  check_finite("velocity", b.velocity, nd);
+  check_speed("velocity", b.velocity, nd);
   check_positive("mass", b.mass, 1, false, true);
   check_positive("inertia", b.inertia, ni, false, true);
   bool anisotropic = false;
@@ -233,7 +240,7 @@ std::int64_t Scene::add_nodes(std::int32_t mesh, std::span<const double> positio
   check_size("position", position.size(), n, dim, false);
   check_size("velocity", velocity.size(), n, dim, true);
   check_finite("position", position, dim);
-  check_finite("velocity", velocity, dim);
+  check_speed("velocity", velocity, dim);
   check_positive("mass", mass, 1, false, false);
   const std::int64_t first = next_body_id, old = nodes.count;
   nodes.for_each_field([&](auto& field) { field.resize(old + n); });
@@ -303,7 +310,7 @@ void Scene::drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::spa
   const int nd = bodies.dofs();
   if (mask >> nd) throw Error("the mask of driven dofs names more than " + std::to_string(nd) + " dofs");
   check_size("driven_velocity", velocity.size(), ids.size(), nd, true);
-  check_finite("driven_velocity", velocity, nd);
+  check_speed("driven_velocity", velocity, nd);
   std::vector<std::int32_t> items;
   for (const std::int64_t id : ids) items.push_back(internal(id));
   activate(Need::driven);

@@ -11,11 +11,19 @@ from collections.abc import Callable
 from typing import TypeVar
 
 Taker = TypeVar("Taker", bound=Callable)
+# what other programs call it
+ELSEWHERE = {
+    "colormap": "cmap", "colourmap": "cmap", "color_map": "cmap", "colour_map": "cmap", "palette": "cmap", "colors": "cmap",
+    "clim": "limits", "vmin": "limits", "vmax": "limits", "color_limits": "limits", "ax_title": "title", "axis": "ax",
+    "axes": "ax", "xlim": "view", "ylim": "view", "framerate": "fps", "duration": "fps",
+}  # fmt: skip
 
 
 def nearest(word, known):
     """The known name that is most like the word, however it is written; None if none is like it."""
     by_small, word = {str(name).lower(): str(name) for name in known}, str(word).lower()
+    if word not in by_small and ELSEWHERE.get(word) in by_small:
+        return by_small[ELSEWHERE[word]]
     found = difflib.get_close_matches(word, by_small, 1)
     if not found and word:  # tolerance for tol, dir for direction
         found = [name for name in by_small if min(len(name), len(word)) > 2 and (word.startswith(name) or name.startswith(word))]

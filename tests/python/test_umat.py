@@ -7,7 +7,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn import IsotropicElastic, J2Plasticity, SolidBody
+from cairn import IsotropicElastic, J2Plasticity, SolidBody, plugs
 from second_order import box
 from test_solid_scenes import dropped
 
@@ -182,3 +182,46 @@ end subroutine""")
         sim.deform(0, body)
     assert sim.bodies.id.tolist() == [0] and not len(sim.nodes.id)
     sim.step()
+
+
+@pytest.mark.parametrize("name", ["ABA_PARAM.INC", "aba_param.inc"])
+def test_what_routines_include_is_shipped(tmp_path, name):
+    """A routine that declares nothing itself, in fixed form as most are written: forces are those of Hooke's law."""
+    source = f"""
+      SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
+     1 DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,PREDEF,DPRED,
+     2 CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,DROT,PNEWDT,
+     3 CELENT,DFGRD0,DFGRD1,NOEL,NPT,LAYER,KSPT,KSTEP,KINC)
+      INCLUDE '{name}'
+      CHARACTER*80 CMNAME
+      DIMENSION STRESS(NTENS),STATEV(NSTATV),DDSDDE(NTENS,NTENS),
+     1 DSTRAN(NTENS),PROPS(NPROPS)
+      E = PROPS(1)/(1 + PROPS(2))
+      G = E*PROPS(2)/(1 - 2*PROPS(2))
+      DO I = 1, NTENS
+        DO J = 1, NTENS
+          DDSDDE(I,J) = 0
+          IF (I.LE.NDI .AND. J.LE.NDI) DDSDDE(I,J) = G
+        END DO
+        DDSDDE(I,I) = DDSDDE(I,I) + E/2
+        IF (I.LE.NDI) DDSDDE(I,I) = DDSDDE(I,I) + E/2
+      END DO
+      DO I = 1, NTENS
+        DO J = 1, NTENS
+          STRESS(I) = STRESS(I) + DDSDDE(I,J)*DSTRAN(J)
+        END DO
+      END DO
+      END
+"""
+    free = f"subroutine free(x)\ninclude '{name}'\nx = 1 ! real by its first letter\nend\n"
+    (tmp_path / "own.f").write_text(source)
+    (tmp_path / "free.f90").write_text(free)
+    command = [COMPILER, "-shared", "-fPIC", "-I", plugs.INCLUDE, "-o", "libown.so", "own.f", "free.f90"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    routine = cn.plug(tmp_path / "libown.so", material=f"own {name}", routine="umat")
+    points, cells = box("quad", (1, 1), (1.0, 1.0))
+    bodies = [SolidBody(points, cells, m) for m in (routine(3.0, 0.3), IsotropicElastic(young=3.0, poisson=0.3))]
+    moved = 1e-3 * np.random.default_rng(4).random(points.size)
+    found = [body.tangent(moved, body.model()) for body in bodies]
+    for own, builtin in zip(found[0][:2], found[1][:2]):
+        assert np.allclose(own, builtin, rtol=0, atol=1e-11 * np.abs(builtin).max()) and np.abs(builtin).max() > 1e-4

@@ -128,6 +128,13 @@ def test_arrays_of_a_simulation_are_read():
         lambda: s.bodies.position[3].__setitem__(0, 1.0),
         lambda: np.add(s.bodies.position, 1, out=s.bodies.position),
         lambda: np.add.at(s.bodies.position, 0, 1.0),
+        lambda: s.bodies.position.fill(0.0),
+        lambda: s.bodies.position.sort(axis=0),
+        lambda: s.bodies.position.put(0, 1.0),
+        lambda: s.bodies.position.T.__setitem__(0, 1.0),
+        lambda: s.bodies.position.reshape(-1).__setitem__(0, 1.0),
+        lambda: np.copyto(s.bodies.position, 0.0),
+        lambda: np.put(s.bodies.position, 0, 1.0),
     ):
         with pytest.raises((ValueError, AttributeError), match=r"sim.bodies.set\(position=x\)"):
             wrong()
@@ -140,6 +147,21 @@ def test_arrays_of_a_simulation_are_read():
     with pytest.raises(AttributeError, match=r"position cannot be assigned: write into the array, sim.raw.position\[:\] = x"):
         s.raw.position = 1.0
     assert np.array_equal(s.bodies.position, before)
+
+
+def test_libraries_that_ask_for_memory_to_write_to_take_them():
+    """Cython's views of memory do so where they only read: scipy's rotations among them."""
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    scene = cn.Scene(3)
+    scene.add(cn.boxes([[0, 0, 0], [3, 0, 0]], (1, 2, 3), ROCK, rotation=[[1, 1, 0, 0], [1, 0, 0, 0]]))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    bodies = cn.Simulation(scene, 1e-3).bodies
+    turned = rotation.from_quat(bodies.rotation, scalar_first=True).as_matrix()
+    assert turned[0] == pytest.approx(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]))
+    assert len(rotation.from_rotvec(bodies.velocity[:, 3:])) == 2 and memoryview(bodies.position).readonly is False
+    some = bodies.position[bodies.position[:, 0] > 1]
+    some[0] = 7.0  # a copy of some rows is the user's own
+    assert some[0, 0] == 7.0 and bodies.position[1, 0] == 3.0
 
 
 def test_what_is_computed_from_them_is_plain():

@@ -74,6 +74,11 @@ class BodySet(Spelt):
     def __len__(self):
         return len(self.position)
 
+    def __repr__(self):
+        from ..post.notebook import line_of_set
+
+        return line_of_set(self)
+
     @property
     def own_ids(self):
         """Ids of its bodies, or of the nodes of its mesh, (n,)."""
@@ -106,13 +111,14 @@ def checked(s: BodySet) -> BodySet:
         if len(short):
             raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
     if s.velocity is not None:
-        s.velocity = _spread("velocity", s.velocity, len(s), len(names), s.dim)
+        s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     for name in ("drive", "force"):
         value = getattr(s, name)
         if name == "drive" and getattr(value, "needs_simulation", False):
             raise ValueError(f"velocity is a {type(value).__name__}, which is a force: give force=, with mass and free dofs")
         if value is not None and not callable(value):
-            setattr(s, name, _spread(name, value, len(s), len(names), s.dim))
+            value = _spread(name, value, len(s), len(names), s.dim)
+            setattr(s, name, checks.speeds(name, value) if name == "drive" else value)
     if s.damping is not None:
         damping = _per_body("damping", s.damping, (len(s),))
         if not np.all((damping >= 0) & np.isfinite(damping)):
@@ -223,8 +229,8 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     """Rigid bodies each made of the same disks (2D) or spheres (3D).
 
     positions (n, dim): centres of mass [m]; offsets (m, dim): centres of the parts from the centre of mass, in the principal
-    axes of the body [m]; radii (m,) [m]; mass [kg]; inertia: a number (2D) or three principal moments (3D) [kg m2].
-    See cairn.pre for mass, centre and inertia of a clump from its parts.
+    axes of the body [m]; radii (m,) [m]; mass [kg]; inertia: a number (2D) or three principal moments (3D) [kg m2], of all or
+    of each body, (n,) or (n, 3). cairn.pre.clump finds mass, centre and inertia of a clump from its parts.
     """
     shape = np.shape(offsets)
     dim = shape[-1] if len(shape) == 2 else 0
@@ -234,6 +240,10 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     positions = checks.real_array("positions", positions, (None, dim))
     n, m = len(positions), len(radii)
     masses = _per_body("mass", mass, (n,))
+    given = np.shape(inertia)
+    if dim == 3 and given not in ((3,), (n, 3)):
+        raise ValueError(f"inertia has shape {given}: a body in 3D has three principal moments, give (3,) of all or ({n}, 3) of "
+                         "each [kg m2]; cairn.pre.clump(centers, radii, density) finds them, and mass and offsets")  # fmt: skip
     moments = _per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
     parts = ContactorSet(
         "disk" if dim == 2 else "sphere",

@@ -191,6 +191,14 @@ class Scene(Spelt):
 
     # ------------------------------------------------------------------ files
 
+    def __repr__(self):
+        return f"<scene, {self.dim}D: {self.count:,} bodies and parts of meshes, {len(self.rules):,} rules>"
+
+    def __str__(self):
+        from ..post.notebook import lines_of_scene
+
+        return lines_of_scene(self)
+
     def _repr_html_(self):
         from ..post.notebook import of_scene
 

@@ -53,6 +53,8 @@ class SolidBody(ElasticBody):
         points = np.ascontiguousarray(points, float)
         if plane != "strain" and points.ndim == 2 and points.shape[1] == 3:
             raise ValueError(f"plane is {plane!r}, and points are of space: leave it out, or give points (n, 2)")
+        if plane == "axisymmetric" and points.ndim == 2:
+            points = _on_axis(points)
         if plane == "axisymmetric" and points.ndim == 2 and np.any(points[:, 0] < 0):
             at = int(np.argmin(points[:, 0]))
             raise ValueError(f"node {at} has the radius {points[at, 0]:g} m: give x >= 0, the body goes round the axis x = 0")
@@ -224,6 +226,12 @@ class SolidBody(ElasticBody):
         if wrong is not None:
             raise ValueError(wrong)
         return by_kinds(self, model.stress())
+
+
+def _on_axis(points):
+    """Points of which those that lie beyond the axis x = 0 by what their digits round lie on it."""
+    rounded = (points[:, 0] < 0) & (points[:, 0] >= -(2.0**-40) * np.max(np.abs(points), initial=0.0))
+    return np.where(rounded[:, None] & (np.arange(points.shape[1]) == 0), 0.0, points) if np.any(rounded) else points
 
 
 def _layout(cells, material):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..names import takes
-from ..pre import checks, mass_properties
+from ..pre import checks
 from ..pre import mesh as meshes
 from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
 from .shapes import Hulls
@@ -16,14 +16,15 @@ def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None
     """A surface of triangles in 3D against spheres, capsules and polyhedra, solid behind: seen from the free side its faces run
     anticlockwise.
 
-    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0. It need not be closed. It is held, or moves as one
+    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0; those of more than four lie in a plane, and none
+    crosses itself. It need not be closed. It is held, or moves as one
     body: velocity, mass, inertia, free, force as of a wall. Each triangle is a contactor of its own; what touches an edge or a
     vertex touches one of them, and rolls or slides over the edges of a plane as over a plane. A sphere whose centre lies deeper
     than its radius behind a triangle is not seen, nor is a corner of a polyhedron deeper than the triangle is wide, nor a
     polyhedron by a triangle that has its centre behind it.
     """
     vertices = checks.real_array("vertices", vertices, (None, 3))
-    fans = mass_properties.triangles(faces, len(vertices))
+    fans = meshes.triangles(vertices, faces, "surface")
     if not len(fans):
         raise ValueError("faces is empty: give at least one triangle")
     edges = np.linalg.norm(vertices[fans] - vertices[np.roll(fans, -1, axis=1)], axis=2)

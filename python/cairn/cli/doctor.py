@@ -16,7 +16,8 @@ OPTIONAL = {
     "trame-pyvista": "cairn view in the browser",
     "trame-vtk": "cairn view --html",
     "scipy": "studies, hulls, problems from files",
-    "trimesh": "blocks from STL and OBJ",
+    "trimesh": "blocks from STL",
+    "shapely": "faces of blocks that are not convex",
     "meshio": "meshes from gmsh, MED, VTK, Abaqus",
     "networkx": "pieces of a surface",
     "gmsh": "blocks from STEP",
@@ -59,7 +60,7 @@ def main(options):
 
 def examine():
     """All that the command tells, as a dict of dicts of text."""
-    from .. import _core
+    from .. import _core, plugs
 
     build = {name: str(value) for name, value in dict(_core.build_info()).items()}
     build["factors"] = f"SuiteSparse {_core.suitesparse}" if _core.suitesparse != "off" else "no SuiteSparse"
@@ -68,6 +69,7 @@ def examine():
         "python": f"{platform.python_version()} at {sys.executable}",
         "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
         "processors": str(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()),
+        "includes": plugs.INCLUDE,
         "threads": os.environ.get("OMP_NUM_THREADS", "as many as processors (OMP_NUM_THREADS is not set)"),
     }
     packages = {}

@@ -7,7 +7,7 @@ import sys
 PACKAGES = {
     "PIL": "pillow", "coacd": "coacd", "gmsh": "gmsh", "ifcopenshell": "ifcopenshell", "manifold3d": "manifold3d",
     "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista", "scipy": "scipy",
-    "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
+    "shapely": "shapely", "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
 }
 
 
@@ -91,4 +91,4 @@ def save_picture(ax, path, dpi):
     except OSError as error:
         if isinstance(error, FileError):
             raise
-        raise as_file_error(path, error) from error
+        raise as_file_error(path, error, writing=True) from error

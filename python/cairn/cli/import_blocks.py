@@ -12,13 +12,13 @@ def add_parser(add, commands):
     parser = add(
         commands,
         "import",
-        "read blocks from STL, OBJ, PLY, VTK, gmsh, STEP, IFC, COMPAS or LMGC90 files, and say what is wrong with them",
+        "read blocks from STL, OBJ, PLY, OFF, VTK, gmsh, STEP, IFC, COMPAS or LMGC90 files, and say what is wrong with them",
         "cairn import wall.stl                         closed? volume, smallest edge, overlaps, joints\n"
         "cairn import wall.stl --scale 1e-3 --repair   millimetres; holes filled, faces turned outward\n"
         "cairn import wall.stl -o wall.scene.h5 --density 2400 --mu 0.6\n"
         "cairn run wall.scene.h5 --dt 1e-3 --steps 200 --output wall.vtkhdf",
     )
-    parser.add_argument("file", help=".stl .obj .ply .vtk .vtu .msh .step .ifc .json (COMPAS) .dat (LMGC90's BODIES.DAT)")
+    parser.add_argument("file", help=".stl .obj .ply .off .vtk .vtu .msh .step .ifc .json (COMPAS) .dat (LMGC90's BODIES.DAT)")
     parser.add_argument("--repair", action="store_true", help="mend surfaces that are not closed, and say what was done")
     parser.add_argument("--hull", action="store_true", help="take hulls of what is not convex (default: convex parts)")
     parser.add_argument("--near", type=float, help="where the exact cut into convex parts gives up: hulls that stray by this "

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .contact_laws import LAW_VALUES
-from .mesh import read_mesh
+from .mesh import read_mesh, read_models
 from .rigid import DIMENSION, completed, read_body
 from .text import REAL, LegacyError, Reader, fortran
 
@@ -91,18 +91,22 @@ class Datbox:
     state_file: str = ""
     plane: str = "strain"  # what meshes in 2D are: no file tells
     light: float | None = None  # density of meshes whose material has none [kg/m3]
+    near: float | None = None  # how far hulls may stray from polyhedra that are not cut exactly, over their size
     notes: list = field(default_factory=list)
 
 
-def parse(folder):
-    """The Datbox in a folder, or in its subfolder DATBOX. Raises LegacyError."""
+def parse(folder, near=None):
+    """The Datbox in a folder, or in its subfolder DATBOX. near: as of cairn.pre.convex_parts. Raises LegacyError."""
     folder = Path(folder)
     if (folder / "DATBOX").is_dir():
         folder = folder / "DATBOX"
     if not (folder / "BODIES.DAT").is_file():
         raise LegacyError(f"{folder}: there is no BODIES.DAT; give a DATBOX folder, or the folder that holds it")
-    box = Datbox(folder)
+    box = Datbox(folder, near=near)
     read_bodies(box)
+    models = read_models(box) if box.meshes else {}
+    for m in box.meshes:
+        m.physics = models.get(m.cells[0][2], {}).get("physics", "") if m.cells else ""
     read_bulk(box)
     if (folder / "TACT_BEHAV.DAT").is_file():
         read_contact(box)
@@ -137,7 +141,7 @@ def read_bodies(box):
         if box.dim not in (0, DIMENSION[kind]):
             reader.fail(f"{kind} in a file of {box.dim}D bodies")
         box.dim = DIMENSION[kind]
-        box.bodies.append(completed(reader, read_body(reader, kind, len(box.bodies) + 1, first)))
+        box.bodies.append(completed(reader, read_body(reader, kind, len(box.bodies) + 1, first), box.near))
     if stray:
         box.notes.append(f"BODIES.DAT, line {stray[0]}: {len(stray)} lines outside of all bodies are passed over, as LMGC90 does")
     if not box.bodies and not box.meshes:
@@ -258,15 +262,19 @@ def read_drive(box, reader, line):
         drive.file = line[24:64].strip()
         if not (box.folder / drive.file).is_file():
             reader.fail(f"the evolution {drive.file!r} is no file of {box.folder}")
-        drive.table = read_evolution(box.folder / drive.file)
+        drive.table = read_evolution(box.folder / drive.file, box.notes)
     else:
         drive.numbers = tuple(reader.number(line, c, c + 13) for c in (15, 30, 45, 60, 75, 90))
     return drive
 
 
-def read_evolution(path):
-    """(n, 2) rising times and values, in free format: the first two numbers of each line, after blanks or commas."""
-    rows, last = [], -np.inf
+def read_evolution(path, notes=None):
+    """(n, 2) rising times and values, in free format: the first two numbers of each line, after blanks or commas.
+
+    A last row that goes back in time is no instant there: what comes after the row before it lies on the line through both. It is
+    put on that line as far behind that row, and notes, a list, tell so.
+    """
+    rows, last, back = [], -np.inf, 0
     for number, text in enumerate(path.read_text(encoding="latin-1").split("\n"), 1):
         words = text.replace(",", " ").split()
         if not words:
@@ -275,10 +283,20 @@ def read_evolution(path):
         if len(words) < 2 or None in found:
             raise LegacyError(f"{path}, line {number}: {text.strip()!r} is no pair of numbers; time and value were expected")
         row = [fortran(m) for m in found]
-        if not np.all(np.isfinite(row)) or row[0] <= last:
-            raise LegacyError(f"{path}, line {number}: time {row[0]:g} does not come after {last:g}; give rising times")
+        if not np.all(np.isfinite(row)) or row[0] == last or back:
+            told = back or number
+            raise LegacyError(f"{path}, line {told}: time {row[0]:g} does not come after {last:g}; give rising times")
+        back = number if row[0] < last else 0
         rows.append(row)
-        last = row[0]
+        last = row[0] if not back else last
+    if back and len(rows) > 2:
+        (t, v), (early, other) = rows[-2:]
+        rows[-1] = [2 * t - early, 2 * v - other]
+        if notes is not None:
+            told = f"time {early:g} goes back, beyond {t:g} values lie on the line through both, as there"
+            notes.append(f"{path.name}, line {back}: {told}")
+    elif back:
+        raise LegacyError(f"{path}, line {back}: time {rows[-1][0]:g} does not come after {last:g}; give rising times")
     if len(rows) < 2:
         raise LegacyError(f"{path}: holds {len(rows)} instants; give two or more lines of time and value")
     return np.array(rows)

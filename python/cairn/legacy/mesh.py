@@ -46,6 +46,7 @@ class Mesh:
     cells: list = field(default_factory=list)
     points: list = field(default_factory=list)
     contactors: list = field(default_factory=list)
+    physics: str = ""  # of its model, MECAx or THERM
 
 
 def read_mesh(reader, number, line):
@@ -156,24 +157,39 @@ def read_mesh_drives(box):
     return found
 
 
-def read_mesh_states(path, meshes):
-    """{mesh: (displacement, velocity)}, each (n, dim), of a DOF file; what it does not list is at rest."""
-    found = {m.number: tuple(np.zeros((len(m.points), len(m.points[0]))) for _ in range(2)) for m in meshes}
-    reader = Reader(path)
-    body = None
+def _numbers_of(path, meshes, label, physics):
+    """{number in a DOF file: number in BODIES.DAT} of the meshes whose nodes have values of a label there, "X(1)" or "T(1)".
+    LMGC90 numbers those of one physics, MECAx or THERM, from 1 on; a file with larger numbers has those of BODIES.DAT."""
+    reader, body, found = Reader(path), None, set()
     while not reader.ended:
         line = reader.next()
         if line[1:6] == "bdyty":
             body = reader.header(reader.next())
-        elif not line.startswith("$") and body is not None and body[0] == "MAILx" and line[1:3] == "NO":
-            if body[1] not in found:
+        elif body is not None and body[0] == "MAILx" and line[1:3] == "NO" and line[29:33] == label:
+            found.add(body[1])
+    own = [m.number for m in meshes if m.physics in (physics, "")]
+    if max(found, default=0) > len(own):
+        return {number: number for number in found}
+    return {number: own[number - 1] for number in found if number > 0}
+
+
+def read_mesh_states(path, meshes):
+    """{mesh: (displacement, velocity)}, each (n, dim), of a DOF file; what it does not list is at rest."""
+    found = {m.number: tuple(np.zeros((len(m.points), len(m.points[0]))) for _ in range(2)) for m in meshes}
+    reader, numbers, body = Reader(path), _numbers_of(path, meshes, "X(1)", "MECAx"), None
+    while not reader.ended:
+        line = reader.next()
+        if line[1:6] == "bdyty":
+            body = reader.header(reader.next())
+        elif body is not None and body[0] == "MAILx" and line[1:3] == "NO" and line[29:33] == "X(1)":
+            number = numbers.get(body[1])
+            if number not in found:
                 reader.fail(f"MAILx {body[1]} is not in BODIES.DAT")
-            node, (count, dim) = reader.whole(line, 7, 13) - 1, found[body[1]][0].shape
+            node, (count, dim) = reader.whole(line, 7, 13) - 1, found[number][0].shape
             if not 0 <= node < count:
-                reader.fail(f"node {node + 1} is not one of MAILx {body[1]}, which has {count}")
-            if line[29:33] == "X(1)":
-                found[body[1]][0][node] = reader.values(line, dim)
-                found[body[1]][1][node] = reader.values(reader.next(), dim)
+                reader.fail(f"node {node + 1} is not one of MAILx {number}, which has {count}")
+            found[number][0][node] = reader.values(line, dim)
+            found[number][1][node] = reader.values(reader.next(), dim)
     return found
 
 
@@ -245,7 +261,7 @@ def _heated(box, mesh, models, drives, origin):
     known = {k: v for k, v in properties(box.materials[name]).items() if k in ("conductivity", "capacity")}
     material = Material(f"{name} heat", density=box.materials[name].density, **known)
     path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
-    temperatures = read_temperatures(path, mesh.number, len(mesh.points)) if path else np.zeros(len(mesh.points))
+    temperatures = read_temperatures(path, mesh.number, box.meshes) if path else np.zeros(len(mesh.points))
     if np.any(temperatures <= 0):
         raise LegacyError(f"{box.folder}: node {int(np.argmin(temperatures)) + 1} of MAILx {mesh.number} has no temperature T(1)")
     named = f"MAILx {mesh.number}"
@@ -254,14 +270,17 @@ def _heated(box, mesh, models, drives, origin):
     return deformable(body, material, fixed=fixed, name=named)
 
 
-def read_temperatures(path, number, count):
-    """Temperatures (n,) of the nodes of a mesh in a DOF file; 0 where it names none."""
-    out, body, reader = np.zeros(count), None, Reader(path)
+def read_temperatures(path, number, meshes):
+    """Temperatures (n,) of the nodes of a mesh, by its number, in a DOF file; 0 where it names none."""
+    count = len(next(m for m in meshes if m.number == number).points)
+    out, body, reader, numbers = np.zeros(count), None, Reader(path), _numbers_of(path, meshes, "T(1)", "THERM")
     while not reader.ended:
         line = reader.next()
         if line[1:6] == "bdyty":
             body = reader.header(reader.next())
-        elif not line.startswith("$") and body == ("MAILx", number) and line[1:3] == "NO" and line[29:33] == "T(1)":
+        elif not line.startswith("$") and body is not None and body[0] == "MAILx" and line[1:3] == "NO" and line[29:33] == "T(1)":
+            if numbers.get(body[1]) != number:
+                continue
             node = reader.whole(line, 7, 13) - 1
             if not 0 <= node < count:
                 reader.fail(f"node {node + 1} is not one of MAILx {number}, which has {count}")
@@ -383,7 +402,7 @@ def _sides(mesh, kind):
 def _sides_of_zones(box, mesh, kinds):
     """[(None, nodes)] of the sides that candidate points lie on, each once, where a cohesive zone joins them: it needs to know
     which part of the surface each point has. These sides meet nothing themselves."""
-    zones = {name for name, law in box.laws.items() if law.law.endswith("_CZM")}
+    zones = {name for name, law in box.laws.items() if "_CZM" in law.law or "MOHR" in law.law}
     colors = {side[2] for see in box.see if see.law in zones for side in (see.candidate, see.antagonist) if side[0] == "MAILx"}
     found = {tuple(nodes): (None, nodes) for kind, color, nodes, _ in mesh.contactors if kind in kinds and color in colors}
     known = {frozenset(nodes) for _, nodes in _sides(mesh, "ASpxx") + _sides(mesh, "ALpxx")}

@@ -32,6 +32,7 @@ KINDS = {
 SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # named so where contactors see each other
 DIGITS = 5e-7  # of a number: what eight digits, the first of which may be 0, leave open
 FLAT = 1e-7  # of its size: what a face may bend and still be flat, as the core has it
+PATCHES = "is a polyhedron in several patches, which are not read"
 ROUND = 1 - 3 / np.pi  # of a volume: what twelve flat sides take from a round cylinder, as coarse a one as is drawn
 
 
@@ -169,14 +170,18 @@ def _surface(reader, line):
 # ------------------------------------------------------------------ what contactors make of a body
 
 
-def completed(reader, body):
-    """The body with centre, mass and principal axes as LMGC90 has them after reading. Its contactors are in these axes."""
+def completed(reader, body, near=None):
+    """The body with centre, mass and principal axes as LMGC90 has them after reading. Its contactors are in these axes. near: as
+    of cairn.pre.convex_parts."""
+    patches = next((c for c in body.contactors if c.type == "POLYF"), None)
+    if patches is not None and (body.radius == 0 or len(body.contactors) > 1):
+        _refuse(reader, body, patches, f"{PATCHES}, nor what they weigh; give POLYR")
     if body.type == "RBDY2":
         _complete_2d(body)
     else:
         for c in body.contactors:
             if c.type == "POLYR":
-                _centre_polyhedron(reader, body, c)
+                _centre_polyhedron(reader, body, c, near)
         if len(body.contactors) == 1:
             _complete_alone(body, body.contactors[0])
         else:
@@ -245,7 +250,7 @@ def _complete_2d(body):
     body.moments = (body.measure * body.gyration**2,)
 
 
-def _centre_polyhedron(reader, body, c):
+def _centre_polyhedron(reader, body, c, near):
     """Faces turned outward, vertices from their centre, which becomes the offset; convex parts of one that is not convex."""
     if len(c.vertices) < 4 or len(c.faces) < 4:
         text = f"has {len(c.vertices)} vertices and {len(c.faces)} faces; four or more of each were expected"
@@ -263,7 +268,7 @@ def _centre_polyhedron(reader, body, c):
     c.vertices = c.vertices - c.offset
     if not mesh.is_convex(c.vertices, c.faces, FLAT) and not _hulled(c, rounding):
         try:
-            c.parts = convex_parts(c.vertices, c.faces)
+            c.parts = convex_parts(c.vertices, c.faces, **({} if near is None else {"near": near}))
         except (ValueError, LookupError) as error:
             if _stretched(c, rounding):
                 return
@@ -338,7 +343,7 @@ def _complete_alone(body, c):
     given = any(body.moments)
     if c.type == "POLYR" and given:
         moments, axes = np.array(body.moments), np.eye(3)
-    elif c.type == "PT3Dx":
+    elif c.type in ("PT3Dx", "POLYF"):
         moments = np.array(body.moments)
     if body.radius == 0:
         body.radius = float(np.cbrt(0.75 * volume / np.pi))

@@ -17,7 +17,7 @@ from ..pre import checks
 from ..run import time_functions
 from . import datbox, mesh, networks
 from .contact_laws import law_of
-from .rigid import SHORT
+from .rigid import PATCHES, SHORT
 from .text import LegacyError
 
 
@@ -36,17 +36,30 @@ class Origin:
     heated: list = field(default_factory=list)  # meshes of heat, see cairn.legacy.networks
     alert: float = 0.0
 
+    def __repr__(self):
+        return f"<from {self.datbox.folder}: {len(self.unmapped)} left out, {len(self.notes)} notes>"
 
-def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None):
+    def __str__(self):
+        box = self.datbox
+        counted = f"{len(box.bodies)} rigid bodies, {len(box.meshes)} meshes, {len(box.see)} see tables"
+        lines = [f"from {box.folder}: {box.dim}D, {counted}", f"largest alert distance {self.alert:g} m"]
+        for what, found in (("left out", self.unmapped), ("told otherwise", self.notes)):
+            lines += [f"{what}: {' '.join(line.split())[:140]}" for line in found[:3]]
+            lines += [f"and {len(found) - 3} more {what}"] if len(found) > 3 else []
+        return "\n".join(lines)
+
+
+def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None, near=None):
     """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.
 
     unmapped: what to do with what Cairn cannot map, "error" (refuse, naming all of it) or "skip" (leave it out and warn,
     naming all of it). state: a DOF.OUT file or an lmgc90.h5 to take positions and velocities from, instead of DOF.INI; step:
     which of the instants of the .h5, None the last. plane: what meshes in 2D are, which no file tells: "strain", "stress" or
     "axisymmetric" (round y, x the radius). light: density [kg/m3] of meshed bodies whose material has none; LMGC90 finds such a
-    body at rest in each step, which is where a light one is with theta=1, where dt is long beside its periods. Scene.legacy
-    tells what was left out (`unmapped`), what is told in another way (`notes`) and the alert distance; a time step and theta are
-    not in a DATBOX.
+    body at rest in each step, which is where a light one is with theta=1, where dt is long beside its periods. near: polyhedra
+    that are not cut exactly into convex parts become hulls that stray by this share of their size, 0.01 to 1, as of
+    cairn.pre.convex_parts. Scene.legacy tells what was left out (`unmapped`), what is told in another way (`notes`) and the alert
+    distance; a time step and theta are not in a DATBOX.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
@@ -57,15 +70,15 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strai
     if light is not None:
         checks.positive("light", light)
     try:
-        return _read(folder, unmapped, state, step, plane, light)
+        return _read(folder, unmapped, state, step, plane, light, near)
     except LegacyError:
         raise
     except (ValueError, ArithmeticError, LookupError) as error:
         raise LegacyError(f"{folder}: cannot be made a scene: {error}") from error
 
 
-def _read(folder, unmapped, state, step, plane, light):
-    box = datbox.parse(folder)
+def _read(folder, unmapped, state, step, plane, light, near):
+    box = datbox.parse(folder, near)
     box.plane, box.light = plane, light
     if state is not None:
         from .results import states_of
@@ -165,7 +178,8 @@ def _set_of(box, group, materials, origin):
     mass, inertia = np.zeros(n), np.zeros((n, 1 if dim == 2 else 3))
     rotation = np.zeros(n) if dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1))
     for k, body in enumerate(members):
-        mass[k], inertia[k] = _mass(box, body)
+        still = _cannot_turn(drives, dim)
+        mass[k], inertia[k] = _mass(box, body, still)
         position[k] = body.position[:dim]
         state = box.states.get((body.type, body.number))
         if dim == 2:
@@ -178,6 +192,8 @@ def _set_of(box, group, materials, origin):
         velocity[k] = state.velocity
         if dim == 2:
             rotation[k] += state.displacement[2]
+        elif body.own_axes and still:  # it stands as its contactors do, whichever axes the file has for it
+            rotation[k] = quaternion_of(body.frame)
         elif body.own_axes:
             raise LegacyError(
                 f"{_place(box, body)}: {body.type} {body.number} has no moments I1, I2, I3, and {box.state_file} its axes: which "
@@ -192,8 +208,7 @@ def _set_of(box, group, materials, origin):
     if turned or not bounded:
         options["rotation"] = rotation
     contactors = _contactors(box, members, materials, origin)
-    still = np.any(~np.isfinite(mass)) and not drives
-    if still:
+    if np.any(~np.isfinite(mass)) and not drives:
         k = int(np.argmax(~np.isfinite(mass)))
         raise LegacyError(
             f"{_place(box, members[k])}: {members[k].type} {members[k].number} has no mass, neither its own avrd nor its "
@@ -208,7 +223,14 @@ def _place(box, body):
     return f"{box.folder / 'BODIES.DAT'}, line {body.line}"
 
 
-def _mass(box, body):
+def _cannot_turn(drives, dim):
+    """Whether all rotations are held at rest."""
+    held = {d.component for d in drives if d.kind == "vlocy" and d.table is None and d.numbers[0] == 0 and d.numbers[1] == 0}
+    return held >= ({3} if dim == 2 else {4, 5, 6})
+
+
+def _mass(box, body, still):
+    """Mass and moments of a body. still: it cannot turn, and needs no moments."""
     if body.material not in box.materials:
         raise LegacyError(
             f"{_place(box, body)}: {body.type} {body.number} is of {body.material!r}, which BULK_BEHAV.DAT does not have; "
@@ -223,6 +245,8 @@ def _mass(box, body):
     mass, moments = material.density * body.measure, [material.density * m for m in body.moments]
     if not mass > 0:
         return np.inf, [np.inf] * len(moments)
+    if not min(moments) > 0 and still:
+        return mass, [np.inf] * len(moments)
     if not min(moments) > 0:
         raise LegacyError(f"{_place(box, body)}: {body.type} {body.number} has a mass and no moment of inertia")
     return mass, moments
@@ -317,6 +341,11 @@ def _contactors(box, members, materials, origin):
             shape = _shape(c)
             if shape is None:
                 what = f"contactor {c.type} of {body.type} {body.number} (BODIES.DAT, line {c.line})"
+                if c.type == "POLYF":
+                    what += f", which {PATCHES}: give POLYR, one surface of triangles"
+                if c.type == "CYLND":
+                    what += (", which localframe turns in a body of several: a capsule lies along the third axis of its body; "
+                             "give SPHER and POLYR, or a body of its own")  # fmt: skip
                 same = next((i for i, t in enumerate(origin.unmapped) if t.startswith(f"contactor {c.type} of")), None)
                 if same is None:
                     origin.unmapped.append(what)

@@ -19,6 +19,9 @@ ASKED = {  # what kernels read, and the field of a material that says it
 }
 
 
+NUMBERS = ("latent", "melts", "molten", "density", "young", "poisson", "hardness", "expansion")
+
+
 class Running:
     """The networks of a simulation, as its scene sets them."""
 
@@ -108,6 +111,8 @@ class Running:
         start = np.zeros(len(present))
         for bodies, value in settings.initial:
             start[order[np.searchsorted(present, self.bodies("initial", bodies), sorter=order)]] = value
+        marks = np.isin(present, self._marks())  # which have no heat: any number will do
+        start[marks & ~(start > 0)] = np.max(start, initial=0.0)
         if np.any(new & ~(start > 0)):
             at = int(np.argmax(new & ~(start > 0)))
             raise ValueError(f"initial temperature of body {present[at]} is {start[at]:g} K: give all bodies one above 0")
@@ -117,7 +122,15 @@ class Running:
         if len(values) > n:
             self._core.assign_node("temperature", values[n:])
 
+    def _marks(self):
+        """Ids of the bodies that are ends of joints in the world, and nothing else."""
+        ends = [s.ids for s in self._simulation._sets if s.contactors and all(c.joint for c in s.contactors)]
+        return np.concatenate(ends) if ends else np.zeros(0, np.int64)
+
     def _material(self, kind, settings, name):
+        joints = {a for a, _, law in self._simulation._rules if law is not None and law.name == "joint"}
+        if name in joints:  # of its ends, which conduct nothing, also when it is gone
+            return dict.fromkeys(NUMBERS, 0.0) | {"conductivity": _table(None), "capacity": _table(None), "joint": True}
         m = self._simulation._materials[name]
         asked = {word for kernel in settings.kernels for word in kernel.reads}
         for word, field in ASKED[kind].items():
@@ -152,7 +165,7 @@ class Running:
         # as they came in, whatever they have grown to since: a network that is set again, as after a restart, has the same
         for s in self._simulation._sets:
             for c in s.contactors:
-                if c.shape in ("disk", "sphere") and s.mesh is None:
+                if c.shape in ("disk", "sphere") and s.mesh is None and not c.joint:
                     size = np.zeros(len(s.ids))
                     size[c.body] = c.radius
                     at = np.searchsorted(s.ids, ids)
@@ -211,7 +224,7 @@ class Running:
         """Refuses what has no corners, or does not expand."""
         for s in self._simulation._sets:
             for c in s.contactors:
-                if not np.isin(np.atleast_1d(s.ids[np.unique(c.body)]), ids).any():
+                if c.joint or not np.isin(np.atleast_1d(s.ids[np.unique(c.body)]), ids).any():
                     continue
                 if c.shape not in ("polygon", "polyhedron"):
                     raise ValueError(f"gradient names bodies of the shape {c.shape}: polygons and polyhedra bend")
@@ -223,7 +236,8 @@ class Running:
         """Whether a rigid body grows; walls without end do not."""
         sets, found = self._simulation._sets, False
         for s in sets:
-            found |= s.mesh is None and any(self._simulation._materials[c.material.name].expansion for c in s.contactors)
+            own = [] if s.mesh is not None else [c for c in s.contactors if not c.joint]
+            found |= any(self._simulation._materials[c.material.name].expansion for c in own)
         if found and isinstance(self._simulation.strategy, SmoothDEM):
             raise ValueError("SmoothDEM lists its pairs for shapes that keep their size: give NSCD where bodies expand")
         return found
@@ -237,7 +251,7 @@ class Running:
                 raise ValueError(f"{name}: ids {given!r} are not all of bodies that are there")
             return ids.astype(np.int64)
         if given == "*":
-            return present
+            return present[~np.isin(present, self._marks())]
         sets = self._simulation._sets
         for mesh in self._moving_meshes():
             name, _, group = given.partition(".")
@@ -245,9 +259,10 @@ class Running:
                 return mesh.node_ids[mesh.body.nodes(group)]
         groups = [s.ids for s in sets if s.group == given and s.mass is not None]
         if not groups:
-            groups = [s.ids[np.unique(c.body)] for s in sets for c in s.contactors if c.material.name == given]
+            groups = [s.ids[np.unique(c.body)] for s in sets for c in s.contactors if c.material.name == given and not c.joint]
         if not groups:
-            known = sorted({s.group for s in sets if s.group} | {c.material.name for s in sets for c in s.contactors})
+            materials = {c.material.name for s in sets for c in s.contactors if not c.joint}
+            known = sorted({s.group for s in sets if s.group} | materials)
             raise ValueError(f"{name}: there is no group and no material {given!r}; there are {', '.join(known)} and '*'")
         ids = np.unique(np.concatenate(groups))
         return ids[np.isin(ids, present)]

@@ -34,7 +34,7 @@ def convert(source, target, what="bodies", step=None, overwrite=False):
         try:
             return writers[kind](run, steps, target, what)
         except OSError as error:
-            raise as_file_error(target, error) from error
+            raise as_file_error(target, error, writing=True) from error
 
 
 def columns(fields):

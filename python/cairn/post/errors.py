@@ -93,11 +93,14 @@ def why(error):
     return known.get(error.errno, (error.strerror or str(error), "look at the disk and the path, or write to another disk"))
 
 
-def as_file_error(path, error):
-    """The FileError that tells of `error`, an OSError met at `path`."""
+def as_file_error(path, error, writing=False):
+    """The FileError that tells of `error`, an OSError met at `path`. writing: a file was to be made there."""
     if isinstance(error, FileError):
         return error
     problem, remedy = why(error)
+    folder = os.path.dirname(os.fspath(path)) or "."
+    if writing and isinstance(error, FileNotFoundError) and os.path.isdir(folder):  # as /proc, which is there and takes none
+        problem, remedy = f"cannot be written: the folder {folder} takes no files", "choose another folder"
     result = FileError(path, problem, remedy)
     result.errno = error.errno
     return result

@@ -1,5 +1,7 @@
 """Films of runs: every output drawn on one view in one scale of colours."""
 
+import contextlib
+
 import numpy as np
 
 from ..names import teach
@@ -37,17 +39,23 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
         camera = _camera_of_run(run, steps)
     figure = _axes(None, view=view).figure if figsize is None else plt.figure(figsize=figsize, layout="constrained")
     writer = animation.PillowWriter(fps=fps) if extension == "gif" else animation.FFMpegWriter(fps=fps)
+    writer.setup(figure, path, dpi)
     try:
-        with writer.saving(figure, path, dpi):
-            for shown, k in enumerate(steps):
-                figure.clear()
-                ax = figure.add_subplot()
-                extra = {"view": view} if run.dim == 2 else {"camera": camera_at(camera, shown / max(len(steps) - 1, 1))}
-                if what == "forces":
-                    plot_force_chains(run[k], ax=ax, **extra, **options)
-                else:
-                    plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
-                writer.grab_frame()
+        for shown, k in enumerate(steps):
+            figure.clear()
+            ax = figure.add_subplot()
+            extra = {"view": view} if run.dim == 2 else {"camera": camera_at(camera, shown / max(len(steps) - 1, 1))}
+            if what == "forces":
+                plot_force_chains(run[k], ax=ax, **extra, **options)
+            else:
+                plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
+            writer.grab_frame()
+    except BaseException:
+        with contextlib.suppress(Exception):  # of a film without pictures, which would hide what was wrong
+            writer.finish()
+        raise
+    else:
+        writer.finish()
     finally:
         plt.close(figure)
     return path

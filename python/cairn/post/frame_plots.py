@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 
+from ..names import teach
 from . import mesh_cells
 from .plots import LABELS, _axes, _view, contact_lines, draw_cell, draw_pale, paint, title_of, titled
 
@@ -94,3 +95,6 @@ def _seen(step, lines, cells):
     normal, none = step.contacts["normal"], np.all(lines[:, 0] == lines[:, 1], axis=1)
     along = side / 4 * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     return np.where(none[:, None, None], lines + np.stack([-along, along], axis=1) / 2, lines)
+
+
+teach(globals())

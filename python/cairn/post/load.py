@@ -267,7 +267,11 @@ class Step:
 
     def rows_of(self, ids):
         """Rows of the bodies, or of the nodes of meshes, with these ids in the arrays of `drawn`."""
-        ids, own = np.asarray(ids, np.int64), self.drawn["id"] if "id" in self.drawn else np.arange(len(self.drawn))
+        try:
+            ids = np.asarray(ids, np.int64)
+        except OverflowError:
+            ids = checks.body_ids(ids)  # which names the one that no body can have
+        own = self.drawn["id"] if "id" in self.drawn else np.arange(len(self.drawn))
         order = np.argsort(own, kind="stable")
         place = np.minimum(np.searchsorted(own, ids, sorter=order), max(len(own) - 1, 0))
         if ids.size and (len(own) == 0 or np.any(own[order[place]] != ids)):

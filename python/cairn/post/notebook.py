@@ -1,4 +1,4 @@
-"""What a notebook shows of a scene, a simulation and a run: a small table, and of a run its last picture."""
+"""What print and a notebook show of a scene, a simulation and a run: a small table, and of a run its last picture."""
 
 import base64
 import html
@@ -14,14 +14,79 @@ def table(title, rows):
     return f"<table><caption>{html.escape(title)}</caption>{cells}</table>"
 
 
+LAWS = 4  # that print shows
+
+
 def of_scene(scene):
     """A scene: what it is made of."""
-    gravity = "a function of time" if callable(scene.gravity) else ", ".join(f"{g:g}" for g in np.ravel(scene.gravity))
-    materials = sorted({str(getattr(s.material, "name", s.material)) for s in scene.sets if hasattr(s, "material")})
-    rows = [("dimensions", scene.dim), ("gravity [m/s2]", gravity), ("bodies", f"{scene.count:,}")]
-    rows += [("materials", ", ".join(materials))] if materials else []
-    rows += [("law", f"{a}, {b}: {law!r}") for a, b, law in scene.rules[:12]]
+    rows = rows_of_scene(scene)
+    rows += [("law", f"{a}, {b}: {law!r}") for a, b, law in _rules(scene)[:12]]
     return table(f"Scene, {scene.dim}D", rows)
+
+
+def rows_of_scene(scene):
+    """Names and values of what a scene is made of, but for its laws."""
+    gravity = "a function of time" if callable(scene.gravity) else ", ".join(f"{g + 0.0:g}" for g in np.ravel(scene.gravity))
+    materials = sorted({c.material.name for s in scene.sets for c in s.contactors if not c.joint})
+    meshes = [s.mesh.name for s in scene.sets if s.mesh is not None]
+    joints = sum(law is not None and law.name == "joint" for _, _, law in scene.rules)
+    rows = [("dimensions", scene.dim), ("gravity [m/s2]", gravity), ("rigid bodies", counted(scene))]
+    rows += [("meshes", _few(list(dict.fromkeys(meshes))))] if meshes else []
+    rows += [("materials", _few(materials))] if materials else []
+    rows += [("joints", joints)] if joints else []
+    rows += [("networks", ", ".join(scene.networks))] if scene.networks else []
+    rows += [("periodic", repr(scene.periodic))] if scene.periodic is not None else []
+    return rows
+
+
+def counted(scene):
+    """'51: 50 disk, 1 half_plane', of rigid bodies by the shape of the first of their contactors."""
+    shapes, many = {}, 0
+    for s in scene.sets:
+        own = [c for c in s.contactors if not c.joint]
+        if s.mesh is None and s.mass is not None and own:
+            name = own[0].shape if len(own) == 1 and len(own[0].body) == len(s) else "of several parts"
+            shapes[name], many = shapes.get(name, 0) + len(s), many + len(s)
+    return f"{many:,}" + (": " + ", ".join(f"{n:,} {name}" for name, n in shapes.items()) if shapes else "")
+
+
+def _rules(scene):
+    return [(a, b, law) for a, b, law in scene.rules if "joint" not in (a.partition(" ")[0], b.partition(" ")[0])]
+
+
+def _few(names, most=6):
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def lines_of_scene(scene):
+    """At most ten lines on a scene."""
+    rows, rules = rows_of_scene(scene)[1:], _rules(scene)
+    lines = [f"Scene, {scene.dim}D", *(f"{name}: {_short(value)}" for name, value in rows)]
+    room = min(LAWS, 9 - len(lines))
+    lines += [f"law of {a}, {b}: {_short(law)}" for a, b, law in rules[:room]]
+    return "\n".join(lines + ([f"and {len(rules) - room} more laws"] if len(rules) > room else []))
+
+
+def _short(value, most=120):
+    text = " ".join(str(value).split())
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def line_of_simulation(simulation):
+    """One line on a simulation."""
+    status = simulation.report.get("status")
+    return (f"<simulation, {simulation.scene.dim}D: {len(simulation.bodies):,} bodies, t = {simulation.time:g} s, "
+            f"{simulation.steps:,} steps of {simulation.dt:g} s" + (f", the last {status}" if status else "") + ">")  # fmt: skip
+
+
+def line_of_set(s):
+    """One line on a set of bodies."""
+    parts = ", ".join(f"{len(c.body):,} {c.shape} of {c.material.name!r}" for c in s.contactors)
+    mass = np.ravel(s.mass if s.mass is not None else [])
+    mass = mass[np.isfinite(mass)]
+    told = f"; mass {mass.min():.4g} to {mass.max():.4g} kg" if mass.size else ""
+    held = f"; driven {', '.join(s.driven)}" if s.driven else ""
+    return f"<{len(s):,} bodies, {s.dim}D: {parts or 'no contactors'}{told}{held}" + (f"; group {s.group!r}>" if s.group else ">")
 
 
 def of_simulation(simulation):

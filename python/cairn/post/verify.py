@@ -288,19 +288,38 @@ def _split(normal, impulse):
     return np.column_stack([np.abs(along), np.linalg.norm(impulse - along[:, None] * normal, axis=1)])
 
 
+def _step_lengths(run):
+    """Length [s] of the step that led to each output: of the history, else of the scene, else of the times of the outputs.
+    Programs in C and Fortran tell none in the scene."""
+    history, out = run.history, np.zeros(len(run))
+    own = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history and "step" in history else {}
+    for k, step in enumerate(run):
+        before = run[k - 1] if k else None
+        if step.step in own:
+            out[k] = own[step.step]
+        elif "dt" in run.scene:
+            out[k] = float(run.scene["dt"])
+        elif before is not None and step.step > before.step:
+            out[k] = (step.time - before.time) / (step.step - before.step)
+        elif step.step > 0:
+            out[k] = step.time / step.step
+    return out
+
+
 def _run_side(path):
     from .load import load
 
     frames = []
     with load(path) as run:
-        dt = float(run.scene["dt"])
+        lengths = _step_lengths(run)
         for step in run:
-            c = step.contacts
-            pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if len(c) else np.zeros((0, 2), int)
-            force = _split(c["normal"], c["impulse"]) / dt if len(c) else np.zeros((0, 2))
-            gap = np.array(c["gap"]) if len(c) else np.zeros(0)
+            c, dt = step.contacts, lengths[step.index]
+            known = len(c) and dt > 0  # the start is no end of a step
+            pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if known else np.zeros((0, 2), int)
+            force = _split(c["normal"], c["impulse"]) / dt if known else np.zeros((0, 2))
+            gap = np.array(c["gap"]) if known else np.zeros(0)
             b = step.drawn
-            point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
+            point = np.array(c["point"])[:, : run.dim] if known else np.zeros((0, run.dim))
             frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force, point))
         radius = np.array(run[0].drawn["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]

@@ -79,6 +79,22 @@ def node_numbers(name: str, value, nodes: int) -> np.ndarray:
     return found.astype(int)
 
 
+def body_ids(ids) -> np.ndarray:
+    """Ids (n,) of bodies. Raises ValueError unless they are whole numbers that a body may have."""
+    try:  # numpy makes real numbers of whole ones that no int64 and no uint64 holds together
+        array = np.atleast_1d(np.asarray(ids, object if isinstance(ids, (list, tuple)) else None))
+    except (ValueError, TypeError):
+        array = np.array([None])
+    flat = array.ravel().tolist() if array.dtype.kind not in "iu" else ()
+    whole = all(isinstance(i, (int, np.integer)) and not isinstance(i, bool) for i in flat)
+    if array.ndim != 1 or not whole:
+        raise ValueError(f"ids is {ids!r}: give whole numbers (n,), as Scene.add and Simulation.add return them")
+    beyond = [i for i in array.tolist() if not -(2**63) <= i < 2**63] if array.dtype.kind in "uO" else []
+    if beyond:
+        raise ValueError(f"there is no body {beyond[0]}; it was never added, or was removed")
+    return array.astype(np.int64)
+
+
 def node_groups(groups, nodes: int) -> dict:
     """Groups of a mesh of so many nodes, {name: numbers}."""
     return {name: node_numbers(f"the group {name!r}", of, nodes) for name, of in (groups or {}).items()}
@@ -137,6 +153,19 @@ def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
         raise ValueError(
             f"{name}[{', '.join(map(str, index))}] is {array[index]}: give finite numbers ({len(bad)} of {array.size} are not)"
         )
+    return array
+
+
+FASTEST = 2.0**500  # [m/s, rad/s]: energies take the squares of velocities
+
+
+def speeds(name: str, array) -> np.ndarray:
+    """The finite velocities themselves; refuses those whose squares are too large for numbers."""
+    bad = np.argwhere(np.abs(array) > FASTEST)
+    if len(bad):
+        index = tuple(int(i) for i in bad[0])
+        told = f"{name}[{', '.join(map(str, index))}] is {array[index]:g}"
+        raise ValueError(f"{told}: energies take its square, which is too large for a number; give less than 3e150")
     return array
 
 

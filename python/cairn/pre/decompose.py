@@ -44,7 +44,7 @@ def convex_parts(vertices, faces=None, *, most=256, near=None) -> list:
     except TooMuch:
         if near is None:
             raise
-    return near_parts(vertices, mass_properties.triangles(faces, len(vertices)), near)
+    return near_parts(vertices, mesh.triangles(vertices, faces), near)
 
 
 class TooMuch(ValueError):
@@ -61,7 +61,7 @@ def near_parts(vertices, fans, near):
 
 def exact_parts(vertices, faces, most, own):
     """Parts by the planes of the faces; own: volume of the body [m3]."""
-    fans = mass_properties.triangles(faces, len(vertices))
+    fans = mesh.triangles(vertices, faces)
     size = float(np.max(np.ptp(vertices, axis=0)))
     soup = vertices[fans]
     if reentrant(vertices, fans, ROUNDING * size) > 8 * checks.count("most", most, 1):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import mass_properties, mesh
+from . import mesh
 
 ENOUGH = 1e-13  # of the size: corners nearer to their planes stay
 SLOW = 0.5  # a step that gains less is the last
@@ -60,7 +60,7 @@ def plane_faces(vertices, faces, tolerance=1e-9):
     """The faces of a convex body, triangles or polygons, joined where they lie in one plane, so that joints and contacts see
     whole faces: a list of loops. tolerance: of the size of the body."""
     vertices = np.asarray(vertices, float)
-    fans = mass_properties.triangles(faces, len(vertices))
+    fans = mesh.triangles(vertices, faces)
     return [rim(fans[g]) for g in plane_groups(vertices, fans, tolerance * np.max(np.ptp(vertices, axis=0)))]
 
 

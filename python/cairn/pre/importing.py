@@ -1,4 +1,4 @@
-"""Blocks from files: STL, OBJ, PLY (with trimesh), VTK and gmsh (with meshio), STEP (gmsh), IFC (ifcopenshell), COMPAS, LMGC90.
+"""Blocks from files: OBJ, PLY, OFF, STL (with trimesh), VTK and gmsh (meshio), STEP (gmsh), IFC (ifcopenshell), COMPAS, LMGC90.
 
 Each file becomes cairn.pre.blocks.Blocks with a report of what was found: whether each surface is closed, volumes, the
 smallest edge, overlaps and joints. What is not convex is refused, replaced by its hull, or read as
@@ -22,13 +22,16 @@ from .blocks import FLUSH, Blocks
 from .decompose import convex_parts
 from .flatten import flattened, plane_groups, rim
 from .obj_files import kind_of, read_objects
+from .polygon_faces import SINGLE, rounding
+from .polygon_faces import flat as flat_loops
+from .polygon_files import fans_of, in_triangles, read_off, read_ply
 from .solids import solids
 
 REFUSED = (
-    "{} is not convex; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
+    "{} is not convex{}; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
 )
-SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
 LARGE, SMALL = 20.0, 1e-3  # [m] of the median block: stones are rarely so long, or so short
+FEW = 5  # bodies whose parts an error counts
 KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
 
 
@@ -99,7 +102,7 @@ def told_of(path):
 
 @dataclass
 class Raw:
-    """Bodies as a file holds them. soups: (vertices, triangles, part, name) of one or more bodies, whose corners may be shared;
+    """Bodies as a file holds them. soups: (vertices, faces, part, name) of one or more bodies, whose corners may be shared;
     bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
     bodies, their own where the file has one; in_metres: the file told its unit."""
 
@@ -116,8 +119,8 @@ class Raw:
 
 
 def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[Blocks, ImportReport]:
-    """Blocks and report of a file: .stl .obj .ply .vtk .vtu .msh .step .stp .ifc .json (COMPAS) .DAT
-    (LMGC90 BODIES.DAT).
+    """Blocks and report of a file: .stl .obj .ply .off .vtk .vtu .msh .step .stp .ifc .json (COMPAS) .DAT
+    (LMGC90 BODIES.DAT). Faces may have any number of corners, and need not be convex (shapely).
 
     repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
     keeps it as it is); scale: metres in a unit of the file (STEP and IFC tell theirs); flat: how far corners may stand
@@ -168,6 +171,7 @@ def gathered(path, repair, convex, scale, flat, near=None):
         raise MissingFile(path)
     raw = READERS[ending](path)
     notes = {}
+    in_triangles(raw, path.name, convex, flat)
     for vertices, faces, part, own in raw.soups:
         first = len(raw.bodies)
         apart(raw, path.name, vertices, faces, part, repair, notes, flat)
@@ -228,10 +232,20 @@ def polygons(raw: Raw, name, convex, scale):
     return found, {"closed": len(found), "hulls": hulls}
 
 
-def not_convex(label, vertices):
-    """The refusal of a body, with the middle of what it fills."""
+def not_convex(label, vertices, told=""):
+    """The refusal of a body, with the middle of what it fills. told: more about it."""
     middle = mesh.place((vertices.min(axis=0) + vertices.max(axis=0)) / 2)
-    return mesh.MeshError("not convex", REFUSED.format(f"{label} at {middle}"))
+    return mesh.MeshError("not convex", REFUSED.format(f"{label} at {middle}", told))
+
+
+def _parts_told(vertices, fans):
+    """Volume and convex parts of a body, where these are found at once."""
+    try:
+        parts = convex_parts(vertices, fans, most=32)
+    except ValueError:
+        return ""
+    volume = mass_properties.polyhedra([vertices], [fans]).measure[0]
+    return f", of volume {volume:.6g} and {len(parts)} convex parts"
 
 
 def all_told(name, faults, count, more=""):
@@ -248,10 +262,7 @@ def all_told(name, faults, count, more=""):
 
 def apart(raw, name, vertices, faces, part, repair, notes, flat):
     """Adds the bodies that a heap of triangles bounds to raw."""
-    vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64).reshape(-1, 3)
-    wrong = np.flatnonzero((faces < 0).any(axis=1) | (faces >= len(vertices)).any(axis=1))
-    if len(wrong):
-        raise ValueError(f"{name}: face {wrong[0]} is {faces[wrong[0]].tolist()}: vertices go from 0 to {len(vertices) - 1}")
+    vertices = np.asarray(vertices, float)
     finite = np.isfinite(vertices).all(axis=1)
     lost = ~finite[faces].all(axis=1)
     if np.any(lost):
@@ -285,13 +296,6 @@ def bodies_of(vertices, faces, flat):
     return found
 
 
-def rounding(points, flat):
-    """How far [units of the file] corners may be from where they should: flat of their extent, and what their digits round."""
-    points = np.concatenate([p.reshape(-1, 3) for p in points])
-    single = np.array_equal(points.astype(np.float32), points)
-    return flat * float(np.max(np.ptp(points, axis=0))) + float(np.max(np.abs(points))) * (SINGLE if single else DOUBLE)
-
-
 def smallest_for(name, pieces, scale):
     """The most by which corners may be moved: a thousandth of the smallest block. Refuses files whose digits are too few."""
     sizes = [float(np.max(np.ptp(v, axis=0))) for _, v, _ in pieces]
@@ -321,11 +325,12 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes, near=None):
                     if not repair:
                         raise error
                     vertices, faces, done = mesh.repair(vertices, faces, label)
+                    repaired[k] = repaired.get(k, notes.get(k, [])) + done
                 except mesh.MeshError as left:
-                    faults.append((k, left))
-                    continue
-                repaired[k] = repaired.get(k, notes.get(k, [])) + done
-            pieces.append((k, vertices, mass_properties.triangles(faces, len(vertices))))
+                    if convex != "hull" or left.fault != "crossing":  # corners alone have the same hull
+                        faults.append((k, left))
+                        continue
+            pieces.append((k, vertices, faces))
     if faults:
         raise all_told(name, faults, len(raw.bodies), "" if repair else " (repair=True does so while reading)")
     limit = min(rounding([v / scale for _, v, _ in pieces], flat) * scale, smallest_for(name, pieces, scale))
@@ -343,7 +348,8 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes, near=None):
             found[k].append((vertices, [rim(fans[g]) for g in plane_groups(vertices, fans, small)]))
             hulls.append(k)
         else:
-            refused.append((k, not_convex(raw.label(name, k), vertices)))
+            told = _parts_told(vertices, fans) if len(refused) < FEW else ""
+            refused.append((k, not_convex(raw.label(name, k), vertices, told)))
     if refused:
         raise all_told(name, refused, len(raw.bodies))
     size = min(float(np.max(np.ptp(v, axis=0))) for v in plane)
@@ -415,15 +421,29 @@ def read_obj(path) -> Raw:
     """The objects of an OBJ file, by their names; as one where these are not closed and the whole is."""
     vertices, objects = read_objects(path)
     if len(objects) > 1:
-        whole = np.concatenate([faces for _, faces in objects])
-        alone = all(is_closed(mesh.weld(vertices, faces)[1]) for _, faces in objects)
-        if not alone and is_closed(mesh.weld(vertices, whole)[1]):
+        whole = [face for _, faces in objects for face in faces]
+        alone = all(is_closed(mesh.weld(vertices, fans_of(faces))[1]) for _, faces in objects)
+        if not alone and is_closed(mesh.weld(vertices, fans_of(whole))[1]):
             objects = [("", whole)]
     raw = Raw()
     for name, faces in objects:
-        used, numbers = np.unique(faces, return_inverse=True)
-        raw.soups.append((vertices[used], numbers.reshape(-1, 3), kind_of(name) or "block", name))
+        sizes, corners = flat_loops(faces)
+        used, numbers = np.unique(corners, return_inverse=True)
+        raw.soups.append((vertices[used], np.split(numbers.ravel(), np.cumsum(sizes)[:-1]), kind_of(name) or "block", name))
     return raw
+
+
+def by_polygons(reader):
+    """A reader of files that hold corners and faces of one heap."""
+
+    def read(path) -> Raw:
+        vertices, faces = reader(path)
+        short = next((k for k, f in enumerate(faces) if len(f) < 3), None)
+        if short is not None:
+            raise ValueError(f"{path.name}: face {short} is {list(map(int, faces[short]))}: a face has at least three corners")
+        return Raw(soups=[(vertices, faces, "block", "")])
+
+    return read
 
 
 def is_closed(faces) -> bool:
@@ -458,9 +478,9 @@ def read_meshio(path) -> Raw:
         for f in faces:  # a face that two elements share lies inside
             seen.setdefault(frozenset(f), []).append(f)
         outer = [f[0] for f in seen.values() if len(f) == 1]
-        raw.soups.append((points, fans_of(outer), names.get((physical, 3), "block"), ""))
+        raw.soups.append((points, outer, names.get((physical, 3), "block"), ""))
     if not volumes and surface:
-        raw.soups.append((points, fans_of(surface), "block", ""))
+        raw.soups.append((points, surface, "block", ""))
     if not raw.soups:
         raise ValueError(f"{path.name} holds no triangles, quadrilaterals or volume elements")
     return raw
@@ -470,10 +490,6 @@ def tags(m, name, k, count):
     """Numbers of the volumes of the cells of block k, 0 where the file has none."""
     found = m.cell_data.get(name)
     return np.zeros(count, np.int64) if found is None else np.asarray(found[k], np.int64).reshape(count)
-
-
-def fans_of(loops):
-    return np.array([(f[0], f[k], f[k + 1]) for f in loops for k in range(1, len(f) - 1)])
 
 
 SKINS = {  # faces of meshio's volume elements, seen from outside anticlockwise
@@ -564,7 +580,8 @@ def read_lmgc90(path) -> Raw:
 READERS = {
     ".stl": read_trimesh,
     ".obj": read_obj,
-    ".ply": read_trimesh,
+    ".ply": by_polygons(read_ply),
+    ".off": by_polygons(read_off),
     ".vtk": read_meshio,
     ".vtu": read_meshio,
     ".msh": read_meshio,

@@ -78,6 +78,13 @@ class Accelerogram:
     def __post_init__(self):
         Table(self.times, self.acceleration)  # refuses what is no function of time
 
+    def __repr__(self):
+        step = np.diff(self.times)
+        even = len(step) and np.ptp(step) <= 1e-6 * step.mean()
+        told = f", {step.mean():.4g} s apart" if even else ""
+        return (f"<accelerogram {self.name!r}: {len(self.times):,} samples from {self.times[0]:g} to {self.times[-1]:g} s{told}, "
+                f"peak {self.peak:.4g} m/s2>")  # fmt: skip
+
     @property
     def peak(self):
         """Largest acceleration [m/s2]."""

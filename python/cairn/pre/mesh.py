@@ -14,10 +14,9 @@ from types import ModuleType
 
 import numpy as np
 
-from . import checks, mass_properties
+from . import checks, mass_properties, polygon_faces
 from .box_pairs import overlapping_pairs
-
-SLIVER = 1e-12  # double area of a triangle over the square of its longest edge, below which its normal is rounding
+from .polygon_faces import SLIVER
 
 
 class MeshError(ValueError):
@@ -72,11 +71,24 @@ class _Called(ModuleType):
 sys.modules[__name__].__class__ = _Called
 
 
+def triangles(vertices, faces, name: str = "mesh", limit=None) -> np.ndarray:
+    """Faces as triangles (t, 3), turned as they are. vertices (n, 3) [m]; faces (k, 3) or polygons, convex or not. limit [m]: how
+    far corners may stand out of a face of more than four, 4e-6 of the extent if not given. Raises MeshError for a face that is
+    farther out of plane or crosses itself."""
+    fans = mass_properties.triangles(faces, len(vertices))
+    if len(fans) == len(faces):
+        return fans
+    try:
+        return polygon_faces.triangulated(vertices, faces, name, limit)
+    except polygon_faces.FaceError as error:
+        raise MeshError(error.fault, str(error), [error.face]) from None
+
+
 def check(vertices, faces, name: str = "mesh") -> MeshReport:
     """Refuses (MeshError) a surface that bounds no body: vertices (n, 3) [m], faces (m, 3) or polygons, seen from outside
-    anticlockwise. Faults: shape, not finite, flat triangle, open, folded, inside out, flat, crossing."""
+    anticlockwise. Faults: shape, not finite, not plane, flat triangle, open, folded, inside out, flat, crossing."""
     vertices = checks.real_array(f"{name}: vertices", vertices, (None, 3))
-    fans = mass_properties.triangles(faces, len(vertices))
+    fans = triangles(vertices, faces, name)
     edges = np.linalg.norm(vertices[fans] - vertices[np.roll(fans, -1, axis=1)], axis=2)
     refuse_slivers(name, vertices, fans, edges)
     refuse_open(name, fans, vertices)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import mass_properties, mesh
+from . import mesh
 
 LARGEST_HOLE = 256  # edges up to which the patch of least area is sought, in time of the third power; larger ones get a fan
 
@@ -17,7 +17,7 @@ def repair(vertices, faces, name: str = "mesh"):
     surface turns its front outward, and that of a cavity inward; surfaces that run through each other are joined (manifold3d).
     """
     vertices, done = np.asarray(vertices, float), []
-    faces = mass_properties.triangles(faces, len(vertices))
+    faces = mesh.triangles(vertices, faces, name)
     finite = np.isfinite(vertices).all(axis=1)
     if not np.all(finite):
         kept = finite[faces].all(axis=1)

@@ -8,8 +8,8 @@ import numpy as np
 
 
 def read_objects(path):
-    """(vertices (n, 3), [(name, triangles (k, 3))]) of an OBJ file: one entry for each object (o), or each group (g) where no
-    object is named; the name is "" before the first. Faces of more corners become fans. Raises ValueError that names the line."""
+    """(vertices (n, 3), [(name, faces)]) of an OBJ file, faces a list of the corners of each: one entry for each object (o), or
+    each group (g) where no object is named; the name is "" before the first. Raises ValueError that names the line."""
     vertices, objects, groups = [], {"": []}, {"": []}
     in_object, in_group, held = "", "", ""
     for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
@@ -26,9 +26,8 @@ def read_objects(path):
                 loop = [_corner(word, len(vertices)) for word in words]
                 if len(loop) < 3:
                     raise ValueError(f"a face of {len(loop)} corners")
-                fan = [(loop[0], loop[k], loop[k + 1]) for k in range(1, len(loop) - 1)]
-                objects[in_object] += fan
-                groups[in_group] += fan
+                objects[in_object].append(loop)
+                groups[in_group].append(loop)
             elif kind == "o":
                 in_object = " ".join(words)
                 objects.setdefault(in_object, [])
@@ -38,7 +37,7 @@ def read_objects(path):
         except ValueError as error:
             raise ValueError(f"{path.name}, line {number}, {line.strip()[:60]!r}: {error}") from None
     named = objects if any(name and faces for name, faces in objects.items()) else groups
-    found = [(name, np.array(faces, np.int64)) for name, faces in named.items() if faces]
+    found = [(name, faces) for name, faces in named.items() if faces]
     return np.array(vertices, float).reshape(-1, 3), found
 
 

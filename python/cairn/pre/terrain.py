@@ -9,31 +9,47 @@ import numpy as np
 
 from ..post.errors import MissingFile
 from . import checks
-from .mesh import SLIVER, library
+from .mesh import SLIVER, library, triangles
+from .obj_files import read_objects
+from .polygon_files import read_off, read_ply
 
 
 def read_surface(path, scale=1.0):
-    """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file that trimesh reads: STL, OBJ, PLY.
+    """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file: OBJ, PLY, OFF, or what trimesh reads, STL.
 
     Corners of an STL's triangles that lie in one place become one vertex; triangles without area, or listed twice, are left out,
-    with a warning. scale: metres of the file's unit. Raises
+    with a warning; faces of more corners are cut into triangles, convex or not. scale: metres of the file's unit. Raises
     FileNotFoundError, and ValueError naming the file that is no surface.
     """
-    from .importing import by_library, told_of
+    from .importing import told_of
 
-    trimesh = library("trimesh", "to read a surface")
     scale, path = checks.positive("scale", scale), Path(path)
     if not path.exists():
         raise MissingFile(path)
     with told_of(path):
-        return _surface(path, by_library, trimesh, scale)
+        return _surface(path, scale)
 
 
-def _surface(path, by_library, trimesh, scale):
+def _faces(path):
+    """Corners of a file, and its faces with all of theirs."""
+    from .importing import by_library
+
+    ending = path.suffix.lower()
+    if ending in (".ply", ".off"):
+        return (read_ply if ending == ".ply" else read_off)(path)
+    if ending == ".obj":
+        vertices, objects = read_objects(path)
+        return vertices, [face for _, faces in objects for face in faces]
+    trimesh = library("trimesh", "to read a surface")
     mesh = by_library(path, lambda p: trimesh.load(p, force="mesh", process=False))
-    vertices, faces = scale * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+    return np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+
+
+def _surface(path, scale):
+    vertices, faces = _faces(path)
     if not len(faces):
         raise ValueError(f"{path} holds no triangles")
+    vertices, faces = scale * vertices, triangles(vertices, faces, path.name)
     bad = np.flatnonzero(~np.all(np.isfinite(vertices), axis=1))
     if len(bad):
         raise ValueError(f"{path}: vertex {bad[0]} is {vertices[bad[0]]}: give finite numbers")

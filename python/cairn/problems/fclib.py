@@ -16,6 +16,8 @@ from ..post.errors import DAMAGE, ContentError, FileError
 from ..post.hdf5 import read_foreign
 from .problem import Problem
 
+KNOWN = "2 and 3 are known; problems with rolling friction, of 5 unknowns a contact, are not read"
+
 
 class ProblemFileError(ContentError):
     """A file that holds no frictional contact problem, or one that is damaged."""
@@ -31,6 +33,9 @@ def _problem(file):
         return _read_local(file["fclib_local"])
     if "fclib_global" in file:
         return _read_global(file["fclib_global"])
+    rolling = next((name for name, _ in file.items() if name.startswith("fclib_") and "rolling" in name), None)
+    if rolling:
+        raise ValueError(f"holds {rolling}, with rolling friction: problems of 2 or 3 unknowns a contact are read")
     what = "has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout"
     raise ValueError(f"{what}; cairn.problems.write makes such files")
 
@@ -62,7 +67,7 @@ def _solution(file):
     root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
     dim = _number(root["spacedim"])
     if dim not in (2, 3):
-        raise ValueError(f"spacedim is {dim}: 2 and 3 are known")
+        raise ValueError(f"spacedim is {dim}: {KNOWN}")
     found = [_reals(file["solution"], name).reshape(-1, dim) for name in ("r", "u") if name in file["solution"]]
     return found[0], found[1] if len(found) > 1 else None
 

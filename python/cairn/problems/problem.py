@@ -67,7 +67,7 @@ class Problem:
         mu = checks.reals("mu", mu)
         if mu.ndim and mu.size != self.contacts:
             raise ValueError(f"mu holds {mu.size} numbers: q has {self.contacts} contacts; give one each, or one for all")
-        self.mu = np.ascontiguousarray(np.broadcast_to(mu.ravel() if mu.ndim else mu, (self.contacts,)))
+        self.mu = np.broadcast_to(mu.ravel() if mu.ndim else mu, (self.contacts,)).copy()
         row_start, column, data = _blocks(dim, W, self.contacts)
         self._row_start, self._column, self._data = row_start, column, data
         self._core = _core.FrictionProblem(dim, row_start, column, data, self.q, self.mu)

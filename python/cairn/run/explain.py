@@ -28,8 +28,24 @@ def explain(simulation):
     lines += ["", f"In all, with workspace: {held['bodies'] / max(1, len(bodies)):.0f} bytes a body"]
     if contacts:
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
-    lines += ["", *_scales(simulation)]
+    lines += ["", *_laws(simulation), *_scales(simulation)]
     return "\n".join(lines)
+
+
+MOST_LAWS = 12  # that are told one by one
+COEFFICIENTS = ("mu", "friction", "kinetic")  # parameters of laws that are tangents of an angle
+
+
+def _laws(simulation):
+    """Laws with their friction as an angle: a coefficient that was meant as one shows."""
+    rules = [(a, b, law) for a, b, law in simulation._rules if law is not None and law.name != "joint"]
+    lines = []
+    for a, b, law in rules[:MOST_LAWS]:
+        given = dict(zip(law.parameter_names, law.values))
+        told = [f"{name} {given[name]:g}: {np.degrees(np.arctan(given[name])):.0f} degrees" for name in COEFFICIENTS
+                if name in given and (name == "mu" or 0 < given[name] < np.inf)]  # fmt: skip
+        lines.append(f"Law of {a}, {b}: {type(law).__name__}" + (f", {', '.join(told)}" if told else ""))
+    return lines + ([f"and {len(rules) - MOST_LAWS} more laws"] if len(rules) > MOST_LAWS else [])
 
 
 def _nscd(simulation):
@@ -146,9 +162,34 @@ def _scales(simulation):
     if np.any(finite):
         m = mass[finite]
         out.append(f"mass {m.min():g} to {m.max():g} kg (ratio {m.max() / m.min():.3g})")
+        out += _extremes(simulation, mass, finite)
     gravity = simulation.scene.gravity
     if not callable(gravity) and np.any(gravity) and np.any(radius > 0):
         g = np.linalg.norm(gravity)
         fall = np.sqrt(2 * np.median(r) / g)
         out.append(f"time to fall one radius {fall:.3g} s = {fall / simulation.dt:.3g} steps")
     return out
+
+
+def _extremes(simulation, mass, finite):
+    """The largest and the smallest body with their masses, and the densities that these follow from."""
+    bodies, contactors = simulation.bodies, simulation.contactors
+    size, joints = np.zeros(len(bodies)), _of_joints(simulation)
+    rows = np.searchsorted(bodies.id, contactors.body)
+    own = (rows < len(bodies)) & ~np.isin(contactors.body, joints)
+    own[own] = bodies.id[rows[own]] == contactors.body[own]
+    np.maximum.at(size, rows[own], contactors.radius[own])
+    known = np.flatnonzero(finite & (size > 0))
+    if not len(known):
+        return []
+    ends = (("largest", known[np.argmax(size[known])]), ("smallest", known[np.argmin(size[known])]))
+    words = [f"the {name} body, {bodies.id[k]} ({size[k]:g} m in radius), weighs {mass[k]:g} kg" for name, k in ends]
+    materials = {c.material.name: c.material for s in simulation._sets for c in s.contactors if not c.joint}
+    given = [f"{name} {materials[name].density:g}" for name in sorted(materials) if materials[name].density is not None]
+    return ["; ".join(words), *([f"densities: {', '.join(given[:8])} kg/m3"] if given else [])]
+
+
+def _of_joints(simulation):
+    """Ids of the marks of joints in the world."""
+    ends = [s.ids for s in simulation._sets if s.contactors and all(c.joint for c in s.contactors)]
+    return np.concatenate(ends) if ends else np.zeros(0, np.int64)

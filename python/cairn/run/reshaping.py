@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ..pre import checks
+
 
 class Reshaping:
     """Methods of Simulation."""
@@ -37,7 +39,7 @@ class Reshaping:
         from .reshape import Watch
 
         self.between_steps("reshape_when")
-        self._watches.append(Watch(self._ids(ids), body, force, stress, back, options))
+        self._watches.append(Watch(checks.body_ids(ids), body, force, stress, back, options))
 
     def join(self, a, b, joint):
         """Joins two rigid bodies by their ids, or one and the world (b None), as they stand between steps, by one of the kinds of
@@ -66,4 +68,4 @@ class Reshaping:
         from .merging import merge
 
         self.between_steps("merge")
-        return merge(self, self._ids(ids))
+        return merge(self, checks.body_ids(ids))

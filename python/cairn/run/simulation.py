@@ -400,16 +400,10 @@ class Simulation(Reshaping, Spelt):
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
-    def _ids(self, ids):
-        array = np.atleast_1d(np.asarray(ids))
-        if array.ndim != 1 or (array.dtype.kind not in "iu" and array.size):
-            raise ValueError(f"ids is {ids!r}: give whole numbers (n,), as Scene.add and Simulation.add return them")
-        return array.astype(np.int64)
-
     def remove(self, ids):
         """Removes bodies by their ids between steps, all or none; a mesh by `meshes[k].all_ids`."""
         self.between_steps("remove")
-        ids = self._ids(ids)
+        ids = checks.body_ids(ids)
         self._core.remove_bodies(ids)
         self._radii = None
         self._sets = living(self._sets, self._sets_seen, self._present())
@@ -423,7 +417,7 @@ class Simulation(Reshaping, Spelt):
         Dofs that are not named go on as they did; no dofs, (), sets bodies free of all that drove or held them.
         """
         self._stage.at_rest("drive")
-        ids, dim = self._ids(ids), self.scene.dim
+        ids, dim = checks.body_ids(ids), self.scene.dim
         imposed = {"driven": dofs, "drive": bodies.driven_at(dofs, velocity, len(ids), dim)}
         carrier = bodies.checked(bodies.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], ids=ids, **imposed))
         self._core.scene.drive(ids, carrier.mask, None)  # refuses what is no rigid body
@@ -503,6 +497,11 @@ class Simulation(Reshaping, Spelt):
         self._sets, self._dt, self._radii, self._info = sets, dt, None, info
         self._start_functions()
         self._start_meshes(state, anew=True)
+
+    def __repr__(self):
+        from ..post.notebook import line_of_simulation
+
+        return line_of_simulation(self)
 
     def _repr_html_(self):
         from ..post.notebook import of_simulation

@@ -7,63 +7,12 @@ import numpy as np
 from .. import _core
 from ..names import listed, meant
 from ..pre import checks
+from .shown import shown
 
 # arrays of bodies, of nodes, that can be set
 SETTABLE = ("position", "velocity", "rotation")
 FORCES_BY_SET = "; forces are those of the sets, force= of cn.disks and the like: give a function of time, which changes them"
 SETTABLE_OF_NODES = ("position", "velocity")
-
-
-class Shown(np.ndarray):
-    """A copy of an array of a simulation: to be read, since writing into it would change nothing that moves.
-
-    What is computed from it, `copy()` too, is a plain array.
-    """
-
-    remedy = ""
-
-    def __array_finalize__(self, source):
-        self.remedy = getattr(source, "remedy", "")
-
-    def _refuse(self):
-        raise ValueError(f"this array is a copy, and writing into it changes nothing: {self.remedy}")
-
-    def __setitem__(self, index, value):
-        if not self.flags.writeable:
-            self._refuse()
-        super().__setitem__(index, value)
-
-    def __array_ufunc__(self, ufunc, method, *inputs, out=None, **options):
-        if out is not None:
-            for array in out:
-                if isinstance(array, Shown) and not array.flags.writeable:
-                    array._refuse()
-            options["out"] = tuple(map(_plain, out))
-        if method == "at" and isinstance(inputs[0], Shown) and not inputs[0].flags.writeable:
-            inputs[0]._refuse()
-        return getattr(ufunc, method)(*map(_plain, inputs), **options)
-
-    def copy(self, order="C"):
-        """A plain array of its own."""
-        return _plain(self).copy(order)
-
-    def __repr__(self):
-        return repr(_plain(self))
-
-    def __reduce__(self):
-        return _plain(self).copy().__reduce__()
-
-
-def _plain(array):
-    return array.view(np.ndarray) if isinstance(array, Shown) else array
-
-
-def shown(values, remedy):
-    """The array as one to be read."""
-    out = values.view(Shown)
-    out.remedy = remedy
-    out.flags.writeable = False
-    return out
 
 
 class _View:
@@ -137,6 +86,8 @@ class BodyView(_View):
                 instead = FORCES_BY_SET if name == "force" else meant(name, SETTABLE)
                 raise ValueError(f"{name} of bodies cannot be set: {can}{instead}")
             values = checks.real_array(name, values, getattr(self, name).shape)
+            if name == "velocity":
+                checks.speeds(name, values)
             if name == "position":
                 values = values - simulation.scene.origin
             if name == "rotation" and values.ndim == 2:
@@ -198,6 +149,8 @@ class NodeView(_View):
                 can = f"{' and '.join(SETTABLE_OF_NODES)} can"
                 raise ValueError(f"{name} of nodes cannot be set: {can}{meant(name, SETTABLE_OF_NODES)}")
             values = checks.real_array(name, values, getattr(self, name).shape)
+            if name == "velocity":
+                checks.speeds(name, values)
             ready[name] = values - self._simulation.scene.origin if name == "position" else values
         for name, values in ready.items():
             self._core.assign_node(name, np.ascontiguousarray(values))

@@ -32,6 +32,7 @@ from pathlib import Path
 from ..names import listed
 from ..post.errors import FileError, as_file_error
 from .pool import ONE_THREAD, cores
+from .scripts import see_beside, words_of
 
 NAME = "results.csv"
 KEYS = ("script", "parameters", "samples", "seed")
@@ -140,10 +141,9 @@ def _hypercube(parameters, samples, seed):
     return points
 
 
-def key_of(script, point):
-    """What a row of the table is known by: the words of the script and the values of the point."""
-    words = json.dumps(point, sort_keys=True)
-    return hashlib.sha256(Path(script).read_bytes() + words.encode()).hexdigest()[:12]
+def key_of(words, point):
+    """What a row of the table is known by: the words of the script and of modules beside it, and the values of the point."""
+    return hashlib.sha256(words + json.dumps(point, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def sweep(path, folder=None, processes=None, dask=None, progress=None):
@@ -161,9 +161,10 @@ def sweep(path, folder=None, processes=None, dask=None, progress=None):
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise as_file_error(folder, error) from error
+        raise as_file_error(folder, error, writing=True) from error
     table = _Table(folder / NAME, plan)
-    left = [(key, point) for point in plan.points if (key := key_of(plan.script, point)) not in table.done]
+    words = words_of(plan.script)
+    left = [(key, point) for point in plan.points if (key := key_of(words, point)) not in table.done]
     total = len(plan.points)
     if progress:
         progress(total - len(left), total)
@@ -224,6 +225,7 @@ def _one(script, point):
     """Results of one point, its CPU seconds, and why it failed or ''."""
     before = time.process_time()
     try:
+        see_beside(script)
         run = runpy.run_path(script, run_name="__sweep__").get("run")
         if not callable(run):
             raise SweepError("the script defines no function run(parameters)")
@@ -250,7 +252,8 @@ class _Table:
                 for row in csv.DictReader(file):
                     if row.get("point") and not row.get("failed"):
                         self._rows[row["point"]] = row
-        wanted = {key_of(plan.script, point) for point in plan.points}
+        words = words_of(plan.script)
+        wanted = {key_of(words, point) for point in plan.points}
         # rows of another script or plan are not of this study
         self._rows = {key: row for key, row in self._rows.items() if key in wanted}
 
@@ -270,4 +273,4 @@ class _Table:
                 writer.writerows(self._rows.values())
             os.replace(part, self.path)
         except OSError as error:
-            raise as_file_error(self.path, error) from error
+            raise as_file_error(self.path, error, writing=True) from error

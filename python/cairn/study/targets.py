@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..post.hdf5 import read_foreign
+from .scripts import see_beside
 from .settings import digest
 
 
@@ -126,12 +127,13 @@ def _kind(path):
     if path.suffix in (".dat", ".txt"):
         return "problem"
     try:
-        return read_foreign(path, lambda file: "problem" if "fclib_local" in file or "fclib_global" in file else "scene")
+        return "problem" if read_foreign(path, lambda f: any(name.startswith("fclib_") for name, _ in f.items())) else "scene"
     except OSError:
         raise ValueError(f"{path}: is no scene of Scene.save, no .py and no problem (FCLIB's HDF5, Siconos's text)") from None
 
 
 def _module(path):
+    see_beside(path)
     spec = importlib.util.spec_from_file_location(f"cairn_study_of_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

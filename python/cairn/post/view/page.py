@@ -57,7 +57,7 @@ def write_page(run, path, what="velocity", every=1, fields=None, overwrite=False
     try:
         Path(path).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise as_file_error(path, error) from error
+        raise as_file_error(path, error, writing=True) from error
     return path
 
 
