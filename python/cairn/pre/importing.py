@@ -28,7 +28,7 @@ REFUSED = (
     "{} is not convex; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
 )
 SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
-LARGE, SMALL = 20.0, 1e-3  # [m] of the median block: stones are rarely so long, or so short
+LARGE, SMALL = 20.0, 0.02  # [m] of the median block: stones are rarely so long, or so short
 KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
 
 
@@ -42,7 +42,8 @@ class ImportReport:
     block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
     overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
     make faces plane; parts: convex parts of all blocks; names: of each block, "" where the file has none; hints: what may not be
-    meant, each also a BlocksWarning."""
+    meant, each also a BlocksWarning; extent (dim,) [m] of all blocks along the axes; unit: that of the file, "" where it tells
+    none; scale: what was given to read it."""
 
     blocks: int
     closed: int
@@ -57,11 +58,17 @@ class ImportReport:
     parts: int = 0
     names: tuple = ()
     hints: tuple = ()
+    extent: tuple = ()
+    unit: str = ""
+    scale: float = 1.0
 
     def __str__(self):
+        times = f" x {self.scale:g}" if self.scale != 1 else ""
+        unit = f"{self.unit}, by the file" if self.unit else "not told by the file, taken as the metre"
         lines = [
             f"{self.blocks} blocks, {self.closed} closed as they came, {len(self.repaired)} repaired, {len(self.hulls)} hulls"
             + (f", {self.parts} convex parts" if self.parts > self.blocks else ""),
+            f"extent {' x '.join(f'{x:.4g}' for x in self.extent)} m; unit {unit}{times}",
             f"volume {self.volume:.6g}, smallest edge {self.smallest_edge:.3g} m, {self.joints} joints",
             f"{len(self.overlaps)} overlaps"
             + (f", the deepest {self.overlap_depth.max():.3g} m" if len(self.overlaps) else ""),
@@ -101,7 +108,7 @@ def told_of(path):
 class Raw:
     """Bodies as a file holds them. soups: (vertices, triangles, part, name) of one or more bodies, whose corners may be shared;
     bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
-    bodies, their own where the file has one; in_metres: the file told its unit."""
+    bodies, their own where the file has one; in_metres: they come in metres, from a file that tells its unit; unit: its name."""
 
     dim: int = 3
     soups: list = field(default_factory=list)
@@ -109,6 +116,7 @@ class Raw:
     parts: list = field(default_factory=list)
     names: dict = field(default_factory=dict)
     in_metres: bool = False
+    unit: str = ""
 
     def label(self, file, k):
         """How errors name a body."""
@@ -180,6 +188,7 @@ def gathered(path, repair, convex, scale, flat, near=None):
         found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes, near)
     facts["names"] = tuple(raw.names.get(k, "") for k in range(len(found)))
     facts["hints"] = tuple(hints_on(path.name, found, scale, raw))
+    facts |= {"unit": raw.unit, "scale": scale}
     for hint in facts["hints"]:
         warnings.warn(hint, BlocksWarning, stacklevel=3)
     return found, raw.parts, raw.dim, facts
@@ -195,8 +204,13 @@ def hints_on(name, found, scale, raw):
             f"blocks of {name} are {size:.3g} m long (the median): if its unit is the millimetre or the centimetre, "
             f"give scale={finer if scale == 1 else f'{float(finer) * scale:g}'} (1e-3 for mm, 1e-2 for cm)"
         )
-    elif size <= SMALL and scale < 1:
-        yield f"blocks of {name} are {size:.3g} m long (the median) at scale={scale:g}: if its unit is the metre, give scale=1"
+    elif size < SMALL:
+        if raw.in_metres:
+            told = f"the file tells its unit, {raw.unit or 'none, for which the millimetre is taken'}, and comes in metres"
+            told += ": leave scale out" if scale < 1 else ": if they were drawn in another, give scale="
+        else:
+            told = "if its unit is the metre, give scale=1" if scale < 1 else "give scale=, the metres in a unit of the file"
+        yield f"blocks of {name} are {size:.3g} m long (the median) at scale={scale:g}: {told}"
     several = [k for k, body in enumerate(found) if len(body) > 1]
     if several:
         most = max(several, key=lambda k: len(found[k]))
@@ -352,7 +366,7 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes, near=None):
 
 
 def report_of(
-    blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None, names=(), hints=()
+    blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None, names=(), hints=(), unit="", scale=1.0
 ) -> ImportReport:
     """The report of any assembly, as an import gives it. owner (n,): the body of each block, where bodies have several convex
     parts."""
@@ -380,6 +394,9 @@ def report_of(
         len(blocks),
         tuple(names),
         tuple(hints),
+        tuple(np.ptp(np.concatenate(blocks.vertices), axis=0).tolist()),
+        unit,
+        scale,
     )
 
 
@@ -488,8 +505,9 @@ def by_solids(reader):
     """A reader of files of CAD, whose solids have names and come in metres."""
 
     def read(path) -> Raw:
-        raw = Raw(in_metres=True)
-        for vertices, faces, name in reader(path):
+        found, unit = reader(path)
+        raw = Raw(in_metres=True, unit=unit)
+        for vertices, faces, name in found:
             raw.soups.append((vertices, faces, kind_of(name) or "block", name))
         return raw
 
