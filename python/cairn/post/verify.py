@@ -28,6 +28,7 @@ class Frame:
     gap: np.ndarray | None = None  # (m,) [m]
     force: np.ndarray | None = None  # (m, 2) normal and tangential size [N]
     point: np.ndarray | None = None  # (m, dim) [m]
+    scaled: bool = True  # False: the file does not tell the step, and `force` holds impulses [N s]
 
 
 @dataclass
@@ -228,8 +229,8 @@ def _compare_contacts(fa, fb, size):
     return {
         "contacts": len(loaded_a ^ loaded_b) / max(1, len(loaded_a | loaded_b)),
         "gap": max((abs(fa.gap[a[k]] - fb.gap[b[k]]) for k in both), default=0.0) / size,
-        "force": difference / total if total > 0 else 0.0,
-        "total_force": abs(normal[0] - normal[1]) / max(*normal, 1e-300),
+        "force": (difference / total if total > 0 else 0.0) if fa.scaled and fb.scaled else None,
+        "total_force": abs(normal[0] - normal[1]) / max(*normal, 1e-300) if fa.scaled and fb.scaled else None,
     }
 
 
@@ -293,18 +294,28 @@ def _run_side(path):
 
     frames = []
     with load(path) as run:
-        dt = float(run.scene["dt"])
+        length = _lengths(run)
         for step in run:
+            dt = length(step.step)
             c = step.contacts
             pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if len(c) else np.zeros((0, 2), int)
-            force = _split(c["normal"], c["impulse"]) / dt if len(c) else np.zeros((0, 2))
+            force = _split(c["normal"], c["impulse"]) / (dt or 1.0) if len(c) else np.zeros((0, 2))
             gap = np.array(c["gap"]) if len(c) else np.zeros(0)
             b = step.drawn
             point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
-            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force, point))
+            told = (pairs, gap, force, point, dt is not None)
+            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], *told))
         radius = np.array(run[0].drawn["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]
     return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
+
+
+def _lengths(run):
+    """The length [s] of a step by its number: from the history, else what the run began with; None where neither is told, as in
+    files of programs that write outputs alone."""
+    history, begun = run.history, run.scene.get("dt")
+    known = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history else {}
+    return lambda step: known.get(step, None if begun is None else float(begun))
 
 
 def _legacy_side(path):
