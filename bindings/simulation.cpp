@@ -7,6 +7,7 @@
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
 #include "strategies/nscd/nscd.hpp"
+#include "strategies/nscd/own_conditions.hpp"
 #include "strategies/options.hpp"
 #include "strategies/report.hpp"
 
@@ -130,6 +131,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["time_detection"] = r.time_detection;
   out["dt"] = r.h;
   out["contacts"] = r.contacts;
+  out["way"] = r.way;
   out["unresolved_rotations"] = r.unresolved_rotations;
   out["status"] = name_of(r.solve.status);
   out["solver"] = r.solve.solver;
@@ -347,6 +349,14 @@ void bind_simulation(py::module_& m) {
       .def("set_strategy", &use)
       .def("check_scene", [](const Simulation& s) { s.strategy().check_scene(s); })
       .def("check_laws", [](const Simulation& s) { s.strategy().check_laws(s); })
+      .def("overlaps_by_law", // true if a law yields, shifts its gap, wears or is plugged: contacts overlap by law
+           [](const Simulation& s) {
+             for (int e = 0; e < s.laws.entries(); ++e)
+               if (!cairn::own_overlap(s.laws.entry(e)).empty() ||
+                   cairn::law_infos()[std::size_t(s.laws.entry(e).law)].plugged())
+                 return true;
+             return false;
+           })
       .def("stable_step", [](Simulation& s) { return s.strategy().stable_step(s); })
       .def("stages", [](const Simulation& s) { return s.strategy().stages(s); })
       .def("figures",

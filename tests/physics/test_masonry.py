@@ -327,7 +327,7 @@ def test_figures_at_any_depth(depth, own):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("origin", [0.0, 1e3])
 def test_openings_count_from_the_scene_whenever_they_are_asked_for(dim, origin):
-    """Of blocks that fall apart, also by what is made after the run, or in a simulation that was restored."""
+    """Blocks slide apart: a Structure made after the run tells the same openings as one made before."""
     if dim == 2:
         square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
         blocks = Blocks(2, [square + [0, k] for k in range(3)], [], ["support", "b", "b"])

@@ -103,7 +103,7 @@ class Structure:
         return bodies.position[rows], bodies.rotation[rows]
 
     def _places_in_scene(self):
-        """What `places` gave when the blocks came in."""
+        """Position and rotation of the blocks in the scene, in the form of `places`."""
         position, rotation = (np.array(x) for x in self.places())
         order = np.argsort(self.ids)
         for s in self.simulation._sets:
