@@ -4,7 +4,6 @@
 #include "files/checksums.hpp"
 #include "files/growing_file.hpp"
 #include "files/hdf5_node.hpp"
-#include "files/run_continued.hpp"
 #include "files/run_writer.hpp"
 #include "files/writer_lock.hpp"
 #include "stored.hpp"
@@ -126,18 +125,6 @@ std::vector<cairn::RunField> fields_of(const py::dict& given, Kept& kept) {
 
 void bind_runs(py::module_& m) {
   using cairn::RunWriter;
-  m.def("refuse_other_run", [](const std::string& path, cairn::Simulation& s, const std::string& from,
-                               std::int64_t last_output, const py::dict& marks) {
-    using cairn::RunOrigin;
-    RunOrigin origin{from == "checkpoint" ? RunOrigin::checkpoint
-                     : from == "state"    ? RunOrigin::state
-                                          : RunOrigin::steps,
-                     last_output,
-                     {}};
-    for (const auto& [name, mark] : marks)
-      origin.marks.emplace_back(py::cast<std::string>(name), py::cast<std::string>(mark));
-    cairn::refuse_other_run(path, s, origin);
-  });
   py::class_<RunWriter>(m, "RunWriter")
       .def(py::init<const std::string&, int, bool>(), py::arg("path"), py::arg("dim"), py::arg("overwrite") = false)
       .def_static("go_on", &RunWriter::go_on)

@@ -1,6 +1,7 @@
 #include "base/threads.hpp"
 #include "contacts/law_rows.hpp"
 #include "files/older_states.hpp"
+#include "files/run_continued.hpp"
 #include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
 #include "solvers/problems/friction_problem.hpp"
@@ -271,6 +272,16 @@ void assign(const py::object& self, bool nodes, const std::string& name, const p
   s.strategy().changed(s, true);
 }
 
+// came_by: "steps", "state" or "checkpoint".
+void refuse_other_run(Simulation& s, const std::string& path, const std::string& came_by, std::int64_t last_output,
+                      std::vector<std::pair<std::string, std::string>> marks) {
+  using cairn::RunOrigin;
+  const RunOrigin::From from = came_by == "checkpoint" ? RunOrigin::checkpoint
+                               : came_by == "state"    ? RunOrigin::state
+                                                       : RunOrigin::steps;
+  cairn::refuse_other_run(path, s, {from, last_output, std::move(marks)});
+}
+
 // A stage of NSCD by itself: with threads and clock as step() calls it.
 template <void (cairn::Nscd::*stage)(Simulation&)>
 void bind_stage(py::class_<Simulation>& simulation, const char* name) {
@@ -432,6 +443,7 @@ void bind_simulation(py::module_& m) {
       // what programs in C and Fortran do
       .def("write_checkpoint", &cairn::write_checkpoint)
       .def("restart", &cairn::restart)
+      .def("refuse_other_run", &refuse_other_run)
       .def("is_older_state", // of this scene, when parts of meshes were bodies
            [](const Simulation& s, const py::dict& state) { return cairn::is_older_state_of(tree_of(state), s.scene); })
       .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {

@@ -177,7 +177,7 @@ TEST_F(CFiles, ARunIsNotGoneOnWithByWhatDidNotComeFromIt) {
     for (int k = 1; k <= count; ++k) {
       steps(1);
       ASSERT_EQ(cairn_run_writer_step(writer, simulation, &error), 0) << error.message;
-      if (k % every == 0) ASSERT_EQ(cairn_run_writer_output(writer, simulation, &error), 0) << error.message;
+      if (k % every == 0) { ASSERT_EQ(cairn_run_writer_output(writer, simulation, &error), 0) << error.message; }
     }
     ASSERT_EQ(cairn_run_writer_close(writer, &error), 0) << error.message;
   };

@@ -349,9 +349,9 @@ def continued(output, simulation, info):
             remedy = "give another name, or restore a checkpoint of the simulation that wrote it"
             raise FileError(output, "this run is of another scene, and cannot be gone on with", remedy)
         tells_meshes = "mesh" in run[-1].nodes.names if len(run) else None
-    marks = {name: info[name] for name in ("mark", "core_mark")}
+    marks = [(name, info[name]) for name in ("mark", "core_mark")]
     last = simulation._last_outputs.get(_place(output), -1)
-    _core.refuse_other_run(str(output), core_of(simulation), simulation._came_by, last, marks)
+    core_of(simulation).refuse_other_run(str(output), simulation._came_by, last, marks)
     writer = RunWriter.go_on(output, simulation.steps)
     return writer, writer.outputs, tells_meshes if writer.outputs else None
 
