@@ -161,6 +161,18 @@ def test_a_ball_that_passes_through_a_body_within_a_step_is_told(name):
     assert slow.bodies.position[0, dim - 1] > -0.3 or name in ("sphere", "disk", "capsule", "cylinder", "superquadric")
 
 
+@pytest.mark.parametrize("name", ["bar", "polygon", "disk"])
+@pytest.mark.parametrize("start", [0.25, 0.3, 0.35, 0.4, 0.43])
+def test_a_body_found_behind_the_middle_of_another_one_is_told(name, start):
+    """It overlaps there on the far side, by little for some starts, and goes on that way."""
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, start]], 0.1, ROCK, velocity=[[0, -100.0, 0]]), THIN[name][1]())
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-2)
+    assert "body 0 passed through body 1 in step 1" in caught(sim.step, cn.TunnellingWarning)[0]
+    assert sim.bodies.position[0, 1] < 0
+
+
 def test_fast_bodies_that_are_stopped_or_meet_nothing_are_not_told():
     steps = lambda sim: [sim.step() for _ in range(12)]
     for start in (5.0, 5.3, 5.77):

@@ -76,7 +76,8 @@ def test_units_of_step_files():
         "#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n#2=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n"
         "#3=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());\n"
         "#4 = ( LENGTH_UNIT ( ) NAMED_UNIT ( * )\n SI_UNIT ( $ , .METRE. ) );\n"
-        "#5=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1);\n#6=(CONVERSION_BASED_UNIT('INCH',#5)LENGTH_UNIT()NAMED_UNIT(#7));\n"
+        "#5=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1);\n"
+        "#6=(CONVERSION_BASED_UNIT('INCH',#5)LENGTH_UNIT()NAMED_UNIT(#7));\n"
     )
     found = [cad_files.unit_of_step(units + head.format(k)) for k in (1, 4, 6)]
     assert found == ["millimetre", "metre", "inch"] and cad_files.unit_of_step("DATA; #1=CARTESIAN_POINT('',(0.,0.,0.));") == ""

@@ -12,6 +12,7 @@ from ..post.geometry import turn
 from .views import core_of
 
 MOST = 16  # number of the fastest bodies looked at in a step, and of contactors near the path of each
+BEYOND = 0.25  # share of the mover's size by which it is on its way out again at detection
 FINE = 8192  # largest number of samples of a path
 WITHIN = 0.9  # share of the mover's size below which a sample lies within a body; above it the two touch
 FEW = 1000  # number of bodies up to which speeds are read in every step, of strategies that do not report ways
@@ -112,13 +113,14 @@ class _Shapes:
             if not table.meet(int(self.material[own[0]]), int(self.material[k])):
                 continue
             reach = 2 * (self.bound[k] + size) / np.sqrt(square[k])
-            count = int(np.clip(8 * (self.bound[k] + size) / size, 16, FINE))
+            count = int(np.clip(16 * (self.bound[k] + size) / size, 65, FINE))
             t = np.clip(nearest[k] + np.linspace(-reach, reach, count), 0, 1)
             x = apart[k] + np.concatenate([[0.0], t, [1.0]])[:, None] * w[k]
             if len(rotation):
                 x = _into_body(rotation[p.owner[k]], x, self.dim)
-            within = self._depth(k, x) < WITHIN * size
-            if np.any(within) and not within[0] and not within[-1]:
+            depth = self._depth(k, x)
+            deepest = np.min(depth)
+            if deepest < WITHIN * size <= depth[0] and depth[-1] > min(WITHIN * size, deepest + BEYOND * size):
                 return int(p.owner[k])
         return None
 
