@@ -1,12 +1,14 @@
 #include "base/threads.hpp"
 #include "contacts/law_rows.hpp"
 #include "files/older_states.hpp"
+#include "files/run_continued.hpp"
 #include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
 #include "solvers/problems/friction_problem.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
 #include "strategies/nscd/nscd.hpp"
+#include "strategies/nscd/own_conditions.hpp"
 #include "strategies/options.hpp"
 #include "strategies/report.hpp"
 
@@ -130,6 +132,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["time_detection"] = r.time_detection;
   out["dt"] = r.h;
   out["contacts"] = r.contacts;
+  out["way"] = r.way;
   out["unresolved_rotations"] = r.unresolved_rotations;
   out["status"] = name_of(r.solve.status);
   out["solver"] = r.solve.solver;
@@ -269,6 +272,16 @@ void assign(const py::object& self, bool nodes, const std::string& name, const p
   s.strategy().changed(s, true);
 }
 
+// came_by: "steps", "state" or "checkpoint".
+void refuse_other_run(Simulation& s, const std::string& path, const std::string& came_by, std::int64_t last_output,
+                      std::vector<std::pair<std::string, std::string>> marks) {
+  using cairn::RunOrigin;
+  const RunOrigin::From from = came_by == "checkpoint" ? RunOrigin::checkpoint
+                               : came_by == "state"    ? RunOrigin::state
+                                                       : RunOrigin::steps;
+  cairn::refuse_other_run(path, s, {from, last_output, std::move(marks)});
+}
+
 // A stage of NSCD by itself: with threads and clock as step() calls it.
 template <void (cairn::Nscd::*stage)(Simulation&)>
 void bind_stage(py::class_<Simulation>& simulation, const char* name) {
@@ -347,6 +360,14 @@ void bind_simulation(py::module_& m) {
       .def("set_strategy", &use)
       .def("check_scene", [](const Simulation& s) { s.strategy().check_scene(s); })
       .def("check_laws", [](const Simulation& s) { s.strategy().check_laws(s); })
+      .def("overlaps_by_law", // true if a law yields, shifts its gap, wears or is plugged: contacts overlap by law
+           [](const Simulation& s) {
+             for (int e = 0; e < s.laws.entries(); ++e)
+               if (!cairn::own_overlap(s.laws.entry(e)).empty() ||
+                   cairn::law_infos()[std::size_t(s.laws.entry(e).law)].plugged())
+                 return true;
+             return false;
+           })
       .def("stable_step", [](Simulation& s) { return s.strategy().stable_step(s); })
       .def("stages", [](const Simulation& s) { return s.strategy().stages(s); })
       .def("figures",
@@ -422,6 +443,7 @@ void bind_simulation(py::module_& m) {
       // what programs in C and Fortran do
       .def("write_checkpoint", &cairn::write_checkpoint)
       .def("restart", &cairn::restart)
+      .def("refuse_other_run", &refuse_other_run)
       .def("is_older_state", // of this scene, when parts of meshes were bodies
            [](const Simulation& s, const py::dict& state) { return cairn::is_older_state_of(tree_of(state), s.scene); })
       .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {

@@ -97,6 +97,7 @@ set(CAIRN_CXX_SOURCES
   files/hdf5_image.cpp
   files/hdf5_node.cpp
   files/problem_reader.cpp
+  files/run_continued.cpp
   files/run_reader.cpp
   files/run_snapshot.cpp
   files/run_writer.cpp

@@ -142,7 +142,8 @@ contains
     call report_back(c_restart(simulation%handle, c_text(path), what), what, error)
   end subroutine restart_simulation
 
-  !> mode: cairn_new_file (default), cairn_replace or, after a restart, cairn_go_on.
+  !> mode: cairn_new_file (default), cairn_replace or, at the end of a run or after a restart from a checkpoint of it,
+  !> cairn_go_on, which refuses the file of another scene and one that reaches farther without a restart.
   subroutine create_run_writer(writer, simulation, path, mode, error)
     type(cairn_run_writer), intent(out) :: writer
     type(cairn_simulation), intent(in) :: simulation

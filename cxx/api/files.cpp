@@ -1,6 +1,8 @@
 // The C API of files (cairn/cairn.h): checkpoints, restart, runs that are written and read.
 #include <algorithm>
+#include <filesystem>
 
+#include "../files/run_continued.hpp"
 #include "../files/run_reader.hpp"
 #include "../files/run_snapshot.hpp"
 #include "../files/simulation_state.hpp"
@@ -35,6 +37,15 @@ int32_t field_out(const cairn_run* run, int64_t output, const char* what, const 
   });
 }
 
+std::string absolute(const std::string& path) { return std::filesystem::weakly_canonical(path).string(); }
+
+cairn::RunOrigin origin_of(const cairn_simulation& simulation, const std::string& path) {
+  const auto own = simulation.last_output.find(absolute(path));
+  return {simulation.restarted ? cairn::RunOrigin::checkpoint : cairn::RunOrigin::steps,
+          own == simulation.last_output.end() ? -1 : own->second,
+          {{"core_mark", simulation.fingerprint}}};
+}
+
 } // namespace
 
 extern "C" {
@@ -54,6 +65,8 @@ int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path,
     require(path, "path");
     cairn::restart(simulation->simulation, simulation->fingerprint, int(simulation->matter.materials.size()), path);
     simulation->transforms.restarted(simulation->simulation.scene);
+    simulation->restarted = true;
+    simulation->last_output.clear();
   });
 }
 
@@ -69,12 +82,11 @@ int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, 
     cairn::keep_rotations(s.scene);
     auto made = std::make_unique<cairn_run_writer>();
     if (mode == cairn_go_on) {
+      cairn::refuse_other_run(path, s, origin_of(*simulation, path));
       made->writer = cairn::RunWriter::go_on(path, s.steps);
-      if (made->writer->dim() != s.scene.dim)
-        throw cairn::FileError(path, "this run is of another scene, and cannot be gone on with", "give another name");
     } else {
       made->writer = std::make_unique<cairn::RunWriter>(path, s.scene.dim, mode == cairn_replace);
-      cairn::write_scene(made->writer->own().group("scene"), s, simulation->matter.materials);
+      cairn::write_scene(made->writer->own().group("scene"), s, simulation->matter.materials, simulation->fingerprint);
       cairn::Group& provenance = made->writer->own().group("provenance");
       provenance.array("version", cairn::StoredArray::text(CAIRN_VERSION));
       provenance.array("compiler", cairn::StoredArray::text(CAIRN_CXX_COMPILER ", " CAIRN_FORTRAN_COMPILER));
@@ -95,6 +107,7 @@ int32_t cairn_run_writer_output(cairn_run_writer* writer, cairn_simulation* simu
     writer->writer->write_step(s.time, stepped ? s.report.time_detection : s.time, s.steps, now.bodies, now.contacts,
                                nullptr, now.nodes);
     writer->writer->flush();
+    simulation->last_output[absolute(writer->writer->path())] = s.steps;
   });
 }
 

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <new>
 #include <span>
@@ -54,7 +55,9 @@ struct cairn_simulation {
   cairn::ReshapeWatches watches{};
   std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
   cairn_matter matter{};
-  std::string fingerprint; // of the scene that it was made of
+  std::string fingerprint;                           // of the scene that it was made of
+  bool restarted = false;                            // from a checkpoint
+  std::map<std::string, std::int64_t> last_output{}; // its step, by the path of the run that it was written to
 };
 
 struct cairn_mesh {

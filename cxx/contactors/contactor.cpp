@@ -1,5 +1,8 @@
 #include "shapes.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace cairn {
 
 constexpr ShapeInfo shape_table[] = {
@@ -36,6 +39,18 @@ Contactors::Contactors(int dimension) : dim(dimension), hulls(dimension) {
   field.components = dim == 2 ? c2 : c3;                                                                               \
   field.active = Need::when == Need::always;
 #include "../bodies/fields.def"
+}
+
+double Contactors::size(std::int32_t i) const {
+  const ShapeInfo& of = info(Shape(shape.values[std::size_t(i)]));
+  if (!of.is_hull()) return radius.values[std::size_t(i)];
+  if (of.hull == Hulls::Form::facet) return 0;
+  const std::int32_t h = hull.values[std::size_t(i)];
+  const double* offset = &hulls.offset[std::size_t(hulls.first_face[std::size_t(h)])];
+  if (of.hull == Hulls::Form::superquadric) return std::min({offset[0], offset[1], offset[2]});
+  if (of.hull != Hulls::Form::axial) return std::max(hulls.inner[std::size_t(h)], 0.0);
+  const double half_length = std::abs(hulls.vertex[3 * std::size_t(hulls.first_vertex[std::size_t(h)]) + 2]);
+  return of.faced ? std::min(offset[0], half_length) : offset[0]; // the ends of a capsule are round
 }
 
 } // namespace cairn

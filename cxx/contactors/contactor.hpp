@@ -40,6 +40,10 @@ struct Contactors {
 #define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
 #include "../bodies/fields.def"
 
+  // Size by which overlaps and ways are divided [m]: radius of a ball or bar, of the ball inscribed in a polygon or
+  // polyhedron, half of the least width of other round shapes; 0 for facets and walls, which have no thickness.
+  double size(std::int32_t contactor) const;
+
   template <class F>
   void for_each_field(F&& f) {
 #define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);

@@ -270,7 +270,7 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     b.mapped_a ? fill_mapping(b, 0, lane, i) : lever(b.lever_a, radial_a, i, ca, -1, lane);
     b.mapped_b ? fill_mapping(b, 1, lane, i) : lever(b.lever_b, radial_b, i, cb, 1, lane);
     if (c.gap[i] < 0 && !law_infos()[b.law].joins) {
-      const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+      const double ra = contactors->size(ca), rb = contactors->size(cb);
       const double size = ra > 0 && rb > 0 ? std::min(ra, rb) : std::max(ra, rb);
       if (size > 0) deepest = std::max(deepest, -c.gap[i] / size);
     }

@@ -37,6 +37,8 @@ RunReader::RunReader(const std::string& path) : root_(Hdf5Node::open(path)) {
   } catch (const std::logic_error& e) { damaged(root_, e.what()); }
   if (dim_ != 2 && dim_ != 3) damaged(root_, "dim is " + std::to_string(dim_) + ": 2 and 3 are known");
   times_ = column<double>(root_, "cairn/steps/time");
+  steps_ = column<std::int64_t>(root_, "cairn/steps/step");
+  if (steps_.size() != times_.size()) damaged(root_, "steps are not as many as times");
   first_[0] = column<std::int64_t>(root_, "cairn/steps/first_body");
   first_[1] = column<std::int64_t>(root_, "cairn/steps/first_contact");
   count_[0] = column<std::int64_t>(root_, "cairn/steps/bodies");
@@ -111,6 +113,16 @@ std::vector<double> RunReader::field(std::int64_t output, const std::string& wha
 
 std::vector<double> RunReader::history(const std::string& name) const {
   return column<double>(root_, "cairn/history/" + name);
+}
+
+bool RunReader::has_history(const std::string& name) const { return root_.contains("cairn/history/" + name); }
+
+std::optional<std::string> RunReader::scene_text(const std::string& name) const {
+  const std::string path = "cairn/scene/" + name;
+  if (!root_.contains(path)) return {};
+  const StoredArray text = root_.at(path).read();
+  if (text.type.kind != 'S') return {};
+  return std::string(text.bytes.begin(), std::find(text.bytes.begin(), text.bytes.end(), 0));
 }
 
 } // namespace cairn

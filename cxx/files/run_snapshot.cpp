@@ -139,7 +139,7 @@ RunSnapshot::RunSnapshot(Simulation& s) {
     for (const char* name : {"beta", "stored", "released"}) keep(contacts, name, cairn::contacts<double>(s, name));
 }
 
-void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& names) {
+void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& names, const std::string& mark) {
   const auto texts = [](const std::vector<std::string>& list) {
     std::size_t longest = 1;
     for (const std::string& text : list) longest = std::max(longest, text.size());
@@ -154,6 +154,7 @@ void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& na
   for (const ShapeInfo& shape : shape_infos()) all.emplace_back(shape.name);
   scene.array("materials", texts(names));
   scene.array("shapes", texts(all));
+  scene.array("core_mark", StoredArray::text(mark));
   scene.array("gravity", StoredArray::of(s.scene.gravity.data(), {s.scene.dim}));
   Group& table = scene.group("contactors");
   const Contactors& c = s.scene.contactors;

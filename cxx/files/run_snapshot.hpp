@@ -17,8 +17,8 @@ private:
   void keep(std::vector<RunField>& to, const char* name, StoredArray array);
 };
 
-// materials: their names by number.
-void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& materials);
+// materials: their names by number; mark: the fingerprint of the scene that the simulation was made of.
+void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& materials, const std::string& mark);
 // Numbers of the last step, as run files have them in their history.
 std::vector<RunNumber> numbers_of_step(const Simulation& s);
 // From now on rotations are followed where no contact needs them: readers of a run look at them.

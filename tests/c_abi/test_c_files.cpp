@@ -165,4 +165,60 @@ TEST_F(CFiles, ARunIsReadAsItWasWrittenAndGoesOnAfterARestart) {
   cairn_run_close(run);
 }
 
+// Another scene, a simulation without a restart and a restart from another run are refused; the file keeps its outputs.
+TEST_F(CFiles, ARunIsNotGoneOnWithByWhatDidNotComeFromIt) {
+  const std::string file = path("a.vtkhdf"), saved = path("a.checkpoint.h5"), other = path("b.checkpoint.h5");
+  const auto text = [&] {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  cairn_run_writer* writer = nullptr;
+  const auto write = [&](int every, int count) {
+    for (int k = 1; k <= count; ++k) {
+      steps(1);
+      ASSERT_EQ(cairn_run_writer_step(writer, simulation, &error), 0) << error.message;
+      if (k % every == 0) { ASSERT_EQ(cairn_run_writer_output(writer, simulation, &error), 0) << error.message; }
+    }
+    ASSERT_EQ(cairn_run_writer_close(writer, &error), 0) << error.message;
+  };
+  const auto refused = [&](const char* words) {
+    const std::string before = text();
+    EXPECT_EQ(cairn_run_writer_create(simulation, file.c_str(), cairn_go_on, &writer, &error), cairn_file_error);
+    EXPECT_NE(std::string(error.message).find(words), std::string::npos) << error.message;
+    EXPECT_EQ(text(), before);
+  };
+  heap(2);
+  ASSERT_EQ(cairn_run_writer_create(simulation, file.c_str(), cairn_new_file, &writer, &error), 0) << error.message;
+  write(5, 10);
+  ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, saved.c_str(), &error), 0) << error.message;
+  ASSERT_EQ(cairn_run_writer_create(simulation, file.c_str(), cairn_go_on, &writer, &error), 0) << error.message;
+  write(5, 10); // by itself
+  again();
+  refused("outputs would be lost");
+  steps(12);
+  refused("outputs would be lost");
+  ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, other.c_str(), &error), 0) << error.message;
+  steps(13);
+  refused("without having come from there");
+  ASSERT_EQ(cairn_simulation_restart(simulation, saved.c_str(), &error), 0) << error.message;
+  ASSERT_EQ(cairn_run_writer_create(simulation, file.c_str(), cairn_go_on, &writer, &error), 0) << error.message;
+  write(5, 10);
+  cairn_run* run = nullptr;
+  ASSERT_EQ(cairn_run_open(file.c_str(), &run, &error), 0) << error.message;
+  EXPECT_EQ(cairn_run_outputs(run), 4);
+  cairn_run_close(run);
+  again();
+  const double gravity[2] = {0, -1};
+  ASSERT_EQ(cairn_simulation_set_gravity(simulation, gravity, &error), 0) << error.message;
+  steps(12);
+  ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, other.c_str(), &error), 0) << error.message;
+  ASSERT_EQ(cairn_simulation_restart(simulation, other.c_str(), &error), 0) << error.message;
+  refused("where this run did not pass");
+  cairn_simulation_destroy(simulation);
+  simulation = nullptr;
+  ball(2, 1, 0.05, rock);
+  start();
+  refused("another scene");
+}
+
 } // namespace

@@ -322,3 +322,34 @@ def test_figures_at_any_depth(depth, own):
     judge("pressure", np.sort(built.resultants().pressure), np.array([20000, 40000, 60000]) * deep, 1e-6)
     assembly = limit_analysis.Assembly(blocks, mu=0.6, density=2000.0, gravity=(0, -10), depth=deep)
     judge("masses", assembly.mass[1:], sim.bodies.mass[built.rows()][1:], 1e-12)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("origin", [0.0, 1e3])
+def test_openings_count_from_the_scene_whenever_they_are_asked_for(dim, origin):
+    """Blocks slide apart: a Structure made after the run tells the same openings as one made before."""
+    if dim == 2:
+        square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+        blocks = Blocks(2, [square + [0, k] for k in range(3)], [], ["support", "b", "b"])
+    else:
+        cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1.0)])
+        faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+        blocks = Blocks(3, [cube + [0, 0, k] for k in range(3)], [faces] * 3, ["support", "b", "b"])
+    scene = cn.Scene(dim, gravity=np.eye(dim)[0] * 3.0 - np.eye(dim)[-1] * 9.81, origin=np.full(dim, origin))
+    ids = blocks.add_to(scene, cn.Material("stone", density=2000.0))
+    scene.interact("*", "*", cn.Coulomb(mu=0.1))
+    sim = cn.Simulation(scene, 1e-2)
+    early = Structure(blocks, sim, ids)
+    assert np.all(early.displacement() <= 1e-12 * max(origin, 1))
+    for _ in range(40):
+        sim.step()
+    late = Structure(blocks, sim, ids)
+    for a, b in zip(early.start, late.start):
+        assert np.array_equal(a, b)
+    assert early.openings()["slip"].max() > 0.1
+    for name, values in early.openings().items():
+        assert np.array_equal(values, late.openings()[name])
+    assert np.array_equal(early.displacement(), late.displacement())
+    bodies = sim.bodies.position.copy()
+    sim.bodies.set(position=bodies + 1.0)
+    assert np.all(Structure(blocks, sim, ids).displacement() > 1.0)

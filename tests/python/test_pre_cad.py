@@ -6,7 +6,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.pre import decompose, importing, mass_properties, mesh
+from cairn.pre import cad_files, decompose, importing, mass_properties, mesh
 
 BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -51,6 +51,39 @@ def test_step_comes_in_metres(step):
     assert blocks.properties().measure[0] == pytest.approx(2.0)
 
 
+def test_the_unit_of_step_and_the_extent_are_told(step, capsys):
+    from cairn import cli
+
+    blocks, report = importing.read(step, convex="hull")
+    assert report.unit == "millimetre" and report.extent == pytest.approx((0.4, 0.1, 0.2)) and report.scale == 1.0
+    assert "extent 0.4 x 0.1 x 0.2 m; unit millimetre, by the file" in str(report)
+    words = "are 0.0002 m long .* at scale=0.001: the file tells its unit, millimetre, and comes in metres: leave scale out"
+    with pytest.warns(importing.BlocksWarning, match=words):  # taken for millimetres twice
+        _, small = importing.read(step, convex="hull", scale=1e-3)
+    assert "unit millimetre, by the file x 0.001" in str(small) and small.extent == pytest.approx((4e-4, 1e-4, 2e-4))
+    assert cli.main(["import", str(step), "--hull", "--scale", "1e-3"]) == 0
+    out = capsys.readouterr().out
+    assert "extent 0.0004 x 0.0001 x 0.0002 m" in out and "look: blocks of a.step are 0.0002 m long" in out
+    metres = step.with_name("b.step")  # drawn in metres, and written as millimetres
+    metres.write_text(step.read_text().replace("200.", "2.").replace("100.", "1.").replace("50.", ".5"))
+    with pytest.warns(importing.BlocksWarning, match="if they were drawn in another, give scale="):
+        importing.read(metres, convex="hull")
+
+
+def test_units_of_step_files():
+    head = "#9=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#{},#2,#3))REPRESENTATION_CONTEXT('',''));\n"
+    units = (
+        "#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n#2=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n"
+        "#3=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());\n"
+        "#4 = ( LENGTH_UNIT ( ) NAMED_UNIT ( * )\n SI_UNIT ( $ , .METRE. ) );\n"
+        "#5=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1);\n"
+        "#6=(CONVERSION_BASED_UNIT('INCH',#5)LENGTH_UNIT()NAMED_UNIT(#7));\n"
+    )
+    found = [cad_files.unit_of_step(units + head.format(k)) for k in (1, 4, 6)]
+    assert found == ["millimetre", "metre", "inch"] and cad_files.unit_of_step("DATA; #1=CARTESIAN_POINT('',(0.,0.,0.));") == ""
+    assert cad_files.unit_of_step(units + head.format(1) + head.format(6).replace("#9", "#8")) == "millimetre and inch"
+
+
 def test_a_file_that_is_no_step(tmp_path):
     reader_of_step()
     (tmp_path / "a.stp").write_text("hello")
@@ -87,6 +120,7 @@ def test_ifc_comes_in_metres(tmp_path):
     sizes = {name: np.ptp(v, axis=0) for name, v in zip(report.names, blocks.vertices)}
     assert sizes["wall"] == pytest.approx([4.0, 0.3, 2.0]) and sizes["support"] == pytest.approx([5.0, 1.0, 0.5])
     assert report.joints == 1 and not report.hints  # the wall stands on its footing
+    assert report.unit == "millimetre" and report.extent == pytest.approx((5.0, 1.0, 2.5))
     (tmp_path / "b.ifc").write_text("hello")
     with pytest.raises(importing.BlocksFileError, match="b.ifc"):
         importing.read(tmp_path / "b.ifc")

@@ -109,6 +109,15 @@ def test_units_that_are_not_metres_are_hinted_at(tmp_path, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert importing.read(path, scale=1e-3)[1].hints == ()
+    small = obj_of(tmp_path / "small.obj", wall(), unit=10.0)  # drawn in tens of metres: 22 mm, then 2.2 mm
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        report = importing.read(small)[1]
+    assert "unit not told by the file, taken as the metre" in str(report) and len(report.extent) == 3
+    with pytest.warns(importing.BlocksWarning, match="0.0022 m long .* at scale=0.1: if its unit is the metre, give scale=1"):
+        importing.read(small, scale=0.1)
+    with pytest.warns(importing.BlocksWarning, match="0.0022 m long .* at scale=1: give scale=, the metres in a unit"):
+        importing.read(obj_of(tmp_path / "tiny.obj", wall(), unit=100.0))
 
 
 def test_an_arch_in_one_piece_is_told_to_be_one_body(tmp_path):

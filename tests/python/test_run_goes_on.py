@@ -112,6 +112,90 @@ def test_what_append_refuses(tmp_path):
     assert path.read_bytes() == content
 
 
+def refused(simulation, path, match):
+    """Going on in a file is refused, by name, and leaves it as it is."""
+    content = path.read_bytes()
+    with pytest.raises(cn.FileError, match=match) as told:
+        simulation.run(steps=2, output=path, append=True, progress=False)
+    assert str(path) in str(told.value) and path.read_bytes() == content
+
+
+def test_a_file_of_another_scene_is_not_gone_on_with(tmp_path):
+    """The same grains at other places, with other velocities, under another gravity: each has the radii that the file tells."""
+    path = tmp_path / "a.vtkhdf"
+    sim().run(steps=6, output=path, every=2, progress=False)
+    for steps in (0, 6, 9):
+        moved = heap(push=cn.Table([0, 1], [[0, 0], [2.0, 0]]))
+        moved.sets[0] = moved.sets[0].with_(position=moved.sets[0].position + [0, 1e-12])
+        other = cn.Simulation(moved, 1e-3, overlap="ignore")
+        other.run(steps=steps, progress=False)
+        refused(other, path, "this run is of another scene")
+    for change in ("velocity", "gravity"):
+        scene = heap(push=cn.Table([0, 1], [[0, 0], [2.0, 0]]))
+        if change == "velocity":
+            scene.sets[0] = scene.sets[0].with_(velocity=(0.1, 0, 0))
+        else:
+            scene.gravity = (0, -1.0)
+        other = cn.Simulation(scene, 1e-3, overlap="ignore")
+        other.run(steps=6, progress=False)
+        refused(other, path, r"its bodies stand elsewhere at step 6 \(t = 0.006 s\)")
+        other.checkpoint(tmp_path / "other.h5")
+        other.run(steps=3, progress=False)
+        refused(other, path, "is at step 9 .* without having come from there; restore a checkpoint of it first")
+        other.restore(tmp_path / "other.h5")
+        refused(other, path, "its bodies stand elsewhere at step 6")
+
+
+@pytest.mark.parametrize("every", [1, 4, 100])
+def test_a_state_that_is_not_the_end_of_the_file_replaces_nothing(tmp_path, every):
+    path = tmp_path / "a.vtkhdf"
+    first = sim()
+    first.run(steps=5, output=path, every=every, progress=False)
+    first.checkpoint(tmp_path / "half.h5")
+    state = first.get_state()
+    first.run(steps=5, output=path, every=every, append=True, progress=False)
+    for steps in (0, 5):
+        again = sim()
+        again.run(steps=steps, progress=False)
+        refused(again, path, rf"reaches step 10 .* is at step {steps} .*: outputs would be lost; restore a checkpoint of it")
+    ahead = sim()
+    ahead.run(steps=11, progress=False)
+    refused(ahead, path, "is at step 11 .* without having come from there")
+    first.set_state(state)
+    refused(first, path, "is at step 5 .*: outputs would be lost")
+    fallen = heap(push=cn.Table([0, 1], [[0, 0], [2.0, 0]]))
+    fallen.gravity = (0, -1.0)
+    other = cn.Simulation(fallen, 1e-3, overlap="ignore")
+    other.run(steps=7, progress=False)
+    other.checkpoint(tmp_path / "fallen.h5")
+    other.restore(tmp_path / "fallen.h5")
+    refused(other, path, "is at step 7 .*, where this run did not pass: outputs would be lost")
+    done = sim()
+    done.restore(tmp_path / "half.h5")  # which asks for it: what follows is made again
+    done.run(steps=5, output=path, every=every, append=True, progress=False)
+    whole = sim()
+    whole.run(steps=10, progress=False)
+    with cn.load(path) as run:
+        assert np.array_equal(run[-1].bodies.position, whole.bodies.position) and run[-1].step == 10
+        assert np.array_equal(run.history["step"], np.arange(1, 11))
+
+
+def test_what_wrote_a_file_goes_on_in_it_whatever_was_changed(tmp_path):
+    path, s = tmp_path / "a.vtkhdf", sim()
+    s.run(steps=3, output=path, progress=False)
+    s.bodies.set(position=s.bodies.position + [0.0, 0.01])
+    s.run(steps=3, output=path, append=True, progress=False)
+    s.run(steps=3, progress=False)  # without the file
+    s.run(steps=3, output=path, append=True, progress=False)
+    with cn.load(path) as run:
+        assert [step.step for step in run] == [*range(7), 10, 11, 12]
+    state = s.get_state()
+    again = sim()
+    again.set_state(state)
+    again.run(steps=1, output=path, append=True, progress=False)
+    assert len(cn.load(path)) == 11
+
+
 def test_several_files_as_one(tmp_path, whole):
     names = [tmp_path / f"{k}.vtkhdf" for k in range(3)]
     s = sim()

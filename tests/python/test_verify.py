@@ -89,3 +89,31 @@ def test_stored_results_of_lmgc90_against_ours(tmp_path):
     assert result.agrees, result.table()
     text, full = DATA / "disks2d_box" / "OUTBOX", DATA / "disks2d_box" / "lmgc90.h5"
     assert verify(text, full, {"position": 1e-5, "force": 1e-6, "gap": 1e-6, "contacts": 0}).agrees
+
+
+def bare(path, out, history):
+    """A run with the outputs of another as programs in C and Fortran write them: no step is told, but for the history."""
+    from cairn.post.writer import RunWriter
+
+    with cn.load(path) as run, RunWriter(out, {"shapes": cn._core.shapes()}, dim=run.dim) as writer:
+        for step in run:
+            of_contacts = {name: np.array(step.contacts[name]) for name in step.contacts.names}
+            bodies = {name: np.array(step.bodies[name]) for name in ("position", "velocity", "radius", "id")}
+            bodies["velocity"] = np.column_stack([bodies["velocity"][:, : run.dim], np.array(step.bodies["spin"]).reshape(-1, 1)])
+            writer.write_step(step.time, step.time_detection, step.step, bodies, of_contacts)
+            if history and step.step:
+                writer.write_history(step.time, step.step, {"dt": 1e-3})
+    return out
+
+
+@pytest.mark.parametrize("history", [True, False])
+def test_runs_whose_scene_tells_no_step_are_compared(tmp_path, history):
+    a, other = heap(tmp_path / "a.vtkhdf"), heap(tmp_path / "b.vtkhdf", mu=0.05)
+    same = bare(a, tmp_path / "bare.vtkhdf", history)
+    result = verify(a, same, {"position": 0.0, "velocity": 0.0, "contacts": 0.0, "gap": 0.0})
+    assert result.agrees, result.failures
+    assert result.rows[-1]["force"] == (0.0 if history else None)
+    assert verify(same, bare(other, tmp_path / "c.vtkhdf", history)).rows[-1]["contacts"] is not None
+    assert command(a, same).returncode == 0
+    if not history:
+        assert "force is not known at any instant" in verify(a, same, {"force": 0.1}).failures[0]

@@ -487,7 +487,8 @@ int32_t cairn_simulation_write_checkpoint(cairn_simulation* simulation, const ch
 int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path, cairn_error* error);
 
 /* Writes a run, a .vtkhdf file. A kill at any instant leaves what was written as outputs. mode: below; with
- * cairn_go_on, after a restart, outputs later than the step at hand are dropped. */
+ * cairn_go_on, a run is gone on with at its end, or after a restart, where outputs later than the step at hand are
+ * dropped; the file of another scene, or one that reaches farther without a restart, is refused and stays as it is. */
 enum cairn_run_mode { cairn_new_file = 0, cairn_replace = 1, cairn_go_on = 2 };
 int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, int32_t mode, cairn_run_writer** writer,
                                 cairn_error* error);

@@ -94,7 +94,7 @@ private:
   void hold_joints(Simulation& s);      // where the next step detects them; joints.cpp
   void declare_joints(Simulation& s);   // those that came in since the last step
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
-  void measure_margins(Simulation& s);
+  double measure_margins(Simulation& s);
   static std::vector<RimSeat> seats_of_contactors(const Simulation& s); // by internal numbers
   double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;
   void look_at_meshes(Simulation& s);         // see mesh_contacts.cpp

@@ -218,8 +218,9 @@ void Nscd::check_free_velocity(const Simulation& s) const {
 }
 
 // A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths
-// of a radius each, for what collisions may add to the speeds.
-void Nscd::measure_margins(Simulation& s) {
+// of a radius each, for what collisions may add to the speeds. Returns the longest way of a body over its size.
+double Nscd::measure_margins(Simulation& s) {
+  double longest = 0;
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const int nd = b.dofs(), dim = s.scene.dim;
@@ -243,8 +244,13 @@ void Nscd::measure_margins(Simulation& s) {
       grown = std::abs(*b.stretch[*c.body[k]]) * size;
       for (int d = 0; d < dim && b.bend.active; ++d) grown += 1.5 * std::abs(b.bend[*c.body[k]][d]) * size * size;
     }
-    margins_[k] = 0.05 * grain + grown + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
+    const double speed = std::sqrt(std::max(begin, free));
+    margins_[k] = 0.05 * grain + grown + h_ * (speed + std::sqrt(arm * spin));
+    if (!(speed > 0)) continue;
+    const double size = grain > 0 ? grain : c.size(std::int32_t(k));
+    if (size > 0 && h_ * speed > longest * size) longest = h_ * speed / size;
   }
+  return longest;
 }
 
 // A node has no size: what a cell has counts instead.
@@ -274,7 +280,7 @@ void Nscd::detect_contacts(Simulation& s) {
   for (int e = 0; e < s.laws.entries(); ++e)
     reach = std::max(reach, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
   if (std::isnan(settings.margin)) {
-    measure_margins(s);
+    s.report.way = measure_margins(s);
     for (double& m : margins_) m += reach;
     margin.per_contactor = margins_.data();
   } else {

@@ -112,6 +112,8 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
     if s.velocity is not None:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
+    if s.force is not None and s.mass is not None:
+        _refuse_force_on_held(s)
     for name in ("drive", "force"):
         value = getattr(s, name)
         if name == "drive" and getattr(value, "needs_simulation", False):
@@ -126,6 +128,20 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
         s.damping = damping
     return s
+
+
+def _refuse_force_on_held(s):
+    """A force on bodies that nothing can move, or a Servo whose normal lies along no free dof, would be without effect."""
+    names, normal = DOFS[s.dim], getattr(s.force, "normal", None)
+    if getattr(s.force, "needs_simulation", False) and np.shape(normal) == (s.dim,):
+        free = [name for name in names[: s.dim] if name not in s.driven]
+        if not np.any(np.isfinite(s.mass)) or not any(abs(normal[names.index(name)]) > 0 for name in free):
+            along = tuple(name for name, x in zip(names, normal) if abs(x) > 0)
+            kind, held = type(s.force).__name__, f"free are {', '.join(free)} alone" if free else "the body is held"
+            remedy = f"give mass= and free={along[0] if len(along) == 1 else along!r}, or leave it out"
+            raise ValueError(f"force is a {kind} along {' and '.join(along)}, and {held}: {remedy}")
+    elif set(names) <= set(s.driven) and not np.any(np.isfinite(s.mass)):
+        raise ValueError("force is given to a body that is held: give mass= and free= to let it move, or leave the force out")
 
 
 def rows(name, value, n, dim):

@@ -59,16 +59,12 @@ class Scene(Spelt):
     """
 
     def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
-        self._dim = checks.dimension(dim)
+        self._dim, self._stepped = checks.dimension(dim), False  # whether a simulation of it has made a step
+        self.sets: list[bodies.BodySet] = []
         self.gravity = np.zeros(dim) if gravity is None else gravity
-        self.origin = checks.real_array("origin", np.zeros(dim) if origin is None else origin, (dim,))
+        self.origin = np.zeros(dim) if origin is None else origin
         self.depth = checks.positive("depth", depth)
         self.periodic = periodic
-        if periodic is not None:
-            if not isinstance(periodic, Periodic):
-                raise ValueError(f"periodic is {periodic!r}: give cairn.Periodic(lengths=...), with a length for each axis")
-            periodic.arrays(self.dim)
-        self.sets: list[bodies.BodySet] = []
         self._materials: dict[str, Material] = {}
         self.rules: list[tuple[str, str, Law | None]] = []
         self.networks: dict[str, object] = {}  # electrical, thermal
@@ -89,6 +85,39 @@ class Scene(Spelt):
     @gravity.setter
     def gravity(self, value):
         self._gravity = value if callable(value) else checks.real_array("gravity", value, (self._dim,))
+
+    @property
+    def origin(self):
+        """(dim,) [m] about which positions are kept; set before the first step."""
+        return self._origin
+
+    @origin.setter
+    def origin(self, value):
+        self._refuse_stepped("origin", value)
+        self._origin = checks.real_array("origin", value, (self._dim,))
+
+    @property
+    def periodic(self):
+        """The periodic cell, None without one; set before the first step."""
+        return self._periodic
+
+    @periodic.setter
+    def periodic(self, value):
+        self._refuse_stepped("periodic", value)
+        if value is not None:
+            if not isinstance(value, Periodic):
+                raise ValueError(f"periodic is {value!r}: give cairn.Periodic(lengths=...), with a length for each axis")
+            value.arrays(self.dim)
+            if self.sets:
+                checked_sets(self.dim, self.sets, periodic=value)
+        self._periodic = value
+
+    def _refuse_stepped(self, name, value):
+        if self._stepped:
+            raise ValueError(
+                f"{name} is set to {value!r} after a simulation of the scene made its first step: bodies and images stand by the "
+                f"one that it was made with; give {name}= to another Scene, and make a Simulation of that"
+            )
 
     def _elsewhere(self, name):
         return "; make another scene" if name == "dim" else ""

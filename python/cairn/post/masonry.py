@@ -13,6 +13,7 @@ import numpy as np
 from ..names import teach
 from ..pre import checks
 from ..pre.blocks import Blocks
+from ..run.sets import found
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,8 @@ def joint_resultants(blocks, normal, point, force) -> Resultants:
 class Structure:
     """Blocks in a simulation. blocks: cairn.pre.blocks.Blocks at the start; ids (n,): their bodies (Blocks.add_to gives both).
 
-    The state is read when it is asked for: every question is about the last step.
+    The state is read when it is asked for: every question is about the last step. The start, from which openings and
+    displacements count, is how the blocks stand in the scene, before or after steps were made.
     """
 
     def __init__(self, blocks: Blocks, simulation, ids):
@@ -91,7 +93,7 @@ class Structure:
             raise ValueError(f"ids has shape {self.ids.shape}: give one for each of the {len(blocks)} blocks")
         self.dim = blocks.dim
         self.held = blocks.mask("support")
-        self.start = self.places()
+        self.start = self._places_in_scene()
         self._joints = None
 
     def places(self):
@@ -99,6 +101,19 @@ class Structure:
         rows = self.rows()
         bodies = self.simulation.bodies
         return bodies.position[rows], bodies.rotation[rows]
+
+    def _places_in_scene(self):
+        """Position and rotation of the blocks in the scene, in the form of `places`."""
+        position, rotation = (np.array(x) for x in self.places())
+        order = np.argsort(self.ids)
+        for s in self.simulation._sets:
+            if s.mesh is not None or s.mass is None:  # nodes, and what drives bodies of other sets
+                continue
+            at, here = found(s.own_ids, self.ids[order])
+            own, origin = order[here[at]], self.simulation.scene.origin
+            position[own] = (s.position[at] - origin) + origin  # with the digits that positions have about the origin
+            rotation[own] = s.rotation[at] if s.rotation is not None else [0.0] if self.dim == 2 else [1.0, 0.0, 0.0, 0.0]
+        return position, rotation
 
     def rows(self):
         """Rows of the blocks among the bodies."""

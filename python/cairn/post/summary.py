@@ -40,7 +40,7 @@ def describe(path):
         facts["scene"] = {
             name: scene[name] if isinstance(scene[name], (str, int, float)) else ", ".join(map(str, np.ravel(scene[name])))
             for name in scene
-            if not isinstance(scene[name], dict) and name != "shapes" and np.size(scene[name]) <= 40
+            if not isinstance(scene[name], dict) and name not in ("shapes", "mark", "core_mark") and np.size(scene[name]) <= 40
         }
         facts["made by"] = {k: v for k, v in run.provenance.items() if k != "script_text" and not isinstance(v, dict)}
         return facts
@@ -69,6 +69,10 @@ def _solver(history):
         error = history["error"][np.isfinite(history["error"])]
         if len(error):
             result |= {"error, median": f"{np.median(error):.3g}", "error, largest": f"{error.max():.3g}"}
+    if "penetration" in history and np.any(np.isfinite(history["penetration"])):
+        at = int(np.nanargmax(history["penetration"]))
+        size = f"{history['penetration'][at]:.3g} of the smaller body's size"
+        result["overlap, largest"] = f"{size}, in step {int(history['step'][at])}"
     if "iterations" in history:
         result |= {
             "iterations, mean": f"{np.nanmean(history['iterations']):.4g}",

@@ -28,6 +28,7 @@ class Frame:
     gap: np.ndarray | None = None  # (m,) [m]
     force: np.ndarray | None = None  # (m, 2) normal and tangential size [N]
     point: np.ndarray | None = None  # (m, dim) [m]
+    scaled: bool = True  # False: the file does not tell the step, and `force` holds impulses [N s]
 
 
 @dataclass
@@ -228,8 +229,8 @@ def _compare_contacts(fa, fb, size):
     return {
         "contacts": len(loaded_a ^ loaded_b) / max(1, len(loaded_a | loaded_b)),
         "gap": max((abs(fa.gap[a[k]] - fb.gap[b[k]]) for k in both), default=0.0) / size,
-        "force": difference / total if total > 0 else 0.0,
-        "total_force": abs(normal[0] - normal[1]) / max(*normal, 1e-300),
+        "force": (difference / total if total > 0 else 0.0) if fa.scaled and fb.scaled else None,
+        "total_force": abs(normal[0] - normal[1]) / max(*normal, 1e-300) if fa.scaled and fb.scaled else None,
     }
 
 
@@ -288,42 +289,33 @@ def _split(normal, impulse):
     return np.column_stack([np.abs(along), np.linalg.norm(impulse - along[:, None] * normal, axis=1)])
 
 
-def _step_lengths(run):
-    """Length [s] of the step that led to each output: of the history, else of the scene, else of the times of the outputs.
-    Programs in C and Fortran tell none in the scene."""
-    history, out = run.history, np.zeros(len(run))
-    own = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history and "step" in history else {}
-    for k, step in enumerate(run):
-        before = run[k - 1] if k else None
-        if step.step in own:
-            out[k] = own[step.step]
-        elif "dt" in run.scene:
-            out[k] = float(run.scene["dt"])
-        elif before is not None and step.step > before.step:
-            out[k] = (step.time - before.time) / (step.step - before.step)
-        elif step.step > 0:
-            out[k] = step.time / step.step
-    return out
-
-
 def _run_side(path):
     from .load import load
 
     frames = []
     with load(path) as run:
-        lengths = _step_lengths(run)
+        length = _lengths(run)
         for step in run:
-            c, dt = step.contacts, lengths[step.index]
-            known = len(c) and dt > 0  # the start is no end of a step
-            pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if known else np.zeros((0, 2), int)
-            force = _split(c["normal"], c["impulse"]) / dt if known else np.zeros((0, 2))
-            gap = np.array(c["gap"]) if known else np.zeros(0)
+            dt = length(step.step)
+            c = step.contacts
+            pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if len(c) else np.zeros((0, 2), int)
+            force = _split(c["normal"], c["impulse"]) / (dt or 1.0) if len(c) else np.zeros((0, 2))
+            gap = np.array(c["gap"]) if len(c) else np.zeros(0)
             b = step.drawn
-            point = np.array(c["point"])[:, : run.dim] if known else np.zeros((0, run.dim))
-            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force, point))
+            point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
+            told = (pairs, gap, force, point, dt is not None)
+            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], *told))
         radius = np.array(run[0].drawn["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]
     return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
+
+
+def _lengths(run):
+    """The length [s] of a step by its number: from the history, else what the run began with; None where neither is told, as in
+    files of programs that write outputs alone."""
+    history, begun = run.history, run.scene.get("dt")
+    known = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history else {}
+    return lambda step: known.get(step, None if begun is None else float(begun))
 
 
 def _legacy_side(path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import threading
 
@@ -16,7 +17,7 @@ AROUND = 24  # facets around a full turn of what is curved
 
 def read_step(path):
     """Skins of the solids of a STEP file, [(vertices (n, 3) [m], triangles (m, 3), name)]: flat faces by few triangles, curved
-    ones by 24 facets around."""
+    ones by 24 facets around; and the unit that the file tells, "" for none."""
     gmsh = mesh.library("gmsh", "to read STEP files")
     gmsh.initialize([], readConfigFiles=False, interruptible=False)
     # gmsh lets a broken pipe end the program; in Python it is an error like others
@@ -37,9 +38,23 @@ def read_step(path):
             gmsh.model.mesh.generate(2)
         except Exception as error:  # gmsh raises Exception itself
             raise ValueError(f"{path.name} cannot be read as STEP: {error}") from None
-        return [_skin(gmsh, tag) for _, tag in gmsh.model.getEntities(3)]
+        return [_skin(gmsh, tag) for _, tag in gmsh.model.getEntities(3)], unit_of_step(path.read_text(errors="replace"))
     finally:
         gmsh.finalize()
+
+
+def unit_of_step(text):
+    """The unit of length in the contexts of a STEP file (ISO 10303-41): "millimetre", "inch", ...; "" if they name none."""
+    entity = dict(re.findall(r"#(\d+)\s*=\s*(\([^;]*LENGTH_UNIT[^;]*);", text))
+    named = []
+    for units in re.findall(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)", text):
+        for number in re.findall(r"#(\d+)", units):
+            own = entity.get(number, "")
+            si = re.search(r"SI_UNIT\s*\(\s*(?:\.(\w+)\.|\$)\s*,\s*\.(\w+)\.", own)
+            other = re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'([^']*)'", own)
+            if other or si:
+                named.append((other[1] if other else (si[1] or "") + si[2]).lower())
+    return " and ".join(dict.fromkeys(named))
 
 
 def _skin(gmsh, volume):
@@ -79,7 +94,8 @@ def _plain(points, triangles):
 
 
 def read_ifc(path):
-    """Surfaces of the elements of an IFC file that are solid, as read_step gives them: openings are cut, spaces left out."""
+    """Surfaces of the elements of an IFC file that are solid, and its unit, as read_step gives them; openings are cut, spaces
+    left out."""
     ifcopenshell = mesh.library("ifcopenshell", "to read IFC files")
     geom = mesh.library("ifcopenshell.geom", "to read IFC files")
     try:
@@ -96,8 +112,11 @@ def read_ifc(path):
             corners = np.array(shape.geometry.verts, float).reshape(-1, 3)
             found.append((corners, np.array(shape.geometry.faces, np.int64).reshape(-1, 3), shape.name or ""))
             more = iterator.next()
+        units = [unit for assigned in model.by_type("IfcUnitAssignment") for unit in assigned.Units]
+        lengths = [unit for unit in units if getattr(unit, "UnitType", None) == "LENGTHUNIT"]
+        named = [((getattr(unit, "Prefix", None) or "") + unit.Name).lower() for unit in lengths]
     except Exception as error:
         raise ValueError(f"{path.name} cannot be read as IFC: {type(error).__name__}: {error}") from None
     if not found:
         raise ValueError(f"{path.name} holds no element that is solid: give one with walls, slabs, beams, proxies as bodies")
-    return found
+    return found, " and ".join(dict.fromkeys(named))

@@ -30,7 +30,7 @@ from .solids import solids
 REFUSED = (
     "{} is not convex{}; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
 )
-LARGE, SMALL = 20.0, 1e-3  # [m] of the median block: stones are rarely so long, or so short
+LARGE, SMALL = 20.0, 0.02  # [m] of the median block: stones are rarely so long, or so short
 FEW = 5  # bodies whose parts an error counts
 KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
 
@@ -45,7 +45,8 @@ class ImportReport:
     block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
     overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
     make faces plane; parts: convex parts of all blocks; names: of each block, "" where the file has none; hints: what may not be
-    meant, each also a BlocksWarning."""
+    meant, each also a BlocksWarning; extent (dim,) [m] of all blocks along the axes; unit: that of the file, "" where it tells
+    none; scale: what was given to read it."""
 
     blocks: int
     closed: int
@@ -60,11 +61,17 @@ class ImportReport:
     parts: int = 0
     names: tuple = ()
     hints: tuple = ()
+    extent: tuple = ()
+    unit: str = ""
+    scale: float = 1.0
 
     def __str__(self):
+        times = f" x {self.scale:g}" if self.scale != 1 else ""
+        unit = f"{self.unit}, by the file" if self.unit else "not told by the file, taken as the metre"
         lines = [
             f"{self.blocks} blocks, {self.closed} closed as they came, {len(self.repaired)} repaired, {len(self.hulls)} hulls"
             + (f", {self.parts} convex parts" if self.parts > self.blocks else ""),
+            f"extent {' x '.join(f'{x:.4g}' for x in self.extent)} m; unit {unit}{times}",
             f"volume {self.volume:.6g}, smallest edge {self.smallest_edge:.3g} m, {self.joints} joints",
             f"{len(self.overlaps)} overlaps"
             + (f", the deepest {self.overlap_depth.max():.3g} m" if len(self.overlaps) else ""),
@@ -104,7 +111,7 @@ def told_of(path):
 class Raw:
     """Bodies as a file holds them. soups: (vertices, faces, part, name) of one or more bodies, whose corners may be shared;
     bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
-    bodies, their own where the file has one; in_metres: the file told its unit."""
+    bodies, their own where the file has one; in_metres: they come in metres, from a file that tells its unit; unit: its name."""
 
     dim: int = 3
     soups: list = field(default_factory=list)
@@ -112,6 +119,7 @@ class Raw:
     parts: list = field(default_factory=list)
     names: dict = field(default_factory=dict)
     in_metres: bool = False
+    unit: str = ""
 
     def label(self, file, k):
         """How errors name a body."""
@@ -184,6 +192,7 @@ def gathered(path, repair, convex, scale, flat, near=None):
         found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes, near)
     facts["names"] = tuple(raw.names.get(k, "") for k in range(len(found)))
     facts["hints"] = tuple(hints_on(path.name, found, scale, raw))
+    facts |= {"unit": raw.unit, "scale": scale}
     for hint in facts["hints"]:
         warnings.warn(hint, BlocksWarning, stacklevel=3)
     return found, raw.parts, raw.dim, facts
@@ -199,8 +208,13 @@ def hints_on(name, found, scale, raw):
             f"blocks of {name} are {size:.3g} m long (the median): if its unit is the millimetre or the centimetre, "
             f"give scale={finer if scale == 1 else f'{float(finer) * scale:g}'} (1e-3 for mm, 1e-2 for cm)"
         )
-    elif size <= SMALL and scale < 1:
-        yield f"blocks of {name} are {size:.3g} m long (the median) at scale={scale:g}: if its unit is the metre, give scale=1"
+    elif size < SMALL:
+        if raw.in_metres:
+            told = f"the file tells its unit, {raw.unit or 'none, for which the millimetre is taken'}, and comes in metres"
+            told += ": leave scale out" if scale < 1 else ": if they were drawn in another, give scale="
+        else:
+            told = "if its unit is the metre, give scale=1" if scale < 1 else "give scale=, the metres in a unit of the file"
+        yield f"blocks of {name} are {size:.3g} m long (the median) at scale={scale:g}: {told}"
     several = [k for k, body in enumerate(found) if len(body) > 1]
     if several:
         most = max(several, key=lambda k: len(found[k]))
@@ -358,7 +372,7 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes, near=None):
 
 
 def report_of(
-    blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None, names=(), hints=()
+    blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None, names=(), hints=(), unit="", scale=1.0
 ) -> ImportReport:
     """The report of any assembly, as an import gives it. owner (n,): the body of each block, where bodies have several convex
     parts."""
@@ -386,6 +400,9 @@ def report_of(
         len(blocks),
         tuple(names),
         tuple(hints),
+        tuple(np.ptp(np.concatenate(blocks.vertices), axis=0).tolist()),
+        unit,
+        scale,
     )
 
 
@@ -504,8 +521,9 @@ def by_solids(reader):
     """A reader of files of CAD, whose solids have names and come in metres."""
 
     def read(path) -> Raw:
-        raw = Raw(in_metres=True)
-        for vertices, faces, name in reader(path):
+        found, unit = reader(path)
+        raw = Raw(in_metres=True, unit=unit)
+        for vertices, faces, name in found:
             raw.soups.append((vertices, faces, kind_of(name) or "block", name))
         return raw
 

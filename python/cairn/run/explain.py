@@ -28,7 +28,7 @@ def explain(simulation):
     lines += ["", f"In all, with workspace: {held['bodies'] / max(1, len(bodies)):.0f} bytes a body"]
     if contacts:
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
-    lines += ["", *_laws(simulation), *_scales(simulation)]
+    lines += ["", *_laws(simulation), *_scales(simulation), *_last_step(simulation)]
     return "\n".join(lines)
 
 
@@ -149,6 +149,17 @@ def _listed(simulation):
 
 # what each class of strategies says of itself
 WORDS = {NSCD: _nscd, SmoothDEM: _smooth, object: _listed}
+
+
+def _last_step(simulation):
+    """How the last step ended, with the deepest overlap beside the error."""
+    info = simulation.info
+    if not simulation.report:
+        return []
+    return [
+        f"Step {simulation.steps}: {info['status']}, error {info['error']:.2g}; deepest overlap {info['penetration']:.2g} of the "
+        f"smaller body's size (radius, or half of the least width), {info['largest_penetration']:.2g} in the steps so far"
+    ]
 
 
 def _scales(simulation):

@@ -1,13 +1,17 @@
-"""Overlaps that a scene begins with: told before the first step."""
+"""Overlaps that a scene begins with, and walls that look away from all bodies: told before the first step."""
 
 import warnings
 
 import numpy as np
 
+from .. import _core
 from ..build.extents import Placed
-from .sets import found
+from ..post.geometry import turn
+from .sinking import overlaps_of
 from .step_warnings import OverlapWarning
 from .views import core_of
+
+CHUNK = 64  # bodies at a time that are held against all facets of a surface
 
 
 def _first_gaps(simulation):
@@ -26,27 +30,96 @@ def _first_gaps(simulation):
 def check(simulation, action, share):
     """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs, else
     returns the deepest."""
-    core = core_of(simulation)
+    turned = look_at_walls(simulation, action)
     gap, pairs = _first_gaps(simulation)
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
         return 0.0
-    there, rows = found(pairs[deep], core.scene.body("id"))
-    radius = np.maximum(simulation.radii(), Placed(core.scene).sizes(np.unique(rows[there])))
-    radius = np.append(np.where(radius > 0, radius, np.inf), np.inf)[np.where(there, rows, len(radius))]  # nodes have no size
-    size = np.min(radius, axis=1)
-    relative = -gap[deep] / size
-    bad = np.flatnonzero(relative > share)
-    if not len(bad):
+    relative = overlaps_of(simulation, gap[deep], pairs[deep])
+    beyond = (relative > share) & ~np.any(np.isin(pairs[deep], list(turned)), axis=1)
+    found, first = np.unique(np.sort(pairs[deep[beyond]], axis=1), axis=0, return_inverse=True)
+    if not len(found):
         return float(np.max(relative))
-    worst = bad[np.argsort(-relative[bad])][:3]
+    most = np.zeros(len(found))  # of the contacts of a pair
+    np.maximum.at(most, first.ravel(), relative[beyond])
     pair = "bodies {} and {} by {:.3g} of a radius"
-    listed = "; ".join(pair.format(*pairs[deep[k]], relative[k]) for k in worst)
+    listed = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
     text = (
-        f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
+        f"{len(found)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
         "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
     )
     if action == "error":
         raise ValueError(text)
     warnings.warn(text, OverlapWarning, stacklevel=4)
     return float(np.max(relative))
+
+
+def look_at_walls(simulation, action="warn", above=5):
+    """Warns of walls and surfaces that have all bodies behind them, or raises; once for each. Returns the ids found so far.
+    above: stack level of the caller who is warned."""
+    core, told = core_of(simulation), simulation._turned
+    p = Placed(core.scene)
+    normals = _Normals(p)
+    for body in np.unique(p.owner[np.isin(p.shape, ["half_plane", "plane", "facet"])]):
+        own = int(p.ids[body])
+        if own not in told and normals.look_away(body, core.scene, simulation._table):
+            told.add(own)
+            if "facet" in p.shape[p.owner == body]:
+                text = f"all bodies lie behind surface {own}: turn its triangles round, their normals point out of the solid"
+            else:
+                along = ", ".join(f"{x:.3g}" for x in normals.of(body)[0][0] + 0.0)
+                text = (
+                    f"all bodies lie behind wall {own}: turn its normal ({along}), which points out of the solid to where is room"
+                )
+            if action == "error":
+                raise ValueError(text)
+            warnings.warn(text, OverlapWarning, stacklevel=above)
+    return told
+
+
+class _Normals:
+    """Planes and facets of bodies, in space."""
+
+    def __init__(self, placed):
+        self.p, core = placed, placed.core
+        self.position, rotation = core.body("position"), core.body("rotation")
+        self.rotation = rotation if len(rotation) == len(placed.ids) else None
+        m, dim = len(placed.owner), placed.dim
+        offset, direction = placed.field("offset"), placed.field("direction")
+        self.offset = np.reshape(offset, (m, dim)) if len(offset) else np.zeros((m, dim))
+        self.direction = np.reshape(direction, (m, dim + 1))[:, :dim] if len(direction) else np.zeros((m, dim))
+        mass, driven = core.body("mass").ravel(), core.body("driven").ravel()
+        held = driven == 2 ** (3 * dim - 3) - 1 if len(driven) else np.zeros(len(mass), bool)
+        self.free = np.isfinite(mass) & ~held
+
+    def of(self, body):
+        """Normals (k, dim) and points (k, dim) [m] of the planes and facets of a body."""
+        p, dim = self.p, self.p.dim
+        mine = np.flatnonzero((p.owner == body) & np.isin(p.shape, ["half_plane", "plane", "facet"]))
+        normal, point = self.direction[mine], self.offset[mine]
+        facets = np.flatnonzero(p.shape[mine] == "facet")
+        if len(facets):
+            first = p.hulls["first_face"][p.hull[mine[facets]]]
+            normal[facets] = np.reshape(p.hulls["normal"], (-1, dim))[first]
+            point[facets] += normal[facets] * p.hulls["offset"][first, None]
+        if self.rotation is not None:
+            turned = np.broadcast_to(self.rotation[body], (len(mine), *np.shape(self.rotation[body])))
+            normal, point = turn(turned, normal, dim), turn(turned, point, dim)
+        return normal, self.position[body] + point
+
+    def look_away(self, body, scene, table):
+        """True if the planes and facets of a body have all bodies and nodes behind them that it could meet."""
+        p, dim = self.p, self.p.dim
+        species = p.field("material")
+        own = np.unique(species[p.owner == body])
+        met = [s for s in np.unique(species) if any(table.meet(int(a), int(s)) for a in own)]
+        other = np.unique(p.owner[np.isin(p.shape, _core.shapes("mover")) & np.isin(species, met)])
+        other = other[(other != body) & (self.free[other] | self.free[body])]
+        places, of_meshes = self.position[other], scene.contactor("material")[scene.contactor("body") < 0]
+        if any(table.meet(int(a), int(s)) for a in own for s in np.unique(of_meshes)):
+            places = np.concatenate([places, scene.node("position").reshape(-1, dim)])
+        if not len(places):
+            return False
+        normal, point = self.of(body)
+        level = np.sum(normal * point, axis=1)
+        return all(np.all(places[k : k + CHUNK] @ normal.T < level) for k in range(0, len(places), CHUNK))

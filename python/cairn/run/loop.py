@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import _core
 from ..pre import checks
+from .views import core_of
 
 log = logging.getLogger("cairn.run")
 logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the program that uses it wants to hear
@@ -93,6 +94,8 @@ def scene_info(simulation):
         contactors["joint"] = np.where(ends, known.material, -1).astype(np.int32)
     return {
         "materials": species,
+        "mark": simulation._fingerprint(),
+        "core_mark": simulation._core_scene,
         "contactors": contactors,
         "shapes": _core.shapes(),
         "gravity": _plain(simulation.scene.gravity),
@@ -257,6 +260,7 @@ class _Recorder:
         at = info.get("time_detection", sim.time)
         self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells, nodes=nodes)
         self.writer.flush()
+        sim._last_outputs[_place(self.writer.path)] = sim.steps
         log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
 
     def _keep_fields(self, what, fields, n):
@@ -293,6 +297,11 @@ class _Recorder:
         self.writer.close()
 
 
+def _place(path):
+    """A path as one by which simulations know the runs that they wrote."""
+    return str(Path(path).resolve())
+
+
 def checked_output(output):
     """The path of a run's file; FileError if its name says that it is something else."""
     from ..post.errors import FileError, named
@@ -319,9 +328,9 @@ def _mesh_names(info):
 
 
 def continued(output, simulation, info):
-    """The writer that goes on in the run at a path, and how many outputs of it stay: those up to the step that the simulation is
-    at, so that what is done again after a restart takes the place of what was done before. Then whether they tell the mesh of
-    each node; None: there is none."""
+    """The writer that goes on in the run at a path, and the number of outputs that stay: those up to the step of the simulation,
+    so that steps made again after a restart replace those made before. Then whether they tell the mesh of each node; None
+    without outputs. FileError if the run is of another scene, or reaches farther and no checkpoint was restored."""
     from .. import load
     from ..post.errors import FileError
     from ..post.writer import RunWriter
@@ -340,6 +349,9 @@ def continued(output, simulation, info):
             remedy = "give another name, or restore a checkpoint of the simulation that wrote it"
             raise FileError(output, "this run is of another scene, and cannot be gone on with", remedy)
         tells_meshes = "mesh" in run[-1].nodes.names if len(run) else None
+    marks = [(name, info[name]) for name in ("mark", "core_mark")]
+    last = simulation._last_outputs.get(_place(output), -1)
+    core_of(simulation).refuse_other_run(str(output), simulation._came_by, last, marks)
     writer = RunWriter.go_on(output, simulation.steps)
     return writer, writer.outputs, tells_meshes if writer.outputs else None
 
@@ -417,6 +429,8 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
 
     if steps is None and until is None and while_ is None:
         raise ValueError("run needs an end: give steps=, until= or while_=")
+    if not len(simulation.bodies) + len(simulation.nodes) and callback is None:
+        raise ValueError("the scene has no bodies: give it some, Scene.add or Simulation.add, before a run")
     _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output, time_error_every)
     if progress != "always":
         checks.flag("progress", progress)
@@ -445,7 +459,8 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                 if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
                     log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
                                 info["iterations"])  # fmt: skip
-                bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"])
+                bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"],
+                           overlap=simulation._deepest)  # fmt: skip
                 if callback is not None and callback(simulation) is False:
                     break
     finally:

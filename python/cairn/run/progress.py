@@ -9,6 +9,7 @@ import time
 _REFRESH_SECONDS = 0.1  # on a terminal
 _LINE_SECONDS = 30.0  # where there is none
 _BARS = (24, 10)  # lengths of the bar, the longest that there is room for
+SHOWN = ("contacts", "iterations", "residual", "overlap")  # figures of a step, in their order on the line
 
 
 class Progress:
@@ -16,8 +17,8 @@ class Progress:
 
     total : steps to come, or None if nobody knows. unit : what is counted.
     enabled : False to be silent; "always" to draw although the output is no terminal.
-    A bar shows steps and the time left, and of residual, contacts, iterations, the bar itself and the time gone what there is
-    room for. It is drawn at most ten times a second; between, an update costs a look at the clock.
+    A bar shows steps and the time left, and of residual, overlap, contacts, iterations, the bar itself and the time gone what
+    there is room for. It is drawn at most ten times a second; between, an update costs a look at the clock.
 
     >>> with Progress(2, enabled=False) as bar:
     ...     for _ in range(2):
@@ -68,14 +69,14 @@ class Progress:
         console = Console(file=self._stream, force_terminal=True)
         return Progress(*self._columns.values(), console=console, auto_refresh=False)
 
-    def update(self, contacts=None, iterations=None, residual=None, steps=1):
-        """One more step is done (or `steps` of them)."""
+    def update(self, contacts=None, iterations=None, residual=None, steps=1, overlap=None):
+        """One more step is done (or `steps` of them). overlap: the deepest so far over the size of the smaller body."""
         self.steps += steps
         if self._enabled:
             now = time.monotonic()
             if now >= self._due or (self._drawn and self.steps == self.total):
                 self._due = now + (_REFRESH_SECONDS if self._drawn else _LINE_SECONDS)
-                self._draw(_figures(contacts, iterations, residual), now - self._start)
+                self._draw(_figures(contacts, iterations, residual, overlap), now - self._start)
 
     def _draw(self, figures, gone):
         if self._bar is not None:
@@ -86,7 +87,7 @@ class Progress:
         of = f"/{self.total}" if self.total else ""
         left = gone / self.steps * (self.total - self.steps) if self.total else None
         words = [] if left is None else [f"{_clock(left)} left"]
-        text = " · ".join([*words, *(figures[name] for name in ("contacts", "iterations", "residual") if name in figures)])
+        text = " · ".join([*words, *(figures[name] for name in SHOWN if name in figures)])
         if self._drawn:
             room = shutil.get_terminal_size().columns - 1
             self._stream.write("\r" + f"{self._unit} {self.steps}{of}  {text}"[:room] + "\x1b[K")
@@ -103,14 +104,14 @@ class Progress:
         count = len(str(self.steps if self.total is None else self.total))
         room = width - 1 - len(self._unit) - 1 - (2 * count + 1) - 1 - len("left -:--:--")
         shown, parts = {"unit", "steps", "left", "time left"}, []
-        for name in ("residual", "contacts", "iterations"):
+        for name in ("residual", "overlap", "contacts", "iterations"):
             need = len(figures.get(name, "")) + (3 if parts else 1)
             if name in figures and need <= room:
                 parts, room, shown = [*parts, name], room - need, shown | {"figures"}
         for name, need in (*((f"bar {n}", n + 1) for n in _BARS), ("gone", len("-:--:--") + 1)):
             if need <= room and not (name.startswith("bar") and any(n.startswith("bar") for n in shown)):
                 room, shown = room - need, shown | {name}
-        text = " · ".join(figures[name] for name in ("contacts", "iterations", "residual") if name in parts)
+        text = " · ".join(figures[name] for name in SHOWN if name in parts)
         return [name for name in self._columns if name in shown], text
 
     def __exit__(self, *exc):
@@ -121,7 +122,7 @@ class Progress:
         self._bar = None
 
 
-def _figures(contacts, iterations, residual):
+def _figures(contacts, iterations, residual, overlap):
     """Words on the last step."""
     out = {}
     if contacts is not None:
@@ -130,6 +131,8 @@ def _figures(contacts, iterations, residual):
         out["iterations"] = f"{int(iterations)} iterations"
     if residual is not None:
         out["residual"] = f"residual {float(residual):.1e}"
+    if overlap is not None:
+        out["overlap"] = f"overlap {100 * float(overlap):.2g} %"
     return out
 
 

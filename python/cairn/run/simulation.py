@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
-
 import numpy as np
 
 from .. import _core
 from ..build import bodies, missing_laws
-from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
+from ..build.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
 from ..pre import checks
-from . import cracks, first_overlaps, restored, unmet_shapes, views
+from . import cracks, first_overlaps, unmet_shapes, views
 from .drives import Drives
 from .info import Info
 from .parts import ask_for_parts
 from .reshaping import Reshaping
-from .sets import found, free_masses, ids_of, later_to_dict, living, numbers_of_meshes
+from .restarts import Restarts
+from .sets import found, free_masses, ids_of, living, numbers_of_meshes
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
 
 
-class Simulation(Reshaping, Spelt):
+class Simulation(Reshaping, Restarts, Spelt):
     """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
 
     scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: what to do
@@ -46,22 +45,26 @@ class Simulation(Reshaping, Spelt):
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=numbers)) for s in scene.sets]
-        table = scene.law_table(self._species)
+        self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
-        self._core = _core.Simulation(core, table, self.strategy.settings())
+        self._core = _core.Simulation(core, self._table, self.strategy.settings())
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
+        self._came_by, self._last_outputs = "steps", {}  # source of the state; steps of the last outputs by path
+        self._cell_seen = (scene.periodic, scene.origin.copy())
         self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
         self.contactors, self._stage = views.ContactorView(self._core), Place()
         ask_for_parts(self)
         self._start_functions()
         self._start_meshes()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
-        self._unmet, self._lawless = set(), set()
-        unmet_shapes.warn(self._core.scene, self._unmet, 3, bool(free_masses(self._sets)))
+        self._unmet, self._lawless, self._turned, self._deepest = set(), set(), set(), 0.0
+        self._warn_of_shapes()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
-        if overlap != "ignore" and len(self.bodies):
+        if overlap == "ignore":
+            first_overlaps.look_at_walls(self, above=4)
+        elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
         self._made = True
 
@@ -109,8 +112,10 @@ class Simulation(Reshaping, Spelt):
 
     @property
     def info(self):
-        """The last step: status, error, iterations, contacts, energy; seconds of stages, newton_seconds of passes, ..."""
-        return Info({**self._info, "energy": self.energy, **self._core.seconds()}, self.steps)
+        """The last step: status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of passes,
+        ...; and largest_penetration, the deepest overlap of the steps so far over the size of the smaller body."""
+        told = {**self._info, "largest_penetration": self._deepest} if self._info else self._info
+        return Info({**told, "energy": self.energy, **self._core.seconds()}, self.steps)
 
     @property
     def report(self):
@@ -230,6 +235,7 @@ class Simulation(Reshaping, Spelt):
     def stepped(self, report, h):
         """What a step of h [s] ends with: its report, looked at and kept; see stages."""
         self._info = report
+        self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
         if self._networks:
             self._networks.look(report)
@@ -281,8 +287,9 @@ class Simulation(Reshaping, Spelt):
 
         output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
         the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
-        recorded each step in the history. overwrite: replace the file if it is there. append: go on in it, after a restart say:
-        outputs later than the step at hand are dropped, those to come follow; cairn.load takes several files as one, too.
+        recorded each step in the history. overwrite: replace the file if it is there. append: go on at its end, or after restore,
+        when later outputs are dropped and made again; FileError if it is of another scene, or reaches farther and nothing was
+        restored. cairn.load takes several files as one, too.
         time_error_every: steps between estimates of the error in time, `time_error` of the step that follows, in the history and
         in info["time_error"]; steps between, and those that cannot be made in halves, have none, and NaN in the history. Each
         costs two steps of dt / 2.
@@ -359,16 +366,25 @@ class Simulation(Reshaping, Spelt):
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
         self._use_laws(self._species, rules)
+        self._warn_of_shapes()
 
     def _use_laws(self, species, rules, sets=()):
         """sets: those that come in now."""
-        self._core.set_laws(self.scene.law_table(species, rules, [*self._sets, *sets]))
-        self._species, self._rules = species, rules
+        table = self.scene.law_table(species, rules, [*self._sets, *sets])
+        self._core.set_laws(table)
+        self._species, self._rules, self._table = species, rules, table
+
+    def _warn_of_shapes(self):
+        unmet_shapes.warn(self._core.scene, self._unmet, 4, bool(free_masses(self._sets)), self._table.meet)
 
     def _follow_scene(self):
         """Rules that the scene got meanwhile count; bodies have to come in through this simulation."""
         if len(self.scene.sets) != self._sets_seen:
             raise ValueError("bodies were added to the scene after the simulation was made of it: add them by Simulation.add")
+        if self.scene.periodic is not self._cell_seen[0] or not np.array_equal(self.scene.origin, self._cell_seen[1]):
+            name = "periodic" if self.scene.periodic is not self._cell_seen[0] else "origin"
+            raise ValueError(f"{name} of the scene was set after the simulation was made of it: make another Simulation of it")
+        self.scene._stepped = True
         if len(self.scene.rules) != self._rules_seen:
             rules = self._rules + self.scene.rules[self._rules_seen :]
             self.scene.check_names(self._species, rules)
@@ -396,8 +412,9 @@ class Simulation(Reshaping, Spelt):
             self.strategy = self._given
         self._start_functions()
         self._start_meshes()
-        unmet_shapes.warn(self._core.scene, self._unmet, 3, bool(free_masses(self._sets)))
+        self._warn_of_shapes()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
+        first_overlaps.look_at_walls(self, above=4)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
     def remove(self, ids):
@@ -424,79 +441,9 @@ class Simulation(Reshaping, Spelt):
         self._sets.append(carrier)
         self._sets = living(self._sets, self._sets_seen, self._present())
         self._start_functions()
+        self._warn_of_shapes()
 
-    # ------------------------------------------------------------------ restart
-
-    def checkpoint(self, path):
-        """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
-        from ..post.checkpoint import save
-
-        self.between_steps("checkpoint")
-        state = self.get_state()
-        opened = {"cracks": state.pop("cracks")} if "cracks" in state else {}
-        save(
-            path,
-            {
-                **(opened | restored.solver_to_dict(self)),
-                "kind": "checkpoint",
-                "dim": self.scene.dim,
-                "dt": self._dt,
-                "state": state,
-                "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
-                "rules": rules_to_dict(self._rules),
-                "scene": self._fingerprint(),
-                "core_scene": self._core_scene,  # by which C and Fortran know the scene
-                "materials": len(self._species),
-                "later": {f"{k:06d}": later_to_dict(s, self._sets) for k, s in enumerate(self._sets[self._sets_seen :])},
-            },
-        )
-
-    def get_state(self):
-        """All that the future depends on besides laws and functions of time, dicts of arrays: a checkpoint in memory."""
-        self.between_steps("get_state")
-        return cracks.in_state(self._sets, self._core.get_state())
-
-    def set_state(self, state):
-        """Goes back, or on, to what get_state gave, to the same bits. Raises ValueError if bodies came in or went since."""
-        self.between_steps("set_state")
-        if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
-            raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
-        if not np.array_equal(ids_of(state["scene"]), self._present()):
-            raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
-        opened = cracks.of_state(self._sets, state)
-        self._core.set_state(state)
-        if opened is not None:
-            self._sets = opened
-            self._start_meshes(state, anew=True)
-        self._constant_force_set = False  # a state from before the first step has none
-
-    def _fingerprint(self):
-        """Tells scenes apart: bodies and contactors that it was made of."""
-        digest = hashlib.blake2b(digest_size=16)
-        for s in self._sets[: self._sets_seen]:
-            for array in (s.position, s.mass, s.inertia, *(a for c in s.contactors for a in (c.body, c.radius))):
-                digest.update(np.ascontiguousarray(array).data)
-        return digest.hexdigest()
-
-    def restore(self, path):
-        """Goes back, or on, to a checkpoint of the same scene: to the same bits.
-
-        Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
-        first. Raises FileError when the file is no checkpoint of this scene.
-        """
-        self.between_steps("restore")
-        restored.restore(self, path)
-
-    def _take(self, state, species, rules, sets, dt, info, strategy):
-        if strategy != self._strategy:
-            self._core.set_strategy(strategy.settings())
-            self._strategy = strategy
-        # meshes that there are may be others than those of the state: these have their states when they are there
-        self._core.set_state({name: of for name, of in state.items() if name != "meshes"})
-        self._use_laws(species, rules, sets[self._sets_seen :])
-        self._sets, self._dt, self._radii, self._info = sets, dt, None, info
-        self._start_functions()
-        self._start_meshes(state, anew=True)
+    # ------------------------------------------------------------------ in words
 
     def __repr__(self):
         from ..post.notebook import line_of_simulation

@@ -7,14 +7,16 @@ import warnings
 
 import numpy as np
 
+from .passing import Flights
 from .sets import free_masses
+from .sinking import Sinking, deepest_pair
 from .strategies import NSCD, Auto
 from .views import core_of
 
 
 class OverlapWarning(UserWarning):
-    """Bodies overlap at the start by more than the share that was allowed, or sink into each other in steps that converge; or one
-    begins deep in a mesh, or wholly within it."""
+    """Bodies overlap at the start by more than the share that was allowed, lie all behind a wall, or sink into each other in
+    steps that converge; or one begins deep in a mesh, or wholly within it."""
 
 
 class StableStepWarning(UserWarning):
@@ -30,7 +32,7 @@ class JointWarning(UserWarning):
 
 
 class TunnellingWarning(UserWarning):
-    """A step moves a mesh and what it may touch against each other by more than a cell is wide: they may pass through."""
+    """A step moved a body through another one, or moved a mesh against other bodies by more than the width of a cell."""
 
 
 class TurnedWarning(UserWarning):
@@ -53,6 +55,8 @@ MOST_CREATED = 0.25
 MASSES_DIFFER = 100
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
+# the same ratio for a body wholly within another one, up to rounding
+WITHIN = 2 * (1 - 1e-6)
 
 
 ENDED = {"iteration_limit": "ended at the limit of its iterations", "diverged": "diverged",
@@ -87,11 +91,18 @@ def _creators(simulation):
     return text + (" (Restitution with friction may do so by its law)" if own else "")
 
 
+def _named(simulation):
+    """The two bodies that overlap most, in words."""
+    pair = deepest_pair(simulation)
+    return "two bodies" if pair is None else f"bodies {pair[0]} and {pair[1]}"
+
+
 class StepWarnings:
     """Warns of each kind once."""
 
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
+        self._flights, self._sinking = Flights(), Sinking()
 
     def begins_with(self, overlap):
         """The deepest overlap before the first step, of the smaller body's size: that of the first step may be its own doing."""
@@ -117,6 +128,8 @@ class StepWarnings:
             self._tell(OverlapWarning, info["mesh_within"])
         if "mesh_hint" in info:
             self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
+        if "passed" not in self._told:
+            self._look_for_passages(simulation, info, h)
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
         if type(simulation.strategy) is not NSCD or info["status"] == "diverged":
@@ -129,15 +142,48 @@ class StepWarnings:
                 f"contacts made {info['energy_created']:.0%} of the energy of step {simulation.steps} from nothing, at an error "
                 f"of {info['error']:.1e}: {_creators(simulation)}",
             )
+        self._look_at_overlaps(simulation, info)
+
+    def _look_at_overlaps(self, simulation, info):
+        """Warns of a deep or growing overlap in a step that converged."""
         overlap = info.get("penetration", 0.0)
         if self._first_overlap is None:
             self._first_overlap = overlap
+            if overlap >= WITHIN:
+                self._tell(
+                    OverlapWarning,
+                    f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}: one "
+                    "lies within the other, or behind it, and contacts do not push it out; move it",
+                )
         if overlap > max(DEEP, 2 * self._first_overlap):
             self._tell(
                 OverlapWarning,
-                f"a body overlaps another by {overlap:.0%} of the smaller one's size in step {simulation.steps}, which "
+                f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}, which "
                 "converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; see "
                 "sim.contacts.gap",
+            )
+        grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
+        if grown is None or len(simulation.nodes) or core_of(simulation).overlaps_by_law():
+            return
+        before, steps = grown
+        self._tell(
+            OverlapWarning,
+            f"{_named(simulation)} overlap by {overlap:.2g} of the smaller one's size in step {simulation.steps}, up from "
+            f"{before:.2g} within {steps} steps of errors within tol: what a tolerance of {simulation.strategy.solver.tol:g} "
+            "leaves adds up; give a smaller tol, a smaller dt, or project_positions=True of NSCD",
+            "sinks",
+        )
+
+    def _look_for_passages(self, simulation, info, h):
+        """Warns of the first body that passed through another one in a step of h [s]."""
+        found = self._flights.look(simulation, info, h)
+        if found is not None:
+            self._tell(
+                TunnellingWarning,
+                f"body {found.body} passed through body {found.other} in step {simulation.steps}: at {found.speed:.3g} m/s it "
+                f"moves {found.speed * h / found.size:.3g} times its size of {found.size:.3g} m in a step of {h:.3g} s; give "
+                f"a dt of at most {found.size / found.speed:.2g} s, or thicker bodies",
+                "passed",
             )
 
     def _look_for_runaways(self, simulation, info, h):
@@ -164,7 +210,8 @@ class StepWarnings:
                         "laws, and look at the status of the steps before",
                     )
 
-    def _tell(self, kind, text):
-        if kind not in self._told:
-            self._told.add(kind)
+    def _tell(self, kind, text, key=None):
+        """Warns once of each kind, or of each key within a kind."""
+        if (key or kind) not in self._told:
+            self._told.add(key or kind)
             warnings.warn(text, kind, stacklevel=5)

@@ -1,4 +1,4 @@
-"""Shapes of a scene that pass through each other: what a simulation warns of, once a pair."""
+"""Shapes of a scene that pass through each other: a warning for each pair."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ class ShapesWarning(UserWarning):
     """Bodies of the scene have shapes between which there is no contact, or nothing that could hold."""
 
 
-def warn(scene, told, above, meshes_are_free=False):
-    """Warns of shapes of which one at least is of a body that moves and is no wall. told: what was warned of, and is from now on;
-    above: how many callers the one who is told is above this one; meshes_are_free: some mesh moves as a whole."""
+def warn(scene, told, above, meshes_are_free=False, meet=None):
+    """Warns of pairs of shapes without a kernel of detection, if two bodies of them can move against each other (one has a free
+    dof) and no rule lets them pass. told: set of the warnings so far, extended here; above: stack level of the caller who is
+    warned; meshes_are_free: some mesh moves as a whole; meet(a, b): True if a rule lets two species meet."""
     known = {frozenset(pair) for pair in _core.pairs()}
     names, own = np.array(_core.shapes())[scene.contactor("shape")], scene.contactor("body")
     thin = (names == "segment") & (own >= 0) & (scene.contactor("radius") == 0)
@@ -25,24 +26,71 @@ def warn(scene, told, above, meshes_are_free=False):
         warnings.warn(f"{text}; give cairn.segment(..., radius=...), or a wall", ShapesWarning, stacklevel=above + 1)
     if meshes_are_free:
         _warn_of_sides_alone(names, own, known, told, above + 1)
-    moves = np.append(np.isfinite(scene.raw_body("mass")).ravel(), True)[np.maximum(own, -1)]
-    for a in set(_core.shapes("mover")) & set(names[moves]):
-        for b in set(names) - {a}:
+    rigid = np.flatnonzero(own >= 0)
+    names, own, species = names[rigid], own[rigid], scene.contactor("material")[rigid]
+    free, found = _free(scene), sorted(set(names))
+    for k, a in enumerate(found):
+        for b in found[k:]:
             pair = frozenset((a, b))
             if pair in known or pair in told:
                 continue
+            unmet = _unmet(names == a, names == b, own, species, free, meet)
+            if unmet is None or _both_are_endless(a, b) and _something_between(scene, unmet, own, names, free, known):
+                continue
             told.add(pair)
-            first, second = sorted(pair)
-            text = f"there is no contact between shapes {first} and {second}: these bodies pass through each other"
+            first, second = np.sort(scene.raw_body("id").ravel()[list(unmet)])
+            text = f"there is no contact between shapes {a} and {b}: bodies such as {first} and {second} pass through each other"
             warnings.warn(text, ShapesWarning, stacklevel=above + 1)
 
 
+def _free(scene):
+    """Mask (bodies,) of the bodies with a free dof, in internal order."""
+    mass, inertia = scene.raw_body("mass").ravel(), scene.raw_body("inertia")
+    inertia = np.reshape(inertia, (len(mass), 1 if scene.dim == 2 else 3))
+    finite = np.isfinite(np.concatenate([np.repeat(mass[:, None], scene.dim, axis=1), inertia], axis=1))
+    driven = scene.raw_body("driven").ravel()
+    bits = driven[:, None] >> np.arange(finite.shape[1]) & 1 if len(driven) else np.zeros(finite.shape, int)
+    return np.any(finite & (bits == 0), axis=1)
+
+
+def _unmet(of_a, of_b, own, species, free, meet):
+    """Internal numbers of two bodies with contactors of a and of b, a free one first, whose species meet; None without any."""
+    kinds = [{s: np.unique(own[of & (species == s)]) for s in np.unique(species[of])} for of in (of_a, of_b)]
+    for i, first in kinds[0].items():
+        for j, second in kinds[1].items():
+            if meet is not None and not meet(int(i), int(j)):
+                continue
+            for mover, other in ((first, second), (second, first)):
+                moving = mover[free[mover]]
+                if len(moving):
+                    others = other[other != moving[0]]
+                    if len(others):
+                        return moving[0], others[0]
+                    if len(moving) > 1:  # the other is one body, the first that moves
+                        return moving[1], other[0]
+    return None
+
+
+def _both_are_endless(a, b):
+    """True for planes and tubes, which cut each other everywhere and are kept apart by bodies between them."""
+    return not {a, b} & set(_core.shapes("bounded"))
+
+
+def _something_between(scene, pair, own, names, free, known):
+    """True if a free body has contact with both walls of a pair."""
+    shapes = [set(names[own == body]) for body in pair]
+    apart = free[own] & ~np.isin(own, pair)
+    return any(all(any(frozenset((name, s)) in known for s in of) for of in shapes) for name in set(names[apart]))
+
+
 def _warn_of_sides_alone(names, own, known, told, above):
-    """Warns of meshes whose sides touch and none of whose nodes do, beside what has contacts with nodes alone."""
+    """Warns of meshes with contactors on sides and none on nodes, beside shapes that have contact with nodes alone."""
     of_meshes, rigid = set(names[own < 0]), set(names[own >= 0])
     sides, points = of_meshes & {"segment", "facet"}, of_meshes & {"disk", "sphere"}
     if points or "sides" in told:
         return
+    if len(np.unique(own[own < 0])) > 1:
+        rigid |= sides
     unmet = sorted({b for side in sides for b in rigid if frozenset((side, b)) not in known})
     if unmet:
         told.add("sides")

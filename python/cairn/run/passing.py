@@ -1,0 +1,156 @@
+"""Bodies that pass through each other in the flight to the configuration of detection, which finds them on the far side."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from ..build.extents import Placed
+from ..post.geometry import turn
+from .views import core_of
+
+MOST = 16  # number of the fastest bodies looked at in a step, and of contactors near the path of each
+BEYOND = 0.25  # share of the mover's size by which it is on its way out again at detection
+FINE = 8192  # largest number of samples of a path
+WITHIN = 0.9  # share of the mover's size below which a sample lies within a body; above it the two touch
+FEW = 1000  # number of bodies up to which speeds are read in every step, of strategies that do not report ways
+SELDOM = 32  # steps between two readings of more bodies
+
+
+class Passage(NamedTuple):
+    """Ids of the mover and of the body it passed through; its speed [m/s], its size [m], its path over that size."""
+
+    body: int
+    other: int
+    speed: float
+    size: float
+    ways: float
+
+
+class Flights:
+    """Search for passages; shapes are kept while no body comes in or goes."""
+
+    def __init__(self):
+        self._of, self._placed = None, None
+
+    def look(self, simulation, info, h):
+        """The first Passage of a step of h [s]; None: there was none, or no body moved by more than its size."""
+        core = core_of(simulation)
+        if "events" in info or info.get("sub_steps", 1) > 1:  # impacts are timed, or the report is of the last part alone
+            return None
+        flight = info["time_detection"] - (info["time"] - info["dt"]) if simulation.strategy.stages else h
+        if not flight > 0 or not self._may_pass(simulation, info, flight, h):
+            return None
+        key = (core.scene.body_count, core.order_version)
+        if self._of != key:
+            self._of, self._placed = key, _Shapes(simulation, core)
+        shapes, dim = self._placed, simulation.scene.dim
+        if simulation.strategy.stages:
+            start, velocity = core.scene.body("position_begin"), core.scene.body("velocity_begin")[:, :dim]
+        else:
+            velocity = core.scene.body("velocity")[:, :dim]
+            start = core.scene.body("position") - h * velocity
+        speed = np.linalg.norm(velocity, axis=1)
+        ways = np.divide(flight * speed, shapes.size, out=np.zeros(len(speed)), where=shapes.size > 0)
+        for i in np.argsort(-ways)[:MOST]:
+            if not ways[i] > 1:
+                return None
+            other = shapes.passed(i, start, flight * velocity, simulation._table)
+            if other is not None:
+                ids = core.scene.body("id")
+                return Passage(int(ids[i]), int(ids[other]), float(speed[i]), float(shapes.size[i]), float(ways[i]))
+        return None
+
+    @staticmethod
+    def _may_pass(simulation, info, flight, h):
+        """True if a body may move by more than its size in the flight; a cheap bound."""
+        if info.get("way", 0.0) > 0:
+            return info["way"] * flight > h
+        if not len(simulation.bodies):
+            return False
+        few = len(simulation.bodies) <= FEW
+        return few or simulation.steps % SELDOM == 0
+
+
+class _Shapes:
+    """Contactors of rigid bodies, with the distance of a point from each."""
+
+    def __init__(self, simulation, core):
+        self.placed = p = Placed(core.scene)
+        self.dim, m = p.dim, len(p.owner)
+        self.size = np.maximum(simulation.radii(), p.sizes(np.arange(len(p.ids))))
+        self.radius, self.material = p.field("radius"), p.field("material")
+        offset, direction = p.field("offset"), p.field("direction")
+        self.offset = np.reshape(offset, (m, self.dim)) if len(offset) else np.zeros((m, self.dim))
+        self.direction = np.reshape(direction, (m, self.dim + 1)) if len(direction) else np.zeros((m, self.dim + 1))
+        self.bound = self.radius + np.where(p.shape == "segment", np.abs(self.direction[:, -1]), 0.0)
+        hulls = np.flatnonzero(p.hull >= 0)
+        self.bound[hulls] = p.hulls["radius"][p.hull[hulls]] if len(hulls) else 0.0
+        known = {frozenset(pair) for pair in _core.pairs()}
+        seen = set(_core.shapes("bounded")) - {"ring"}  # shapes with a far side
+        self.seen = np.isin(p.shape, list(seen))
+        names = sorted(set(p.shape))
+        self.meets = {a: np.isin(p.shape, [b for b in names if frozenset((a, b)) in known]) for a in names}
+        self.own = {}
+
+    def passed(self, i, start, way, table):
+        """Row of the body that body i passed through. start, way (bodies, dim) [m] of all bodies; None without such a body."""
+        p, size = self.placed, self.size[i]
+        rotation = p.core.body("rotation_begin") if len(p.core.body("rotation")) == len(p.ids) else np.zeros(0)
+        own = np.flatnonzero(p.owner == i)
+        if not len(own):
+            return None
+        centre = start[p.owner] + (turn(rotation[p.owner], self.offset, self.dim) if len(rotation) else self.offset)
+        apart, w = start[i] - centre, way[i] - way[p.owner]
+        square = np.sum(w * w, axis=1)
+        nearest = np.clip(np.divide(-np.sum(apart * w, axis=1), square, out=np.zeros(len(w)), where=square > 0), 0, 1)
+        distance = np.linalg.norm(apart + nearest[:, None] * w, axis=1)
+        near = self.seen & self.meets[p.shape[own[0]]] & (p.owner != i) & (square > size**2) & (distance < self.bound + size)
+        found = np.flatnonzero(near)
+        for k in found[np.argsort(distance[found])][:MOST]:
+            if not table.meet(int(self.material[own[0]]), int(self.material[k])):
+                continue
+            reach = 2 * (self.bound[k] + size) / np.sqrt(square[k])
+            count = int(np.clip(16 * (self.bound[k] + size) / size, 65, FINE))
+            t = np.clip(nearest[k] + np.linspace(-reach, reach, count), 0, 1)
+            x = apart[k] + np.concatenate([[0.0], t, [1.0]])[:, None] * w[k]
+            if len(rotation):
+                x = _into_body(rotation[p.owner[k]], x, self.dim)
+            depth = self._depth(k, x)
+            deepest = np.min(depth)
+            if deepest < WITHIN * size <= depth[0] and depth[-1] > min(WITHIN * size, deepest + BEYOND * size):
+                return int(p.owner[k])
+        return None
+
+    def _depth(self, k, x):
+        """Distance (n,) [m] of points (n, dim) in the axes of contactor k from its surface, negative inside, or a lower bound."""
+        p = self.placed
+        shape, hull = p.shape[k], p.hull[k]
+        if shape == "segment":
+            along = np.clip(x @ self.direction[k, :2], -self.direction[k, 2], self.direction[k, 2])
+            return np.linalg.norm(x - along[:, None] * self.direction[k, :2], axis=1) - self.radius[k]
+        if hull < 0:
+            return np.linalg.norm(x, axis=1) - self.radius[k]
+        normal, offset = p.planes(hull)
+        if shape in ("capsule", "cylinder"):
+            half = np.abs(p.vertices(hull)[:, 2]).max()
+            across, beyond = np.linalg.norm(x[:, :2], axis=1), np.abs(x[:, 2]) - half
+            if shape == "cylinder":
+                return np.maximum(across - offset[0], beyond)
+            return np.hypot(across, np.maximum(beyond, 0)) - offset[0]
+        if shape == "superquadric":
+            return (np.linalg.norm(x / offset[:3], axis=1) - 1) * offset[:3].min()
+        depth = np.max(x @ normal.T - offset, axis=1)
+        if shape == "facet":
+            a, b, c = p.vertices(hull)[:3]
+            inner = [np.cross(normal[0], q - r) @ (x - r).T for q, r in ((b, a), (c, b), (a, c))]
+            depth = np.where(np.min(inner, axis=0) >= 0, np.abs(x @ normal[0] - offset[0]), np.inf)
+        return depth
+
+
+def _into_body(rotation, x, dim):
+    """Vectors (n, dim) from space into the axes of a body."""
+    back = -rotation if dim == 2 else rotation * np.array([1.0, -1.0, -1.0, -1.0])
+    return turn(np.broadcast_to(back, (len(x), *np.shape(back))), x, dim)

@@ -1,0 +1,57 @@
+"""Overlap that grows from step to step: errors within the tolerance add up, since overlap is not pushed back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..build.extents import Placed
+from .sets import found
+from .views import core_of
+
+WINDOW = 16  # number of converged steps whose smallest overlap counts, so that momentary overlaps of impacts do not
+SINKS = 0.05  # least overlap that is warned of, over the size of the smaller body
+RISES = 3  # number of windows with a larger overlap than all windows before
+MORE = 1.02  # ratio of two overlaps that counts as larger
+
+
+class Sinking:
+    """The overlaps of the steps of a run, WINDOW by WINDOW."""
+
+    def __init__(self):
+        self._count, self._least, self._levels, self._rises = 0, np.inf, [0.0], 0
+
+    def look(self, overlap, first):
+        """Takes the overlap of a converged step, over the size of the smaller body; first: that of the start. Returns the overlap
+        of some windows before and the number of steps since, once overlaps have grown beyond SINKS; else None."""
+        self._count += 1
+        self._least = min(self._least, overlap)
+        if self._count % WINDOW:
+            return None
+        least, self._least = self._least, np.inf
+        rises = least > MORE * max(self._levels)
+        self._rises = self._rises + 1 if rises else max(self._rises - 1, 0)
+        self._levels = [*self._levels[-RISES:], least]
+        if self._rises < RISES or least <= max(SINKS, 2 * first):
+            return None
+        return self._levels[0], WINDOW * (len(self._levels) - 1)
+
+
+def deepest_pair(simulation):
+    """Ids of the two bodies with the largest overlap over the size of the smaller one in the last step; None without overlap."""
+    core = core_of(simulation)
+    gap, pairs = core.contact("gap"), core.contact("bodies")
+    deep = np.flatnonzero(gap < 0)
+    if not len(deep):
+        return None
+    relative = overlaps_of(simulation, gap[deep], pairs[deep])
+    return tuple(int(i) for i in pairs[deep[int(np.argmax(relative))]])
+
+
+def overlaps_of(simulation, gap, pairs):
+    """Overlaps (n,) of contacts over the size of the smaller body: its radius, or half of its least width. gap (n,) [m]; pairs
+    (n, 2) ids; nodes of meshes have no size."""
+    scene = core_of(simulation).scene
+    there, rows = found(pairs, scene.body("id"))
+    radius = np.maximum(simulation.radii(), Placed(scene).sizes(np.unique(rows[there])))
+    radius = np.append(np.where(radius > 0, radius, np.inf), np.inf)[np.where(there, rows, len(radius))]
+    return -gap / np.min(radius, axis=1)
