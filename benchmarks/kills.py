@@ -45,7 +45,7 @@ def _capsules():
 
 
 def _mesh():
-    from cairn.build.elastic import ElasticBody
+    from cairn.model.elastic import ElasticBody
 
     x, y = np.meshgrid(np.linspace(0, 1, 7), np.linspace(0.02, 0.32, 3))
     a = (np.arange(6) + 7 * np.arange(2)[:, None]).ravel()

@@ -26,7 +26,7 @@ os.environ["OMP_NUM_THREADS"] = "1"
 
 import cairn as cn
 import numpy as np
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 
 ROCK = cn.Material("rock", density=2000.0)
 YOUNG = 1e7

@@ -1,5 +1,5 @@
 // Forces of meshes that another code finds: a routine of a library, or a Python object, see
-// python/cairn/build/callbacks.py.
+// python/cairn/model/callbacks.py.
 #include "arrays.hpp"
 #include "fe/called_forces.hpp"
 #include "laws/plug.hpp"

@@ -1,4 +1,4 @@
-// Bars and beams that move far, see python/cairn/build/moving_frames.py.
+// Bars and beams that move far, see python/cairn/model/moving_frames.py.
 #include "arrays.hpp"
 #include "fe/frame_model.hpp"
 

@@ -62,8 +62,8 @@ def page():
 
 def law_parameters(laws):
     """Each parameter of each contact law with its unit, range, default and meaning, as help() tells them."""
-    known = runpy.run_path(str(ROOT / "python/cairn/build/law_parameters.py"))["told"]
-    lines = ["## Parameters of contact laws", "`python/cairn/build/law_parameters.py`", ""]
+    known = runpy.run_path(str(ROOT / "python/cairn/model/law_parameters.py"))["told"]
+    lines = ["## Parameters of contact laws", "`python/cairn/model/law_parameters.py`", ""]
     lines += ["| law | parameter | unit | from | to | when not given | meaning |", "|" + "---|" * 7]
     for _, law, _, _, parameters, *_ in laws:
         for word in parameters.split():

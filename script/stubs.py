@@ -80,7 +80,7 @@ def of_dataclass(cls, base):
 
 def package(folder):
     """The stub of the package."""
-    out = [*sorted({*exports("."), *later()}), "from typing import Any", "from .build.bulk import BulkMaterial"]
+    out = [*sorted({*exports("."), *later()}), "from typing import Any", "from .model.bulk import BulkMaterial"]
     out += ["from .run.integrators import Integrator", "from .run.strategies import ContactSolver, ProblemSolver, Strategy", ""]
     for rows, base in ((_core.laws(), "Law"), (_core.bulk_materials(), "BulkMaterial")):
         out += [made(d["python_name"], base, [(p[0], "float", p[1]) for p in d["parameters"]]) for d in rows]

@@ -100,7 +100,7 @@ def dragged(options):
 
 def tractions(sim):
     """Places of the nodes of the foot [m], pressure and shear on them [Pa]."""
-    from cairn.build.mesh_measures import surface_vectors
+    from cairn.model.mesh_measures import surface_vectors
 
     mesh = sim.meshes[1]
     nodes = mesh.body.groups["face"][1:-1]

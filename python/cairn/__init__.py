@@ -13,15 +13,15 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, names, pre
 from ._core import Error
-from .build import laws
-from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
-from .build.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
-from .build.laws import Law
-from .build.materials import Material
-from .build.missing_laws import MissingLawWarning
-from .build.round_shapes import capsules, cylinders, superquadrics
-from .build.scene import Periodic, Scene
-from .build.shapes import boxes, polygons, polyhedra, with_corners
+from .model import laws
+from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
+from .model.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
+from .model.laws import Law
+from .model.materials import Material
+from .model.missing_laws import MissingLawWarning
+from .model.round_shapes import capsules, cylinders, superquadrics
+from .model.scene import Periodic, Scene
+from .model.shapes import boxes, polygons, polyhedra, with_corners
 from .plugs.plug import plug
 from .post.errors import FileError
 from .post.load import load
@@ -43,21 +43,21 @@ from .run.time_functions import Harmonic, Table
 from .run.unmet_shapes import ShapesWarning
 
 _LATER = {
-    "ElasticBody": "build.elastic",
-    "LinearBody": "build.meshes",
-    "BodyStep": "build.callbacks",
-    "CallbackBody": "build.callbacks",
-    "SolidBody": "build.solid",
-    "bars": "build.frames",
-    "beams": "build.frames",
-    "deformable": "build.meshes",
-    "tied": "build.ties",
+    "ElasticBody": "model.elastic",
+    "LinearBody": "model.meshes",
+    "BodyStep": "model.callbacks",
+    "CallbackBody": "model.callbacks",
+    "SolidBody": "model.solid",
+    "bars": "model.frames",
+    "beams": "model.frames",
+    "deformable": "model.meshes",
+    "tied": "model.ties",
     "find_equilibrium": "run.equilibrium",
-    "surface": "build.surfaces",
+    "surface": "model.surfaces",
 }
-_LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "build.bulk")
+_LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "model.bulk")
 _PARTS = {
-    "fracture": "build.fracture", "legacy": "legacy", "networks": "networks", "problems": "problems", "soe": "run.soe",
+    "fracture": "model.fracture", "legacy": "legacy", "networks": "networks", "problems": "problems", "soe": "run.soe",
     "study": "study",
 }
 

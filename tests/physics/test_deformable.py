@@ -5,7 +5,7 @@ import cairn as cn
 import h5py
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from report import judge
 from test_elastic import grid
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from report import judge
 
 

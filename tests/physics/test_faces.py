@@ -4,7 +4,7 @@ carried by a face, the balance of energy, restart."""
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from report import judge
 from test_deformable import STEEL, at, scene_of
 from test_elastic import grid

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cairn import ElasticBody, J2Plasticity, NeoHookean, SolidBody
-from cairn.build.bulk import BULK_MATERIALS
+from cairn.model.bulk import BULK_MATERIALS
 from report import judge
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))

@@ -7,7 +7,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import SolidBody
-from cairn.build.bulk import BULK_MATERIALS
+from cairn.model.bulk import BULK_MATERIALS
 from report import judge
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from report import judge
 from test_elastic import grid
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 
 ROCK = cn.Material("rock", density=1000.0)
 SHARP = cn.NLGS(tol=1e-12, max_iter=20000)

@@ -77,7 +77,7 @@ def test_under_mortar_it_is_uniform_on_both_sides(kind):
 
 @pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "hexahedron27", "hexahedron"])
 def test_what_nodes_stand_for_is_the_surface(kind):
-    from cairn.build.mesh_measures import surface_vectors
+    from cairn.model.mesh_measures import surface_vectors
 
     points, cells = box(kind, (2, 2, 2), (1.0, 1.0, 1.0))
     body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e5, poisson=0.3), density=1.0)

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from small_scenes import ROCK, grid, heap
 
 

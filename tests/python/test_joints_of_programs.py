@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build import bodies
+from cairn.model import bodies
 from programs import told_by
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import cairn as cn
 import pytest
 from cairn import _core
-from cairn.build.law_parameters import ONE_LAW, SHARED, told
-from cairn.build.laws import LAWS
+from cairn.model.law_parameters import ONE_LAW, SHARED, told
+from cairn.model.laws import LAWS
 
 ROOT = Path(__file__).resolve().parents[2]
 ROWS = [(law["python_name"], parameter[0]) for law in _core.laws() for parameter in law["parameters"]]

@@ -5,7 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.missing_laws import missing_laws
+from cairn.model.missing_laws import missing_laws
 from small_scenes import ROCK, SAND
 
 STEEL = cn.Material("steel", density=7800.0)

@@ -159,7 +159,7 @@ def test_explicit_steps_with_it():
 
 def test_large_bodies_have_their_first_modes_from_lanczos():
     """The same as by full matrices."""
-    from cairn.build import modal_damping
+    from cairn.model import modal_damping
 
     body = plate(cells=(40, 12))
     free = np.setdiff1d(np.arange(body.points.size), body.dofs({"left": "xy"}))

@@ -4,7 +4,7 @@ cells are bodies of their own."""
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build import opening_faces
+from cairn.model import opening_faces
 
 ROCK = cn.Material("rock", density=2500.0)
 YOUNG = 30e9

@@ -6,7 +6,7 @@ import itertools
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build import opening_faces
+from cairn.model import opening_faces
 from test_opening_faces import HIGH, ROCK, WIDE, YOUNG, at_rest, body_of, copies, crack, quantities, zone
 
 

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.pressure import forces, pressed_sides
+from cairn.model.pressure import forces, pressed_sides
 from second_order import CELLS, box
 
 SOLID = CELLS[3]

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.build.mesh_faces import outwards
+from cairn.model.mesh_faces import outwards
 from second_order import box
 
 KINDS = {2: ("triangle", "quad", "quad8"), 3: ("tetra", "hexahedron", "tetra10")}

@@ -4,7 +4,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import J2Plasticity, KelvinVoigt, NeoHookean, SolidBody, _core
-from cairn.build.bulk import BULK_MATERIALS
+from cairn.model.bulk import BULK_MATERIALS
 from cairn.run.views import core_of
 from second_order import box
 

@@ -8,7 +8,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import NeoHookean, SolidBody
-from cairn.build.bulk import BULK_MATERIALS
+from cairn.model.bulk import BULK_MATERIALS
 from second_order import CELLS, box
 
 ALL = [(dim, kind) for dim, kinds in CELLS.items() for kind in kinds]

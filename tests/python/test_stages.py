@@ -7,7 +7,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import _core
-from cairn.build.elastic import ElasticBody
+from cairn.model.elastic import ElasticBody
 from cairn.run import strategies
 from small_scenes import ROCK, differing, heap, state
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import cairn as cn
 import pytest
 from cairn import _core
-from cairn.build import bulk
+from cairn.model import bulk
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python/cairn"

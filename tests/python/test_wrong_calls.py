@@ -96,7 +96,7 @@ def test_a_type_error_of_ones_own_stays():
 
 def test_functions_stay_what_they_were():
     assert pickle.loads(pickle.dumps(cn.disks)) is cn.disks
-    assert cn.disks.__doc__.startswith("Disks in 2D") and cn.disks.__module__ == "cairn.build.bodies"
+    assert cn.disks.__doc__.startswith("Disks in 2D") and cn.disks.__module__ == "cairn.model.bodies"
     assert cn.NSCD(theta=1.0) == cn.NSCD(theta=1.0)
 
 

@@ -55,7 +55,7 @@ def main(options):
                 if command.stopped is None or end.code not in (None, 0):
                     raise
         return command.status
-    from ..build.scene import Scene
+    from ..model.scene import Scene
     from ..run.simulation import Simulation
 
     scene = Scene.load(options.what)

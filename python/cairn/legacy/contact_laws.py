@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..build import laws
+from ..model import laws
 
 # Values of a law, row by row of the file: names of ours for what stands in columns 46-59, 67-80.
 _FRICTION = ("fric",)

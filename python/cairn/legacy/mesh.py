@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..build.materials import Material
+from ..model.materials import Material
 from . import solids
 from .text import LegacyError, Reader
 
@@ -252,7 +252,7 @@ def _why_not(box, mesh, models, drives):
 
 def _heated(box, mesh, models, drives, origin):
     """A body whose nodes hold still and conduct; what heats it stands in origin.heated."""
-    from ..build.meshes import deformable
+    from ..model.meshes import deformable
     from .networks import properties
 
     _, _, model, name = mesh.cells[0]
@@ -301,9 +301,9 @@ def _density(box, mesh, name):
 
 
 def _body(box, mesh, models):
-    from ..build.bulk import BULK_MATERIALS
-    from ..build.elastic import ElasticBody
-    from ..build.solid import SolidBody
+    from ..model.bulk import BULK_MATERIALS
+    from ..model.elastic import ElasticBody
+    from ..model.solid import SolidBody
 
     _, _, model, name = mesh.cells[0]
     material = box.materials[name]
@@ -330,8 +330,8 @@ def _body(box, mesh, models):
 
 def _of_several(box, mesh, models, points, cells, given):
     """A body of several materials: each cell has its own, and their density."""
-    from ..build.bulk import BULK_MATERIALS
-    from ..build.solid import SolidBody
+    from ..model.bulk import BULK_MATERIALS
+    from ..model.solid import SolidBody
 
     made, which, density = {}, {}, {}
     for element, _, model, name in mesh.cells:
@@ -350,7 +350,7 @@ def _of_several(box, mesh, models, points, cells, given):
 
 
 def _deformable(box, mesh, models, drives, state, materials, origin):
-    from ..build.meshes import deformable
+    from ..model.meshes import deformable
     from .scene import _function
 
     if models[mesh.cells[0][2]].get("physics") == "THERM":

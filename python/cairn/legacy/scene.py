@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import _core
-from ..build import bodies, round_shapes, shapes
-from ..build.materials import Material
-from ..build.scene import Scene
-from ..build.shapes import Hulls
+from ..model import bodies, round_shapes, shapes
+from ..model.materials import Material
+from ..model.scene import Scene
+from ..model.shapes import Hulls
 from ..pre import checks
 from ..run import time_functions
 from . import datbox, mesh, networks

@@ -42,7 +42,7 @@ def solid_material(box, options, material):
     kind = KINDS[asked(options, material)]
     if kind is None:
         return None
-    from ..build import bulk
+    from ..model import bulk
 
     path = box.folder / "BULK_BEHAV.DAT"
     young, poisson = elastic(box, material)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..build.materials import OfTemperature
+from ..model.materials import OfTemperature
 
 
 def _constant(name, material, value):

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from ..build.materials import OfTemperature
+from ..model.materials import OfTemperature
 from ..pre import checks
 from ..run import time_functions
 from ..run.strategies import SmoothDEM

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from .. import _core
-from ..build import laws
+from ..model import laws
 from ..names import listed
 from ..pre import checks
 
@@ -79,7 +79,7 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     if time_limit is not None and not isolate:
         raise ValueError(f"time_limit is {time_limit!r}, of a routine in a process of its own: give isolate=True, too")
     if kind == "material":
-        from ..build.bulk import plugged_material
+        from ..model.bulk import plugged_material
 
         states = checks.count("state", state, 0, checks.INT32)
         limit = checks.positive("time_limit", 60.0 if time_limit is None else time_limit) if isolate else 0.0
@@ -91,7 +91,7 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         routine.plug_pair(str(of))
         return Pair(name, of)
     if kind == "body":
-        from ..build.callbacks import CalledRoutine
+        from ..model.callbacks import CalledRoutine
 
         parameters = routine.described()["parameters"]
         if params is None:

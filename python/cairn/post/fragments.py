@@ -54,7 +54,7 @@ def _pieces_of(mesh):
 
 def _written_pieces(step):
     """The same of all meshes of an output."""
-    from ..build.opening_faces import parts_of  # scenes without meshes do not load it
+    from ..model.opening_faces import parts_of  # scenes without meshes do not load it
 
     out = []
     for mesh, opens in meshes_of(step):

@@ -131,7 +131,7 @@ class Blocks:
     def sets(self, material, **options):
         """One set of bodies for each part, in the order of their first block, and the row of each block among the ids that
         Scene.add returns for them: sets, rows. Blocks of the part "support" are fixed."""
-        from ..build import shapes
+        from ..model import shapes
 
         sets, order = [], []
         for name in dict.fromkeys(self.part):

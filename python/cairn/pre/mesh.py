@@ -56,7 +56,7 @@ def read(source, model: str | None = None):
     that gmsh writes. Raises FileError for a file that is not there or holds no such mesh, ValueError for a model that is not
     there or has no cells.
     """
-    from ..build import mesh_sources
+    from ..model import mesh_sources
 
     return mesh_sources.read(source, model)
 

@@ -21,7 +21,7 @@ def read_surface(path, scale=1.0):
     with a warning; faces of more corners are cut into triangles, convex or not. scale: metres of the file's unit. Raises
     FileNotFoundError, and ValueError naming the file that is no surface.
     """
-    from .importing import told_of
+    from .import_report import told_of
 
     scale, path = checks.positive("scale", scale), Path(path)
     if not path.exists():

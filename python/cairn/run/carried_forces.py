@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..build.bodies import _spread
+from ..model.bodies import _spread
 
 
 class CarriedForce:

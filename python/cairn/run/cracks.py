@@ -8,7 +8,7 @@ from copy import copy
 
 import numpy as np
 
-from ..build.bodies import replace
+from ..model.bodies import replace
 from .views import core_of
 
 OWN = ("id", "mesh", "mass")  # of a node; all else it has from the node that it was

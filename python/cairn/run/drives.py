@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..build.bodies import DOFS, rows
+from ..model.bodies import DOFS, rows
 from .sets import dofs_named, found
 
 

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 
 from .. import _core
-from ..build.extents import Placed
+from ..model.extents import Placed
 from ..post.geometry import turn
 from .sinking import overlaps_of
 from .step_warnings import OverlapWarning

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..build import bodies as sets
-from ..build.joints import ROWS, Cable, JointKind, joined
-from ..build.materials import Material
-from ..build.scene import rule
+from ..model import bodies as sets
+from ..model.joints import ROWS, Cable, JointKind, joined
+from ..model.materials import Material
+from ..model.scene import rule
 from .reshape import _account
 from .views import core_of
 

@@ -8,8 +8,8 @@ import itertools
 import numpy as np
 
 from .. import _core
-from ..build import bodies as sets
-from ..build.bodies import replace
+from ..model import bodies as sets
+from ..model.bodies import replace
 from .carried_forces import damping_of, force_of
 from .reshape import PassedContacts, _account, _set_of
 from .views import core_of

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..build.elastic import ElasticBody
+from ..model.elastic import ElasticBody
 from ..post.mesh_cells import VTK_CELLS, cells_of
 from .views import MeshView, core_of
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..build.mesh_faces import whole_sides
-from ..build.meshes import MovingMesh
+from ..model.mesh_faces import whole_sides
+from ..model.meshes import MovingMesh
 
 
 class Meshes:

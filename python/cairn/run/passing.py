@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from ..build.extents import Placed
+from ..model.extents import Placed
 from ..post.geometry import turn
 from .views import core_of
 

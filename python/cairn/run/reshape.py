@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..build import bodies as sets
-from ..build.bodies import replace
-from ..build.elastic import ElasticBody
-from ..build.meshes import deformable
-from ..build.shapes import Hulls
-from ..build.solid import SolidBody
+from ..model import bodies as sets
+from ..model.bodies import replace
+from ..model.elastic import ElasticBody
+from ..model.meshes import deformable
+from ..model.shapes import Hulls
+from ..model.solid import SolidBody
 from ..pre import checks
 from .carried_forces import carry, damping_of, force_of
 from .sets import place_of

@@ -6,7 +6,7 @@ import hashlib
 
 import numpy as np
 
-from ..build.scene import rules_to_dict
+from ..model.scene import rules_to_dict
 from . import cracks, restored
 from .sets import ids_of, later_to_dict
 

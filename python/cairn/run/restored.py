@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..build.scene import rules_from_dict, rules_to_dict
+from ..model.scene import rules_from_dict, rules_to_dict
 from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..build.bodies import BodySet, replace
+from ..model.bodies import BodySet, replace
 from ..pre import checks
 from . import time_functions
 
@@ -17,7 +17,7 @@ def later_to_dict(s, sets):
         if next(other for other in sets if other.mesh is s.mesh) is s:  # its sides come with it
             out |= _mesh_to_dict(s.mesh, sets)
     elif s.mass is not None:
-        from ..build.scene import set_to_dict
+        from ..model.scene import set_to_dict
 
         out["body"] = set_to_dict(replace(s, velocity=None, drive=None, force=None, damping=None))
     for name in FUNCTIONS:
@@ -36,7 +36,7 @@ def place_of(s, sets):
 
 def _mesh_to_dict(d, sets):
     """What a Deformable was made of, if a file can hold it, and what rigid body it was."""
-    from ..build.mesh_files import to_dict
+    from ..model.mesh_files import to_dict
 
     try:
         out = {"made": to_dict(d)}
@@ -57,7 +57,7 @@ def _mesh_to_dict(d, sets):
 
 def mesh_from_dict(content, ids, sets):
     """The sets of a mesh that came in later, with the ids of each; sets: those before it."""
-    from ..build.mesh_files import from_dict
+    from ..model.mesh_files import from_dict
     from .carried_forces import carry
 
     made = from_dict(content["made"])
@@ -77,7 +77,7 @@ def mesh_from_dict(content, ids, sets):
 
 def later_from_dict(dim, d, **functions):
     """The set of rigid bodies, or the carrier of what drives them, again; functions: those in Python, which no file holds."""
-    from ..build.scene import set_from_dict
+    from ..model.scene import set_from_dict
 
     ids = np.asarray(d["ids"], np.int64)
     n, values = len(ids), {name: time_functions.from_dict(d[name]) for name in FUNCTIONS if name in d and name not in functions}

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .. import _core
-from ..build.laws import Law
+from ..model.laws import Law
 from .views import core_of
 
 STAGES = {"contact_laws": "impulses and states of laws with a solution of their own"}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..build import bodies, missing_laws
-from ..build.scene import Scene, checked_sets, insert, rule
+from ..model import bodies, missing_laws
+from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import cracks, first_overlaps, unmet_shapes, views
@@ -393,7 +393,7 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     def add(self, *sets):
         """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
-        from ..build.bodies import replace
+        from ..model.bodies import replace
 
         self.between_steps("add")
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
@@ -532,7 +532,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
 
     def _rows(self, name, value, alive):
-        from ..build.bodies import _spread
+        from ..model.bodies import _spread
 
         return np.ascontiguousarray(_spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..build.extents import Placed
+from ..model.extents import Placed
 from .sets import found
 from .views import core_of
 

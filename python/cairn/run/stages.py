@@ -163,7 +163,7 @@ class Stages:
         meshes = self._simulation.meshes
         if not meshes:
             return False
-        from ..build.meshes import is_linear
+        from ..model.meshes import is_linear
 
         return not all(is_linear(mesh.body) for mesh in meshes)
 

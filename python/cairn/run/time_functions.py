@@ -129,7 +129,7 @@ def from_dict(d):
     if d["kind"] == "harmonic":
         return Harmonic(d["amplitude"], float(d["frequency"]), d["mean"], float(d["phase"]))
     if d["kind"] == "of_temperature":
-        from ..build.materials import OfTemperature
+        from ..model.materials import OfTemperature
 
         return OfTemperature(tuple(d["temperatures"]), tuple(d["values"]))
     if d["kind"] == "ramp":

@@ -401,7 +401,7 @@ class MeshView(_View):
         """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
         mean of the true stresses that the last step found, (m, 6)."""
         if hasattr(self.body, "blocks"):
-            from ..build.solid import by_kinds
+            from ..model.solid import by_kinds
 
             return by_kinds(self.body, (stress for stress, _ in self._bulk()))
         found, warmth = self.body.stress(self.displacement), self._warmth()
@@ -459,7 +459,7 @@ class MeshView(_View):
 
     def body_nodes(self, group):
         """Nodes of a group of the mesh, or the numbers themselves."""
-        from ..build.meshes import _group
+        from ..model.meshes import _group
 
         return _group(self.body, group)
 
@@ -474,7 +474,7 @@ class MeshView(_View):
     @property
     def contact_pressure(self):
         """Of contacts on the nodes, over the part of the surface that each stands for where it is now, (n,) [Pa]."""
-        from ..build.mesh_measures import pressure_of
+        from ..model.mesh_measures import pressure_of
 
         return pressure_of(self.body, self.displacement, self.contact_force)
 
@@ -482,7 +482,7 @@ class MeshView(_View):
     def strain(self):
         """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], shear halved: small for a
         linear body and small kinematics, else Hencky's ln V in the axes of space."""
-        from ..build.mesh_measures import mean_strain
+        from ..model.mesh_measures import mean_strain
 
         large = getattr(self.body, "kinematics", "small") != "small"
         return mean_strain(self.body, self.displacement, large)

@@ -67,7 +67,7 @@ def _planned(what, folder, figures, options, dt, sweep, protocol):
 
 
 def _targets(what, folder, options, dt):
-    from ..build.scene import Scene
+    from ..model.scene import Scene
 
     if isinstance(what, Scene):
         if folder is None:

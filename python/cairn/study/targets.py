@@ -74,7 +74,7 @@ class Target:
 
     def simulation(self, setting=None):
         """A cairn.Simulation of the scene, from its start, with the networks of the setting."""
-        from ..build.scene import Scene
+        from ..model.scene import Scene
         from ..run.simulation import Simulation
 
         built, self._built = self._scene_or_simulation(), None
@@ -143,7 +143,7 @@ def _module(path):
 
 
 def _load_scene(path):
-    from ..build.scene import Scene
+    from ..model.scene import Scene
 
     return Scene.load(path)
 

@@ -122,7 +122,7 @@ def _decoded(value):
         return sparse.csc_array((value["data"], value["indices"], value["indptr"]), shape=tuple(value["shape"]))
     if value["kind"] == "conductance":
         return CONDUCTANCES[value["class"]].from_values(value["values"])
-    if value["kind"] == "record" and value["module"].startswith(("cairn.build.", "cairn.networks.")):
+    if value["kind"] == "record" and value["module"].startswith(("cairn.model.", "cairn.networks.")):
         found = getattr(importlib.import_module(value["module"]), value["class"])
         if dataclasses.is_dataclass(found):
             return found(**{name: _decoded(part) for name, part in value["fields"].items()})

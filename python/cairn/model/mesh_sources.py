@@ -144,7 +144,7 @@ def told_of_contents(source, points, cells):
         yield
     except (ValueError, TypeError, ArithmeticError):
         if isinstance(source, (str, Path)):
-            from ..pre.importing import told_of
+            from ..pre.import_report import told_of
             from .elastic import ElasticBody
 
             with told_of(Path(source)):

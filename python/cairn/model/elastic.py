@@ -149,7 +149,7 @@ class ElasticBody:
     @classmethod
     def read(cls, path, **options):
         """From a file that meshio reads, a meshio.Mesh or the module gmsh; what it names becomes groups of nodes: see
-        cairn.build.mesh_sources. options: as of the class. Raises FileError for a file that is not there, or that holds no
+        cairn.model.mesh_sources. options: as of the class. Raises FileError for a file that is not there, or that holds no
         such mesh (a ValueError, too)."""
         from . import mesh_sources
 

@@ -1,0 +1,102 @@
+"""Report of an import of blocks, its warning and its error, and the bodies of a file before they are blocks."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..post.errors import DAMAGE, ContentError, FileError
+from . import mesh
+
+
+class BlocksWarning(UserWarning):
+    """Something in a file of blocks that may not be meant: its unit, or joints that it does not have."""
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """What an import found. blocks: how many; closed: of which the surface was closed as it came; repaired: what was done, by
+    block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
+    overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
+    make faces plane; parts: convex parts of all blocks; names: of each block, "" where the file has none; hints: what may not be
+    meant, each also a BlocksWarning; extent (dim,) [m] of all blocks along the axes; unit: that of the file, "" where it tells
+    none; scale: what was given to read it."""
+
+    blocks: int
+    closed: int
+    repaired: dict
+    hulls: list
+    volume: float
+    smallest_edge: float
+    overlaps: np.ndarray
+    overlap_depth: np.ndarray
+    joints: int
+    flattened: float = 0.0
+    parts: int = 0
+    names: tuple = ()
+    hints: tuple = ()
+    extent: tuple = ()
+    unit: str = ""
+    scale: float = 1.0
+
+    def __str__(self):
+        times = f" x {self.scale:g}" if self.scale != 1 else ""
+        unit = f"{self.unit}, by the file" if self.unit else "not told by the file, taken as the metre"
+        lines = [
+            f"{self.blocks} blocks, {self.closed} closed as they came, {len(self.repaired)} repaired, {len(self.hulls)} hulls"
+            + (f", {self.parts} convex parts" if self.parts > self.blocks else ""),
+            f"extent {' x '.join(f'{x:.4g}' for x in self.extent)} m; unit {unit}{times}",
+            f"volume {self.volume:.6g}, smallest edge {self.smallest_edge:.3g} m, {self.joints} joints",
+            f"{len(self.overlaps)} overlaps"
+            + (f", the deepest {self.overlap_depth.max():.3g} m" if len(self.overlaps) else ""),
+        ]
+        if self.flattened:
+            lines.append(f"corners moved by at most {self.flattened:.2g} m, so that faces are plane")
+        lines += [f"block {k}: {'; '.join(done)}" for k, done in list(self.repaired.items())[:5]]
+        lines += [f"look: {hint}" for hint in self.hints]
+        return "\n".join(lines)
+
+
+class BlocksFileError(ContentError, mesh.MeshError):
+    """A file of blocks that cannot be read, or whose surfaces bound none. fault, items: as of a MeshError, "" and none else."""
+
+    def __init__(self, path, error):
+        text = str(error) if isinstance(error, ValueError) else f"cannot be read ({type(error).__name__}: {error})"
+        name = Path(path).name
+        within = text.removeprefix(name)
+        apart = "" if within.startswith((",", ":", " ")) else ": "
+        ContentError.__init__(self, f"{path}{apart}{within}", "mend it, or write it again by the program that made it")
+        self.path = str(path)
+        self.fault, self.items = getattr(error, "fault", ""), getattr(error, "items", np.zeros(0, int))
+
+
+@contextlib.contextmanager
+def told_of(path):
+    """What is raised meanwhile because of a file of blocks, as BlocksFileError."""
+    try:
+        yield
+    except FileError:
+        raise
+    except (*DAMAGE, ArithmeticError, SystemExit) as error:
+        raise BlocksFileError(path, error) from error
+
+
+@dataclass
+class Raw:
+    """Bodies as a file holds them. soups: (vertices, faces, part, name) of one or more bodies, whose corners may be shared;
+    bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
+    bodies, their own where the file has one; in_metres: they come in metres, from a file that tells its unit; unit: its name."""
+
+    dim: int = 3
+    soups: list = field(default_factory=list)
+    bodies: list = field(default_factory=list)
+    parts: list = field(default_factory=list)
+    names: dict = field(default_factory=dict)
+    in_metres: bool = False
+    unit: str = ""
+
+    def label(self, file, k):
+        """How errors name a body."""
+        return f"{file}, block {k}" + (f" ({self.names[k]})" if self.names.get(k) else "")
