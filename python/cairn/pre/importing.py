@@ -19,7 +19,7 @@ from .block_overlaps import overlaps
 from .blocks import FLUSH, Blocks
 from .decompose import convex_parts
 from .flatten import flattened, plane_groups, rim
-from .import_report import BlocksWarning, ImportReport, Raw, told_of
+from .import_report import BlocksFileError, BlocksWarning, ImportReport, Raw, told_of  # noqa: F401
 from .obj_files import kind_of, read_objects
 from .polygon_faces import SINGLE, rounding
 from .polygon_faces import flat as flat_loops
