@@ -74,7 +74,7 @@ def test_a_servo_on_what_is_held_is_refused(name):
         made(force=np.eye(dim)[0])
     assert made(force=servo, mass=3.0, free=along).force is servo
     with pytest.raises(ValueError, match="the body is held"):
-        made(force=servo, mass=3.0, free=along).with_(driven=tuple(cn.build.bodies.DOFS[dim]))
+        made(force=servo, mass=3.0, free=along).with_(driven=tuple(cn.model.bodies.DOFS[dim]))
 
 
 def test_a_servo_on_a_body_that_is_held_is_refused():
