@@ -28,6 +28,7 @@ set(CAIRN_CORE_SOURCES
   detection/convex/convex_pair.f90
   detection/convex/convex_shape.f90
   detection/convex/convex_top.f90
+  detection/convex/flat_faces.f90
   detection/convex/rim_arcs.f90
   detection/grid/grid_levels.f90
   detection/grid/grid_search.f90

@@ -50,6 +50,7 @@ set(CAIRN_CXX_SOURCES
   contacts/anchors.cpp
   contacts/bonds.cpp
   contacts/contact_area.cpp
+  contacts/contact_curvature.cpp
   contacts/contact_flight.cpp
   contacts/contact_growth.cpp
   contacts/face_area.cpp

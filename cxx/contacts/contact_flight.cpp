@@ -12,6 +12,7 @@
 #include "../laws/bond_laws.hpp"
 #include "../solvers/sweeps/side_names.hpp"
 #include "body_axes.hpp"
+#include "contact_curvature.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -42,6 +43,12 @@ Curved curved(Shape a, Shape b) {
   case Shape::polyhedron: return ball ? Curved::plane : Curved::faces;
   default: return Curved::unknown;
   }
+}
+
+// Capsules, cylinders and superquadrics roll on what they meet by radii that their surfaces tell.
+bool has_radii(Shape a, Shape b) {
+  const auto round = [](Shape s) { return s == Shape::cylinder || s == Shape::capsule || s == Shape::superquadric; };
+  return round(a) || round(b);
 }
 
 // A routine of a user's library may find other surfaces than the names of the shapes tell.
@@ -212,11 +219,17 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   };
   if (how == Curved::plane && is_radial(b.side_a) && !turns(b.body_b[lane])) return; // what slides or rolls on a plane
   const bool bonded = is_sound_bond(b, lane);
+  const auto lies = [&] {
+    return info(shape_a).is_hull() && lies_with_others(*candidates, d, i, [&](std::int32_t of) { return body(of); });
+  };
   if (how == Curved::unknown || replaced(shape_a, shape_b)) {
-    if (bonded) flight_of_carried(b, lane, out);
+    if (bonded)
+      flight_of_carried(b, lane, out);
+    else if (!replaced(shape_a, shape_b) && has_radii(shape_a, shape_b) && !lies())
+      flight_of_surfaces(b, lane, out);
     return;
   }
-  if (info(shape_a).is_hull() && lies_with_others(*candidates, d, i, [&](std::int32_t of) { return body(of); })) return;
+  if (lies()) return;
   const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
   const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
   if (how == Curved::plane && !A.turns && !B.turns) return; // what slides on a plane
@@ -270,6 +283,104 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   const bool branch = how == Curved::round && is_radial(b.side_a) && is_radial(b.side_b);
   if (branch) turned_branch(A, B, n, ra, rb, gap, h, rate);
   for (int k = 1; k < d; ++k) out[k] = (branch ? 1 : h / 2) * dot(rate, axes[k]);
+}
+
+namespace {
+
+// Products in the plane across a normal: matrices (11, 12, 22) or (11, 12, 21, 22).
+using Planar = double[2];
+double product(const Planar a, const Planar b) { return a[0] * b[0] + a[1] * b[1]; }
+void apply(const double m[3], const Planar x, Planar y) {
+  const double first = m[0] * x[0] + m[1] * x[1];
+  y[1] = m[1] * x[0] + m[2] * x[1];
+  y[0] = first;
+}
+
+// How the point of contact of two surfaces moves, and what the gap gains by its moving.
+struct Travel {
+  Planar over_a{}, over_b{}; // velocity over each surface [m/s]
+  double gain = 0;           // second derivative of the gap beside that of the points that bodies carry [m/s2]
+};
+
+// The point of A moves at v against that of B, the normal of A turns at `tilt` against that of B, and that of B at
+// `swing`. With curvatures Ka and Kb and P = 1/(Ka + Kb) the point moves over B by P (tilt + Ka v), which draws the
+// surfaces together (Montana 1988), written so that a curvature without bound on one side does no harm.
+template <class Curvatures>
+Travel travel_of(const Curvatures& c, const double p[3], const Planar v, const Planar tilt, const Planar swing,
+                 double h) {
+  Travel out;
+  Planar rolled, bent, share, slid; // P tilt; Kb v, or Ka v where B is sharp; P Kb v; Ka P Kb v
+  apply(p, tilt, rolled);
+  apply((c.b.sharp ? c.a : c.b).k, v, bent);
+  apply(p, bent, share);
+  for (int k = 0; k < 2 && c.b.sharp; ++k) share[k] = v[k] - share[k]; // 1 - P Ka
+  if (c.a.sharp) {                                                     // (1 - Kb P) Kb v
+    apply(c.b.k, share, slid);
+    for (int k = 0; k < 2; ++k) slid[k] = bent[k] - slid[k];
+  } else {
+    apply(c.a.k, share, slid);
+  }
+  // farther than over the body nothing rolls in a step
+  const double way = h * std::sqrt(product(rolled, rolled));
+  if (way > c.size)
+    for (double& x : rolled) x *= c.size / way;
+  out.gain = 2 * product(swing, v) + 2 * product(tilt, share) + product(v, slid) - product(tilt, rolled);
+  for (int k = 0; k < 2; ++k) {
+    out.over_a[k] = rolled[k] - share[k];
+    out.over_b[k] = out.over_a[k] + v[k];
+  }
+  return out;
+}
+
+} // namespace
+
+// Of any two surfaces whose curvatures are known, one of which may have an edge or a corner there.
+void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  double axes[3][3] = {};
+  axes_of(b, 3, lane, axes);
+  const double *n = axes[0], gap = candidates->gap[i];
+  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], 3, h);
+  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], 3, h);
+  const Curvatures c = curvatures(i, axes);
+  double radii[3];
+  if (!c.known || c.a.rocks || c.b.rocks || (c.a.sharp && c.b.sharp) || !c.radii(radii)) return;
+  if (!A.turns && !B.turns && (c.a.is_flat() || c.b.is_flat())) return; // what slides on a plane
+  Vector lever[2], v[2], a[2], between{}, over_a{}, over_b{}, of_a, of_b;
+  for (const int side : {0, 1}) {
+    const double* from = (side ? b.lever_b : b.lever_a) + lane;
+    const std::int32_t contactor = side ? candidates->contactor_b[i] : candidates->contactor_a[i];
+    const double sense = side ? -1 : 1;
+    const bool round = is_radial(side ? b.side_b : b.side_a);
+    for (int k = 0; k < 3; ++k)
+      lever[side][k] = round ? -sense * *contactors->radius[contactor] * n[k]
+                             : from[std::ptrdiff_t(k) * b.count] + sense * gap / 2 * n[k];
+    (side ? B : A).carry(lever[side], v[side], a[side]);
+  }
+  if (sheared) image_velocity(*cell, candidates->image[i], between);
+  for (int k = 0; k < 3; ++k) between[k] = v[0][k] - v[1][k] - between[k];
+  Vector turn_a, turn_b;
+  cross(A.spin, n, turn_a);
+  cross(B.spin, n, turn_b);
+  const double kept_a = std::sqrt(A.kept), kept_b = std::sqrt(B.kept);
+  Planar slip, tilt, swing;
+  for (int k = 0; k < 2; ++k) {
+    slip[k] = dot(between, axes[k + 1]);
+    swing[k] = kept_b * dot(turn_b, axes[k + 1]);
+    tilt[k] = kept_a * dot(turn_a, axes[k + 1]) - swing[k];
+  }
+  const Travel travel = travel_of(c, radii, slip, tilt, swing, h);
+  out[0] = h / 2 * travel.gain;
+  for (int k = 0; k < 3; ++k) out[0] += h / 2 * (a[0][k] - a[1][k]) * n[k];
+  if (is_radial(b.side_a)) return; // friction of round bodies takes a bias along the normal alone
+  for (int k = 0; k < 3; ++k) {
+    over_a[k] = travel.over_a[0] * axes[1][k] + travel.over_a[1] * axes[2][k];
+    over_b[k] = travel.over_b[0] * axes[1][k] + travel.over_b[1] * axes[2][k];
+  }
+  cross(A.spin, over_a, of_a);
+  cross(B.spin, over_b, of_b);
+  for (int k = 0; k < 3; ++k) of_a[k] = a[0][k] - a[1][k] + kept_a * of_a[k] - kept_b * of_b[k];
+  for (int k = 1; k < 3; ++k) out[k] = h / 2 * dot(of_a, axes[k]);
 }
 
 // A bond that holds along the tangents as well: what it misses there adds up from step to step.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "../laws/law_geometry.hpp"
 #include "../laws/law_names.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "body_axes.hpp"
@@ -443,9 +444,10 @@ void add_compliance(const cairn_batch& b, const double* exact, double* w, double
 } // namespace
 
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
-  const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
-  alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
-  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128], flight[6 * 128], fields[4 * 128];
+  const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size()),
+            shape = geometry_columns(law_infos()[b.law]);
+  alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 7) * 128];
+  alignas(64) double compliance[6 * 128], mu[128], geometry[6 * 128], flight[6 * 128], fields[4 * 128];
   LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
   const bool asks = own.geometry || law_infos()[b.law].plugged();
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
@@ -466,21 +468,22 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     geometry[lane] = asks && wants_area(b, lane) ? area_of(i) : 0;
     geometry[n + lane] = effective_radius(i);
     geometry[2 * n + lane] = 1 / w[lane];
+    if (shape > 3) rolling_radii(b, lane, geometry + lane);
   }
   repeat_last(b, gap, 1);
   repeat_last(b, params, parameters);
-  repeat_last(b, geometry, 3);
+  repeat_last(b, geometry, shape);
   repeat_last(b, u, c);
   if (has_fields()) repeat_last(b, fields, 4);
   if (law_infos()[b.law].joins) measure_joints(b);
   const cairn_law_context context{h, theta_of(law_infos()[b.law]), geometry, has_fields() ? fields : nullptr};
   if (own.fields) std::copy_n(fields, 4 * n, own.fields);
   if (own.geometry) {
-    std::copy_n(geometry, 3 * n, own.geometry);
+    std::copy_n(geometry, shape * n, own.geometry);
     std::copy_n(flight, flying ? n * c : 0, own.flight);
     std::fill_n(own.flight, flying ? 0 : n * c, 0.0);
     std::fill_n(params + parameters * n, n, h);
-    std::copy_n(geometry, 3 * n, params + (parameters + 1) * n);
+    std::copy_n(geometry, shape * n, params + (parameters + 1) * n);
   }
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
@@ -509,7 +512,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   else
     for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
   if (law_infos()[b.law].has_solve && !has_params_of_pair(b))
-    std::copy_n(params, std::size_t(n) * (parameters + 4), b.params);
+    std::copy_n(params, std::size_t(n) * (parameters + 1 + shape), b.params);
   else if (!law_infos()[b.law].has_solve)
     std::copy_n(mu, n, b.params);
   if (sheared)

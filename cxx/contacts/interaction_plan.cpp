@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "../laws/law_geometry.hpp"
 #include "../solvers/sweeps/side_names.hpp"
 #include "interaction_state.hpp"
 
@@ -428,7 +429,7 @@ void Interactions::State::lay_out() {
   const auto params = [](const cairn_batch& b) {
     const LawInfo& law = law_infos()[b.law];
     if (b.params) return 0;
-    return law.has_solve ? int(law.parameters.size()) + 4 : 1;
+    return law.has_solve ? int(law.parameters.size()) + 1 + geometry_columns(law) : 1;
   };
   const auto states = [&](const cairn_batch& b) { return law_infos()[b.law].state_columns(dim()); };
   const int frame = dim() == 2 ? 2 : 6;
@@ -454,7 +455,7 @@ void Interactions::State::lay_out() {
     const LawInfo& law = law_infos()[b.law];
     const bool asks = law.has_solve || law.commit || law.energy;
     LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
-    own.geometry = asks ? scratch.take<double>(3 * std::int64_t(b.count)) : nullptr;
+    own.geometry = asks ? scratch.take<double>(geometry_columns(law) * std::int64_t(b.count)) : nullptr;
     own.flight = asks ? scratch.take<double>(b.components * std::int64_t(b.count)) : nullptr;
     own.energy = law.energy ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
     own.fields = asks && has_fields() ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;

@@ -110,6 +110,7 @@ struct Stand {
 
 struct FaceOutline;
 struct FaceView;
+struct SurfaceCurvature;
 
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
@@ -170,7 +171,7 @@ struct Interactions::State {
   // Per batch, for laws that ask after prepare: null where its law does not.
   struct LawColumns {
     cairn_law_context context;
-    double* geometry; // (n, 3) of the context
+    double* geometry; // of the context, see laws/law_geometry.hpp
     double* fields;   // (n, 4) of the context, null: the scene has none
     double* flight;   // (n, c) that the bias holds besides the law's own [m/s]
     double* energy;   // (n, 4) as cairn_law_energy gives it
@@ -301,6 +302,11 @@ struct Interactions::State {
   double shared_face(std::int64_t i) const;
   bool see_face(const FaceView& from, std::int32_t contactor, int sense, const double* shift, FaceOutline& face) const;
   double effective_radius(std::int64_t i) const;
+  // How both surfaces are curved where they touch, in contact_curvature.cpp.
+  struct Curvatures;
+  bool surface_at(std::int64_t i, int side, const double axes[3][3], SurfaceCurvature& out) const;
+  Curvatures curvatures(std::int64_t i, const double axes[3][3]) const;
+  void rolling_radii(const cairn_batch& b, int lane, double* geometry) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin
   std::vector<std::pair<std::int64_t, std::int32_t>> bond_names; // what they are found by, sorted
@@ -457,6 +463,7 @@ private:
   void flight_of(const cairn_batch& b, int lane, double out[3]) const;
   bool is_sound_bond(const cairn_batch& b, int lane) const;
   void flight_of_carried(const cairn_batch& b, int lane, double out[3]) const;
+  void flight_of_surfaces(const cairn_batch& b, int lane, double out[3]) const; // rolling_flight.cpp
   void turn_of_bond(const cairn_batch& b, int lane, double out[3]) const;
   void flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const;
   void flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const;

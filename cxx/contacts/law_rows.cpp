@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "../base/call.hpp"
+#include "../laws/law_geometry.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -47,7 +48,7 @@ LawRows Interactions::law_rows(Law law) const {
                                {&rows.delassus, c * c},
                                {&rows.impulse, c},
                                {&rows.params, p},
-                               {&rows.geometry, std::size_t(3)},
+                               {&rows.geometry, std::size_t(geometry_columns(info))},
                                {&rows.state, states}})
     column->resize(n * width);
   if (s.has_fields()) rows.fields.resize(4 * n);
@@ -78,7 +79,7 @@ LawRows Interactions::law_rows(Law law) const {
       if (s.sheared) s.add_image_jump(b, lane, 1, u);
       for (std::size_t k = 0; k < c; ++k) rows.velocity[k * n + at] = of(u, k) + (own.flight ? of(own.flight, k) : 0);
       for (std::size_t k = 0; k < p; ++k) rows.params[k * n + at] = of(b.params, k);
-      for (std::size_t k = 0; k < 3; ++k) rows.geometry[k * n + at] = of(own.geometry, k);
+      for (std::size_t k = 0; k < rows.geometry.size() / n; ++k) rows.geometry[k * n + at] = of(own.geometry, k);
       for (std::size_t k = 0; k < states; ++k) rows.state[k * n + at] = of(b.state, k);
       for (std::size_t k = 0; k < 4 && !rows.fields.empty(); ++k) rows.fields[k * n + at] = of(own.fields, k);
     }

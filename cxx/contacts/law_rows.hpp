@@ -19,7 +19,7 @@ struct LawRows {
   std::vector<double> delassus;        // (n, c, c) as the solver has it [1/kg]
   std::vector<double> impulse;         // (n, c) [N s]
   std::vector<double> params;          // (n, p)
-  std::vector<double> geometry;        // (n, 3) area [m2], effective radius [m], effective mass [kg]
+  std::vector<double> geometry;        // (n, 3 or 6), see laws/law_geometry.hpp [m2, m, kg, m]
   std::vector<double> fields;          // (n, 4) of both sides, empty: the scene has none
   std::vector<double> state;           // (n, s), before commit that of the begin of the step
 };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "contacts/interaction.hpp"
+#include "laws/law_geometry.hpp"
 
 namespace cairn::test {
 
@@ -26,14 +27,15 @@ struct OneContact {
   using Values = std::map<std::string, double>;
   const LawInfo& law;
   int dim, c;
-  double h, area = 1e-4, radius = 1, gap[n], w[6] = {1, 1, 1, 1, 1, 1};
+  double h, area = 1e-4, radius = 1, across = 0, gap[n], w[6] = {1, 1, 1, 1, 1, 1};
   std::vector<double> params, state, energy = std::vector<double>(4 * n, 0.0);
   double begin[6] = {}; // relative velocity at the start of the step
   double r[6] = {}, u[6] = {}, work = 0, stored = 0, taken = 0, released = 0, residual = 0; // of the step; sums [J]
   std::int32_t status[n];
 
   OneContact(const std::string& name, const Values& given, int dim = 2, double h = 1e-5, double first_state = 1)
-      : law(law_called(name)), dim(dim), c(law.components(dim)), h(h), params((law.parameters.size() + 4) * n),
+      : law(law_called(name)), dim(dim), c(law.components(dim)), h(h),
+        params((law.parameters.size() + 1 + std::size_t(geometry_columns(law))) * n),
         state(std::size_t(std::max(1, law.state_columns(dim)) * n)) {
     for (std::size_t p = 0; p < law.parameters.size(); ++p)
       fill(&params[p * n], given.contains(law.parameters[p].name)
@@ -51,14 +53,15 @@ struct OneContact {
   // One step from this velocity without contact.
   void advance(const std::vector<double>& free) {
     std::vector<double> block(n * c * c, 0.0), q(n * c), bias(n * c), extra(n * c), mu(n), one(n * c, 0.0), f(n * c),
-        weight(n * c), rho(n), v(n * c), before_step(n * c), geometry(3 * n);
+        weight(n * c), rho(n), v(n * c), before_step(n * c), geometry(std::size_t(geometry_columns(law)) * n);
     for (int k = 0; k < c; ++k) fill(&before_step[k * n], begin[k]);
     fill(geometry.data(), area);
     fill(geometry.data() + n, radius);
     fill(geometry.data() + 2 * n, 1 / w[0]);
+    if (rolls(law)) fill(geometry.data() + 3 * n, radius), fill(geometry.data() + 5 * n, across > 0 ? across : radius);
     const std::size_t own = law.parameters.size() * n;
     fill(&params[own], h);
-    std::copy_n(geometry.data(), 3 * n, &params[own + n]);
+    std::copy_n(geometry.data(), geometry.size(), &params[own + n]);
     const cairn_law_context context{h, 0.5, geometry.data(), nullptr};
     law.prepare(n, c, &context, gap, before_step.data(), params.data(), state.data(), bias.data(), extra.data(),
                 mu.data());

@@ -120,6 +120,22 @@ TEST(Rolling, LimitsEachMomentByTheNormalImpulse) {
   EXPECT_LE(space.residual, 1e-14);
 }
 
+// About t it rolls by 0.5, about s by 2: of moments in the ellipse with these axes the one of most power acts.
+TEST(Rolling, BearsMomentsByTheRadiiOfItsSurfaces) {
+  OneContact space("Rolling", {{"mu", 0.4}, {"rolling", 0.1}}, 3);
+  space.radius = 0.5;
+  space.across = 2;
+  space.advance({-2, 0, 0, 0, 3, 4});
+  const double t = 0.5 * space.u[4], s = 2 * space.u[5], size = std::hypot(t, s);
+  EXPECT_GT(size, 1);
+  EXPECT_NEAR(space.r[4], -0.2 * 0.5 * t / size, 1e-13);
+  EXPECT_NEAR(space.r[5], -0.2 * 2 * s / size, 1e-13);
+  EXPECT_LE(space.residual, 1e-13);
+  space.advance({-2, 0, 0, 0, 0.02, 0.3}); // held about both
+  EXPECT_NEAR(space.u[4], 0, 1e-14);
+  EXPECT_NEAR(space.u[5], 0, 1e-14);
+}
+
 // Springs of a disk of radius b: k A, k pi b^4/4 for bending, k pi b^4/2 for twist; strength at its rim.
 TEST(ParallelBond, HasTheSpringsOfADisk) {
   const double kn = 1e9, kt = 4e8, b = 0.5, pi = std::acos(-1.0);

@@ -556,7 +556,8 @@ def test_rolling_friction_solves_its_contact(c, lever):
     q[0, ::4] = np.abs(q[0, ::4])
     q[0, 1:] = np.where(np.arange(1, n) % 4, -np.abs(q[0, 1:]), q[0, 1:])
     limits = 10.0 ** (2.5 * some(3, n))  # of sliding, rolling and twisting
-    params = np.vstack([limits, np.full(n, 0.01), np.ones((3, n))])  # step, area, effective radius and mass
+    even = [np.ones((4, n)), np.zeros((1, n)), np.ones((1, n))]  # area, effective radius and mass, radii about t t, t s, s s
+    params = np.vstack([limits, np.full(n, 0.01), *even])
     r, status = np.zeros((c, n)), np.empty(n, np.int32)
     blocks = np.ascontiguousarray(w.transpose(2, 1, 0))
     kernel("cairn_law_rolling_friction_solve", "cairn_law_solve")(n, c, blocks, q, 0 * q, params, np.zeros((1, n)), r, status)

@@ -156,25 +156,27 @@ def test_what_wears_sinks_as_archard_has_it(dim, pair):
 @pytest.mark.parametrize("pair", ["wall", "sides", "grains", "hollow"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_moment_beyond_that_of_rolling_turns(dim, pair):
-    """Of `rolling` R N, R the effective radius and N the pressing force; about the normal of `twisting` R N."""
+    """Of `rolling` R N, R the radius at which it rolls and N the pressing force; about the normal of `twisting` R N. In a tube
+    R is that of the ball along it and larger around it, of twisting their geometric mean."""
     press, up, hollow = 100.0, np.eye(dim)[-1], 4 * R
-    radius = {"grains": R / 2, "hollow": R * hollow / (hollow - R)}.get(pair, R)
+    even, around = {"grains": R / 2}.get(pair, R), R * hollow / (hollow - R)
+    radii = [around if dim == 2 else R, around, np.sqrt(R * around)] if pair == "hollow" else [even] * 3
     law = cn.Rolling(mu=0.5, rolling=0.05) if dim == 2 else cn.Rolling(mu=0.5, rolling=0.05, twisting=0.02)
     for axis, most in ((0, 0.05),) if dim == 2 else ((0, 0.05), (1, 0.05), (2, 0.02)):
         for factor, turns in ((0.98, False), (1.02, True)):
             scene = cn.Scene(dim)
             if pair == "hollow":
-                around = (
+                wall = (
                     cn.ring((0.0, hollow), hollow, BASE) if dim == 2 else cn.tube((0.0, 0.0, hollow), (0, 1, 0), hollow, BASE)
                 )
-            scene.add(around if pair == "hollow" else sides(dim) if pair == "sides" else cn.wall(np.zeros(dim), up, BASE))
+            scene.add(wall if pair == "hollow" else sides(dim) if pair == "sides" else cn.wall(np.zeros(dim), up, BASE))
             make, held = (cn.disks, ("vx", "vy", "w")) if dim == 2 else (cn.spheres, ("vx", "vy", "vz", "wx", "wy", "wz"))
             place = R * up
             if pair == "grains":
                 scene.add(make([place], R, BASE, driven=held))
                 place = 3 * place
             moment = np.zeros(2 * dim - 3)
-            moment[axis] = factor * most * radius * press
+            moment[axis] = factor * most * radii[axis] * press
             scene.add(make([place], R, STONE, force=(*(-press * up), *moment)))
             scene.interact(STONE, BASE, law)
             scene.interact(BASE, BASE, None)

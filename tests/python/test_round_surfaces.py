@@ -239,27 +239,34 @@ def test_of_any_size_they_lie_as_on_a_plane(size, cell, place, turned, share):
     axes = size * np.array([0.4, 0.3, 0.15])
     sets = [(cn.cylinders(at, 0.4 * size, 0.3 * size, ROCK, **turned), 4)]
     sets.append((cn.cylinders(at, 0.15 * size, 0.7 * size, ROCK, axis=turn @ [1, 0.2, 0]), 2))
-    sets += [(cn.superquadrics(at, axes, e, ROCK, **turned), 1) for e in ((1, 1), (0.05, 0.05), (1.5, 0.3))]
+    sets += [(cn.superquadrics(at, axes, e, ROCK, **turned), n) for e, n in (((1, 1), 1), ((0.05, 0.05), 5), ((1.5, 0.3), 1))]
     for body, count in sets:
         ((g, n, x),) = contacts(body, (cell * v @ turn.T + shift, f), 6e-4 * size, origin=(place, place, 0))
+        lowest = np.argmin(g)
+        if count == 5:  # the lowest, and corners a little behind it
+            corners = np.delete(g, lowest)
+            assert len(corners) == 4 and (corners > gap).all() and (corners < gap + 2**-12 * axes.min()).all()
+            g, n, x, count = g[[lowest]], n[[lowest]], x[[lowest]], 1
         assert len(g) == count
         np.testing.assert_allclose(g, gap, rtol=0, atol=1e-14 * (size + cell))
         np.testing.assert_allclose(n, [turn[:, 2]] * count, rtol=0, atol=1e-12)
         np.testing.assert_allclose(x @ turn[:, 2], gap / 2, rtol=0, atol=1e-14 * (size + cell) + 1e-15 * place)
 
 
-def test_flat_faces_have_one_point_on_turned_floors():
-    """What is nearly a box, flush with a floor of triangles whose normals differ by rounding: one of them has the point."""
+def test_flat_faces_have_one_lowest_point_on_turned_floors():
+    """What is nearly a box, flush with a floor of triangles whose normals differ by rounding: one of them has the lowest
+    point, and each corner is on one."""
     rng = np.random.default_rng(10)
     v, f = floor(12)
     for _ in range(5):
         turn = random_rotation(rng)
-        places = np.column_stack((rng.uniform(-5, 5, (60, 2)), np.full(60, 0.3))) @ turn.T
+        places = np.column_stack((rng.uniform(-4, 4, (60, 2)), np.full(60, 0.3))) @ turn.T
         turned = {"rotation": [quaternion(turn)] * 60}
         bodies = cn.superquadrics(places, (1.4, 0.9, 0.3), (0.05, 0.05), ROCK, **turned)
         for gap, normal, _ in contacts(bodies, (v @ turn.T, f), 0.01):
-            assert len(gap) == 1
-            assert abs(gap[0]) < 1e-14 and abs(normal[0] @ turn[:, 2] - 1) < 1e-14
+            touching = np.abs(gap) < 1e-14
+            assert touching.sum() == 1 and len(gap) == 5 and (gap[~touching] > 1e-5).all()
+            assert (np.abs(normal @ turn[:, 2] - 1) < 1e-14).all()
 
 
 def test_units_by_powers_of_two_leave_the_bits():

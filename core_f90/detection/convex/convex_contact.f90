@@ -2,9 +2,10 @@
 module convex_contact
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use convex_axis, only: axis_between
-  use convex_shape, only: convex, is_cylinder, is_polyhedron, is_segment, support
+  use convex_shape, only: convex, is_cylinder, is_polyhedron, is_segment, is_superquadric, support
+  use flat_faces, only: face_of_superquadric
   use hull_patch, only: across, cut_faces, find_outline, outline
-  use patch_points, only: add_deepest, add_point, clear_patch, name_points, patch, reduce_patch, vertex_of_b
+  use patch_points, only: add_deepest, add_point, clear_patch, name_points, patch, reduce_patch, sort_by_name, vertex_of_b
   implicit none
   private
   public :: touch, touch_plane
@@ -29,7 +30,7 @@ contains
     real(c_double) :: n(3), t(3), s(3), depth, x(3), y(3), scale
     type(outline) :: fa, fb
     type(patch) :: cut
-    logical :: apart
+    logical :: apart, rocking
     count = 0
     call axis_between(a, b, at, limit, n, depth, x, y, apart)
     if (apart) return
@@ -48,11 +49,20 @@ contains
     if (fa%count > 2 .and. fb%count == 2) call cut_line(fb, fa, -1.0_c_double, depth, limit, vertex_of_b, cut)
     if (fa%count == 2 .and. fb%count == 2) call cut_lines(fa, fb, depth, limit, cut)
     x = ((x - a%layer*n) + (y + b%layer*n))/2
+    rocking = rocks(a, fa) .or. rocks(b, fb)
+    if (rocking) call reduce_patch(cut, most - 1)
     call add_deepest(cut, [dot_product(t, x), dot_product(s, x), dot_product(n, x)], depth, &
-                     max(merge(cut%tie, 0.0_c_double, fa%even .or. fb%even), 256*epsilon(scale)*scale), &
+                     max(merge(cut%tie, 0.0_c_double, (fa%even .or. fb%even) .and. .not. rocking), 256*epsilon(scale)*scale), &
                      deepest_name)
-    call store(cut, at, n, t, s, fa, fb, most, count, gap, normal, point, feature)
+    call store(cut, at, n, t, s, fa, fb, rocking, most, count, gap, normal, point, feature)
   end subroutine touch
+
+  !> Whether c touches with the flat face of a superquadric, whose corners are a little behind its lowest point: all of them count.
+  pure logical function rocks(c, f)
+    type(convex), intent(in) :: c
+    type(outline), intent(in) :: f
+    rocks = c%kind == is_superquadric .and. f%count > 0
+  end function rocks
 
   !> Contacts of a with the half space behind a plane through 0.
   subroutine touch_plane(a, at, n, limit, most, count, gap, normal, point, feature)
@@ -80,19 +90,24 @@ contains
     end do
     call add_deepest(cut, [dot_product(t, x), dot_product(s, x), height/2], height, &
                      max(merge(cut%tie, 0.0_c_double, fa%even), 16*epsilon(height)*(a%size + a%layer)), deepest_name)
-    call store(cut, at, n, t, s, fa, fb, most, count, gap, normal, point, feature)
+    call store(cut, at, n, t, s, fa, fb, rocks(a, fa), most, count, gap, normal, point, feature)
   end subroutine touch_plane
 
-  pure subroutine store(cut, at, n, t, s, fa, fb, most, count, gap, normal, point, feature)
+  pure subroutine store(cut, at, n, t, s, fa, fb, all_count, most, count, gap, normal, point, feature)
     type(patch), intent(inout) :: cut
     type(outline), intent(in) :: fa, fb
+    logical, intent(in) :: all_count
     integer, intent(in) :: most
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3)
     integer(c_int32_t), intent(out) :: count, feature(most)
     real(c_double), intent(out) :: gap(most), normal(3, most), point(3, most)
     integer :: k
     call reduce_patch(cut, most)
-    call name_points(cut, fa%count, fa%x, fa%vertex, fb%count, fb%x, fb%vertex)
+    if (all_count) then
+      call sort_by_name(cut)
+    else
+      call name_points(cut, fa%count, fa%x, fa%vertex, fb%count, fb%x, fb%vertex)
+    end if
     count = cut%count
     do k = 1, cut%count
       gap(k) = cut%gap(k)
@@ -116,7 +131,8 @@ contains
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense
     type(outline), intent(inout) :: f
-    real(c_double) :: high, w(3), length
+    real(c_double) :: high, w(3), length, corner(3, 4), m(3)
+    integer :: k
     f%count = 0
     f%even = .false.
     high = sense*dot_product(c%frame(:, 3), n)
@@ -134,6 +150,12 @@ contains
       f%count = 2
       call put_corner(f, 1, at + w - c%half(3)*c%frame(:, 3), sense*c%layer, n, t, s)
       call put_corner(f, 2, at + w + c%half(3)*c%frame(:, 3), sense*c%layer, n, t, s)
+    else if (c%kind == is_superquadric) then
+      call face_of_superquadric(c, sense*n, f%count, corner, m)
+      do k = 1, f%count
+        call put_corner(f, merge(f%count + 1 - k, k, sense < 0), at + corner(:, k), sense*c%layer, n, t, s)
+      end do
+      if (f%count > 2) call lay_flat(f, m, at + corner(:, 1), sense*c%layer, n, t, s)
     end if
   end subroutine side
 
@@ -172,10 +194,17 @@ contains
     do k = 1, ring
       call put_corner(f, k, centre + c%half(1)*(cosine(k)*e + sine(k)*g), sense*c%layer, n, t, s)
     end do
+    call lay_flat(f, axis, centre, sense*c%layer, n, t, s)
+  end subroutine end_of_cylinder
+
+  !> A face in the plane through x with the normal `axis`.
+  pure subroutine lay_flat(f, axis, x, layer, n, t, s)
+    type(outline), intent(inout) :: f
+    real(c_double), intent(in) :: axis(3), x(3), layer, n(3), t(3), s(3)
     f%flat = .true.
     f%slope = -[dot_product(axis, t), dot_product(axis, s)]/dot_product(axis, n)
-    f%level = dot_product(axis, centre)/dot_product(axis, n) + sense*c%layer
-  end subroutine end_of_cylinder
+    f%level = dot_product(axis, x)/dot_product(axis, n) + layer
+  end subroutine lay_flat
 
   !> The part of a line that is within the outline of a face; sense 1 if the line is of A, -1 if it is of B.
   pure subroutine cut_line(line, face, sense, least, limit, named, p)

@@ -4,7 +4,7 @@ module convex_facet
   use bracketed_zero, only: bracket, narrow, next_angle, where_it_falls
   use hull_view, only: solid
   use convex_contact, only: touch_plane
-  use convex_shape, only: convex, is_cylinder, is_superquadric, support
+  use convex_shape, only: convex, is_cylinder, support
   use facet_points, only: add, findings
   use facet_view, only: after, cross, inward, is_over, is_under_valley, of_mesh, on_edge, pokes_out
   use rim_arcs, only: most_on_rim, points_on_rim
@@ -98,10 +98,9 @@ contains
       call end_on_mesh(p, q, at, limit, low, f)
       return
     end if
-    most = 4
-    if (p%kind == is_superquadric) then
-      most = 1
-    else if (pokes_out(q, 1) .or. pokes_out(q, 2) .or. pokes_out(q, 3)) then
+    most = 5
+    if (p%kind == is_cylinder) most = 4
+    if (pokes_out(q, 1) .or. pokes_out(q, 2) .or. pokes_out(q, 3)) then
       most = most_points
     end if
     call touch_plane(p, at - q%offset(1)*m, m, limit, most, count, gap(1:most), normal(:, 1:most), point(:, 1:most), &

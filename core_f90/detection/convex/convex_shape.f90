@@ -8,7 +8,8 @@ module convex_shape
   use hull_view, only: hulls_view, solid, view_solid
   implicit none
   private
-  public :: convex, see, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, guesses
+  public :: convex, see, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, &
+            guesses, sag_of
 
   !> As in enum cairn_convex of core.h.
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
@@ -16,6 +17,8 @@ module convex_shape
   integer, parameter, public :: most_guesses = 6
   !> Of the largest component: what is less is rounding, where the point of a superquadric like a box jumps across its face.
   real(c_double), parameter :: level = 1e-14_c_double
+  !> Of the least half axis of a superquadric: how far the corners that stand for one of its flat faces are behind its middle.
+  real(c_double), parameter :: behind = 2.0_c_double**(-13)
 
   type :: convex
     integer :: kind = is_point
@@ -109,6 +112,13 @@ contains
     c%size = radius
     c%layer = 0
   end subroutine see_polyhedron
+
+  !> How far the corners of a flat face are behind the middle of that face; 0 where c has none but by an outline [m].
+  pure real(c_double) function sag_of(c)
+    type(convex), intent(in) :: c
+    sag_of = 0
+    if (c%kind == is_superquadric) sag_of = behind*minval(c%half)
+  end function sag_of
 
   !> The point of c, without its layer, that reaches farthest along d, from its centre.
   pure function support(c, d) result(x)

@@ -3,7 +3,8 @@ module patch_points
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   implicit none
   private
-  public :: patch, clear_patch, add_point, add_deepest, reduce_patch, name_points, name_of_edges, vertex_of_b
+  public :: patch, clear_patch, add_point, add_deepest, reduce_patch, name_points, name_of_edges, sort_by_name, &
+            vertex_of_b
 
   integer, parameter :: most_points = 64
   integer, parameter :: few = 4 !< points that a pair whose points are named may have
@@ -250,5 +251,19 @@ contains
       p%name(place(k)) = name(k)
     end do
   end subroutine sort_points
+
+  !> The same of any number of points by the names that they have.
+  pure subroutine sort_by_name(p)
+    type(patch), intent(inout) :: p
+    integer :: i, k
+    do k = 2, p%count
+      do i = k, 2, -1
+        if (p%name(i - 1) <= p%name(i)) exit
+        p%x(:, [i - 1, i]) = p%x(:, [i, i - 1])
+        p%gap([i - 1, i]) = p%gap([i, i - 1])
+        p%name([i - 1, i]) = p%name([i, i - 1])
+      end do
+    end do
+  end subroutine sort_by_name
 
 end module patch_points

@@ -19,7 +19,7 @@ extern "C" {
 typedef struct cairn_law_context {
   double h;               /* step [s] */
   double theta;           /* of the theta-method */
-  const double* geometry; /* (n, 3) contact area [m2], effective radius [m], effective mass [kg]; NULL: normal bias */
+  const double* geometry; /* (n, 3) contact area [m2], effective radius [m], mass [kg]; see law_geometry.hpp; or NULL */
   const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
 } cairn_law_context;
 

@@ -44,7 +44,7 @@ SHARED = {
     "recovery": ("-", "share of an overlap that is taken back in a step"),
     "rest": ("-", "share of the strength at which it breaks"),
     "restitution": ("-", "Newton's restitution of a collision of two bodies"),
-    "rolling": ("-", "largest moment against rolling, over normal force and effective radius"),
+    "rolling": ("-", "largest moment against rolling, over normal force and radius of curvature along the way"),
     "shear": ("Pa", "shear stress at which it breaks"),
     "shift": ("m", "added to the gap"),
     "stiffness": ("N/m", "force over overlap"),

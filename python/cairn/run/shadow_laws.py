@@ -72,7 +72,7 @@ def given_of(simulation, of):
     given["gap"] = rows.gap.reshape(n)
     given |= {name: getattr(rows, name).reshape(c, n).T for name in ("impulse", "velocity", "velocity_free", "bias")}
     given["delassus"] = rows.delassus.reshape(c, c, n).transpose(2, 1, 0)
-    given |= dict(zip(("area", "radius", "mass"), rows.geometry.reshape(3, n)))
+    given |= dict(zip(("area", "radius", "mass"), rows.geometry.reshape(-1, n), strict=False))
     given["parameters"] = {row[0]: rows.params.reshape(len(names), n)[k] for k, row in enumerate(names)}
     given["state"] = _named(rows.state, columns_of(of, dim), n)
     given["chosen"] = np.ones(n, bool)
