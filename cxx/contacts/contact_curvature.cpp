@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
 #include "body_axes.hpp"
 
@@ -12,10 +13,8 @@ namespace cairn {
 
 namespace {
 
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 // A contact seen from one of its contactors, in the axes of the body that carries it.
-struct SeenFrom {
+struct CurvatureView {
   double outward[3], t[3], s[3], at[3]; // from the centre of the contactor [m]
   double size;
 };
@@ -32,27 +31,27 @@ void make_even(double curvature, Surface& out) { out.k[0] = out.k[2] = curvature
 void make_corner(Surface& out) { out.sharp = 2; }
 
 // The unit vector across a direction, in the plane across the normal.
-void find_across(const SeenFrom& view, const double* along, double across[2]) {
+void find_across(const CurvatureView& view, const double* along, double across[2]) {
   const double x = dot(along, view.t), y = dot(along, view.s), length = std::hypot(x, y);
   across[0] = length > 0 ? -y / length : 1;
   across[1] = length > 0 ? x / length : 0;
 }
 
 // Curved across a direction alone, `along` itself being straight.
-void bend_across(const SeenFrom& view, const double* along, double curvature, Surface& out) {
+void bend_across(const CurvatureView& view, const double* along, double curvature, Surface& out) {
   double across[2];
   find_across(view, along, across);
   add(curvature, across, out.k);
 }
 
-void make_edge(const SeenFrom& view, const double* along, Surface& out) {
+void make_edge(const CurvatureView& view, const double* along, Surface& out) {
   out.sharp = 1;
   find_across(view, along, out.across);
 }
 
 // A point of a round body that is not the lowest stands for a rim or a face there, as a corner; as an end of its line
 // where the surface is straight along `line` and it is off along that.
-void mark_off(const SeenFrom& view, const double lowest[3], const double* line, Surface& out) {
+void mark_off(const CurvatureView& view, const double lowest[3], const double* line, Surface& out) {
   const double off[3] = {view.at[0] - lowest[0], view.at[1] - lowest[1], view.at[2] - lowest[2]};
   const double x = dot(off, view.t), y = dot(off, view.s), length = std::hypot(x, y);
   if (!(length > 1e-6 * view.size)) return;
@@ -60,10 +59,10 @@ void mark_off(const SeenFrom& view, const double lowest[3], const double* line, 
   for (int i = 0; i < 2 && out.sharp == 1; ++i) out.across[i] = line[i];
 }
 
-constexpr double level = 1e-7; // of the size: vertices so near are as far out, as hull_flatness has it
+constexpr double flatness = 1e-7; // of the size: vertices so near are as far out, as hull_flatness has it
 
 // Of what has vertices, by those that are farthest out: one, the two ends of an edge, or a face.
-void curve_of_vertices(const SeenFrom& view, const double* vertex, int count, int dim, Surface& out) {
+void curve_of_vertices(const CurvatureView& view, const double* vertex, int count, int dim, Surface& out) {
   const auto place = [&](int i, double* x) {
     for (int l = 0; l < 3; ++l) x[l] = l < dim ? vertex[dim * i + l] : 0;
   };
@@ -82,7 +81,7 @@ void curve_of_vertices(const SeenFrom& view, const double* vertex, int count, in
     for (int l = 0; l < 3; ++l) d[l] -= from[l];
     return dot(d, d);
   };
-  const auto is_level = [&](int i) { return i != first && most - far_out(i) <= level * view.size; };
+  const auto is_level = [&](int i) { return i != first && most - far_out(i) <= flatness * view.size; };
   for (int i = 0; i < count; ++i) {
     double d[3];
     if (!is_level(i)) continue;
@@ -94,13 +93,13 @@ void curve_of_vertices(const SeenFrom& view, const double* vertex, int count, in
     double d[3];
     if (!is_level(i)) continue;
     const double way = apart(i, d), along = dot(d, e);
-    if (way - along * along / square > level * view.size * std::sqrt(square)) return; // a face
+    if (way - along * along / square > flatness * view.size * std::sqrt(square)) return; // a face
   }
   make_edge(view, e, out);
 }
 
 // A triangle of a surface: flat along its normal, else an edge, or a corner if the contact is there.
-void curve_of_facet(const SeenFrom& view, const double* vertex, const double* normal, Surface& out) {
+void curve_of_facet(const CurvatureView& view, const double* vertex, const double* normal, Surface& out) {
   double lean = 0, least = 0;
   for (int l = 0; l < 3; ++l) lean += (view.outward[l] - normal[l]) * (view.outward[l] - normal[l]);
   if (lean < 1e-12) return;
@@ -111,7 +110,7 @@ void curve_of_facet(const SeenFrom& view, const double* vertex, const double* no
     double e[3], d[3];
     for (int l = 0; l < 3; ++l) e[l] = to[l] - from[l], d[l] = view.at[l] - from[l];
     const double way = dot(d, d), along = dot(d, e), square = way - along * along / dot(e, e);
-    if (way < level * level * view.size * view.size) return make_corner(out);
+    if (way < flatness * flatness * view.size * view.size) return make_corner(out);
     if (nearest >= 0 && square >= least) continue;
     nearest = i;
     least = square;
@@ -121,7 +120,7 @@ void curve_of_facet(const SeenFrom& view, const double* vertex, const double* no
 }
 
 // The side of a cylinder is straight along its axis, its rim sharp across and round along, its end flat.
-void curve_of_cylinder(const SeenFrom& view, const double* axis, double radius, double half, Surface& out) {
+void curve_of_cylinder(const CurvatureView& view, const double* axis, double radius, double half, Surface& out) {
   constexpr double flat = 1e-4, upright = 1e-9; // sine, cosine: as convex_contact.f90 has them
   const double high = dot(axis, view.outward);
   double w[3], around[3];
@@ -161,7 +160,7 @@ Bent bend_norm(double a, double b, double p) {
 
 // Inverse of the second derivatives of how far it reaches; flat where that is twice what an ellipsoid of the same half
 // axes has anywhere: corners stand for its faces there (flat_faces.f90).
-void curve_of_superquadric(const SeenFrom& view, const double* shape, Surface& out) {
+void curve_of_superquadric(const CurvatureView& view, const double* shape, Surface& out) {
   constexpr double least = 1e-12, pointed = 0x1p-26;
   double u[3], v[2][3], along[2][2], radii[3];
   for (int l = 0; l < 3; ++l) u[l] = std::abs(shape[l] * view.outward[l]);
@@ -219,7 +218,7 @@ bool Interactions::State::surface_at(std::int64_t i, int side, const double axes
   const auto shape = Shape(*contactors->shape[contactor]);
   const double radius = *contactors->radius[contactor], sense = side ? 1 : -1;
   const int d = dim();
-  SeenFrom view{};
+  CurvatureView view{};
   view.size = radius;
   double shift[3] = {0, 0, 0}, n[3] = {0, 0, 0}, direction[3] = {0, 0, 0};
   if (cell->any() && side) image_shift(*cell, c.image[i], shift);
