@@ -107,9 +107,9 @@ def test_a_mortar_is_that_of_python(touched):
     sim = cn.Simulation(scene, 0.1, cn.NSCD(1.0, cn.NLGS(tol=1e-14, max_iter=50000)), overlap="ignore")
     for _ in range(60):
         sim.step()
-    near(touched["share"], np.array([1.0, 2.0, 2.0, 1.0]) / 6, 1e-11)
-    near(touched["over"], sim.meshes[0].displacement, 1e-11)
-    near(touched["under"], sim.meshes[1].displacement, 1e-11)
+    near(touched["share"], np.array([1.0, 2.0, 2.0, 1.0]) / 6)
+    near(touched["over"], sim.meshes[0].displacement)
+    near(touched["under"], sim.meshes[1].displacement)
 
 
 def test_self_contact_is_that_of_python(touched):

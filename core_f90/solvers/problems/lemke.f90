@@ -8,9 +8,9 @@ module lemke
   private
   public :: cairn_lemke_tableau, cairn_lemke_pivots, cairn_lemke_impulses
   ! Bases of packs of equal bodies have conditions of up to 1e7, and a thousand pivots leave rounding of up to 1e-9 in the tableau.
-  real(c_double), parameter :: even = 1e-11_c_double !< of the largest right-hand side so far: smaller differences are rounding
+  real(c_double), parameter :: even = 1e-10_c_double !< of the largest right-hand side so far: smaller differences are rounding
   real(c_double), parameter :: least_pivot = 1e-8_c_double !< of the largest entry of its column: smaller ones may be rounding
-  real(c_double), parameter :: same = 1e-8_c_double !< of the largest of tied values: smaller differences are rounding
+  real(c_double), parameter :: same = 1e-7_c_double !< of the largest of tied values: smaller differences are rounding
 contains
 
   !> The tableau I w - M z - e z0 = q; only M, e and q are stored: a basic column needs no room.
