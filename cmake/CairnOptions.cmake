@@ -6,10 +6,12 @@ option(CAIRN_BENCHMARKS "Build the benchmark programs" ${PROJECT_IS_TOP_LEVEL})
 option(CAIRN_WERROR "Treat warnings as errors" OFF)
 option(CAIRN_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 option(CAIRN_SANITIZE_THREADS "The thread sanitizer, over an OpenMP of its own (tests/thread_sanitizer)" OFF)
-option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN in what is not set" OFF)
+option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN and huge integers in what is not set" OFF)
 option(CAIRN_PRECOMPILE "Read the headers that most files include once, unless ccache compiles" OFF)
 option(CAIRN_UNITY "Compile the sources of a folder together: a third of the time from nothing, longer after a change" OFF)
 set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
+set(CAIRN_CONTRACT "fast" CACHE STRING "fast: products and sums may be fused; off: each is rounded")
+set_property(CACHE CAIRN_CONTRACT PROPERTY STRINGS fast off)
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
@@ -47,7 +49,10 @@ else()
 endif()
 # A fused multiply-add commutes with powers of two, so contraction keeps the bits of a rescaled scene. Nothing here lets the
 # compiler reorder a sum.
-target_compile_options(cairn_flags INTERFACE ${march} -ffp-contract=fast)
+if(NOT CAIRN_CONTRACT MATCHES "^(fast|off)$")
+  message(FATAL_ERROR "CAIRN_CONTRACT is '${CAIRN_CONTRACT}': give fast or off")
+endif()
+target_compile_options(cairn_flags INTERFACE ${march} -ffp-contract=${CAIRN_CONTRACT})
 
 set(cxx_warnings -Wall -Wextra)
 # A law or a pair answers to one signature, whether it needs every argument or not.
@@ -63,8 +68,10 @@ target_compile_options(cairn_flags INTERFACE
   "$<$<COMPILE_LANGUAGE:Fortran>:${fortran_warnings}>")
 
 if(CAIRN_FCHECK)
+  # A variable or a member of a record that is read before it is set is a signalling NaN, or an index out of every array. Invalid
+  # operations are not trapped, since kernels compute lanes that they discard, 0/0 among them: tests see the NaN in results.
   target_compile_options(cairn_flags INTERFACE
-    "$<$<COMPILE_LANGUAGE:Fortran>:-fcheck=all,no-array-temps;-finit-real=snan;-finit-integer=-99999999;-fbacktrace>")
+    "$<$<COMPILE_LANGUAGE:Fortran>:-fcheck=all,no-array-temps;-finit-real=snan;-finit-integer=-99999999;-finit-derived;-fbacktrace>")
 endif()
 if(CAIRN_SANITIZE)
   target_compile_options(cairn_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)

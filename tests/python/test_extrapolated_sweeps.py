@@ -4,6 +4,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.model.elastic import ElasticBody
+from cairn.run import contact_problem
 from small_scenes import ROCK, grid, heap
 
 
@@ -166,11 +167,16 @@ def velocities(sim):
     return np.concatenate([sim.bodies.velocity[:, : sim.scene.dim], sim.nodes.velocity])
 
 
+def size_of_velocities(sim, v):
+    """|v|_M"""
+    mass = np.concatenate([np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0), sim.nodes.mass])[:, None]
+    return np.sqrt(np.sum(mass * v[:, : sim.scene.dim] ** 2))
+
+
 def error_of_velocities(sim, v, exact):
     """|v - exact|_M / max(|exact|_M, |h g|_M)"""
-    mass = np.concatenate([np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0), sim.nodes.mass])[:, None]
-    norm = lambda v: np.sqrt(np.sum(mass * v[:, : sim.scene.dim] ** 2))
-    return norm(v - exact) / max(norm(exact), np.sqrt(mass.sum()) * 9.81 * sim.dt)
+    falls = np.full((len(v), 1), 9.81 * sim.dt)
+    return size_of_velocities(sim, v - exact) / max(size_of_velocities(sim, exact), size_of_velocities(sim, falls))
 
 
 @pytest.mark.parametrize("accuracy", (1e-3, 1e-5))
@@ -182,6 +188,18 @@ def test_velocities_are_as_exact_as_named(name, accuracy, tmp_path):
     info, v = one_step(sim, path, tol=1e-3, max_iter=200000, accuracy=accuracy)
     assert info["status"] == "converged" and info["velocity_error"] <= accuracy
     assert error_of_velocities(sim, v, exact) <= accuracy
+
+
+def error_beside_exact(sim):
+    """The same of the solution that is found from that at hand: |v - exact|_M is (d'W d)^(1/2) of what impulses differ by."""
+    parts = contact_problem.problem_of(sim)
+    problem, impulse = parts["problem"], np.asarray(sim.contacts.impulse)
+    r = np.einsum("mki,mi->mk", parts["rows"].axes, impulse)[parts["chosen"]]
+    exact = problem.solve("auto", tol=1e-12, start=r)
+    assert exact.converged, exact.hint
+    d, v = (exact.r - r).ravel(), velocities(sim)
+    falls = np.full((len(v), 1), 9.81 * sim.dt)
+    return np.sqrt(d @ (problem.W @ d)) / max(size_of_velocities(sim, v), size_of_velocities(sim, falls))
 
 
 def hopper():
@@ -231,6 +249,8 @@ def elastic_blocks():
     "make, mu, steps", [(hopper, 0.4, (200, 210)), (drum, 0.4, (150, 250)), (wall, 0.5, (20,)), (elastic_blocks, 0.3, (30,))]
 )
 def test_what_gives_way_slowly_is_seen_by_newtons_method(make, mu, steps, tmp_path):
+    """The reference is the exact solution next to the one found: some steps have several. Sweeps alone give no reference, since
+    they circle at errors of 1e-10 to 1e-7 in three of ten steps that differ by rounding."""
     scene = make()
     scene.interact("*", "*", cn.Coulomb(mu=mu))
     sim = cn.Simulation(scene, 1e-3, cn.NSCD(threads=1), overlap="ignore")
@@ -241,16 +261,12 @@ def test_what_gives_way_slowly_is_seen_by_newtons_method(make, mu, steps, tmp_pa
             sim.step()
         done, strategy = moment, sim.strategy
         sim.checkpoint(path)
-        # some steps have several solutions: that which the same start leads to
-        sim.strategy = cn.NSCD(solver=solver(tol=1e-11, max_iter=100000), threads=1, warm_start=False)
-        assert sim.step()["status"] == "converged"
-        exact = velocities(sim)
         for accuracy in (1e-3, 1e-5):
             sim.restore(path)
             sim.strategy = cn.NSCD(solver=solver(tol=1e-4, max_iter=100000), threads=1, warm_start=False, accuracy=accuracy)
             info = sim.step()
             assert info["status"] == "converged" and info["velocity_error"] <= accuracy and info["iterations"] > 0
-            assert error_of_velocities(sim, velocities(sim), exact) <= accuracy
+            assert error_beside_exact(sim) <= accuracy
         sim.restore(path)
         sim.strategy = strategy
 

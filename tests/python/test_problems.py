@@ -178,7 +178,9 @@ def test_seed_draws_the_order():
 
 @pytest.mark.parametrize("ratio", [1e3, 1e6, 1e9, 1e12])
 def test_heavy_on_light(ratio):
-    """A column of masses, the top one `ratio` times heavier: each contact bears what stands on it."""
+    """A column of masses, the top one `ratio` times heavier: each contact bears what stands on it. The gate is the tolerance and
+    the condition (Skeel 1979): a velocity W r + q is a sum of four terms with an error of up to 4 u |W| |r|, u = eps/2, which
+    gives r an error of 4 u |W^-1| |W| |r|, here 16 n u `ratio`."""
     n = 20
     mass = np.ones(n)
     mass[-1] = ratio
@@ -193,7 +195,11 @@ def test_heavy_on_light(ratio):
     result = p.solve("auto", tol=1e-8)
     assert result.converged, result.hint
     expected = np.cumsum(mass[::-1])[::-1]
-    assert np.abs(result.r[:, 0] / expected - 1).max() < 1e-6 + 1e-15 * ratio  # roundings of the heaviest on a light one
+    higher = np.maximum.outer(np.arange(n), np.arange(n))
+    inverse = expected[higher]  # of the rows and columns of W along the axis: the mass above both contacts
+    assert np.allclose(inverse @ W[::2, ::2], np.eye(n), atol=1e-15 * n * ratio)
+    condition = inverse @ (np.abs(W[::2, ::2]) @ expected) / expected
+    assert (np.abs(result.r[:, 0] / expected - 1) < 1e-6 + 2 * np.finfo(float).eps * condition).all()
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -234,18 +240,19 @@ def falling_cubes():
     return sim
 
 
-@pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
-def test_auto_stays_with_sweeps_that_come_there(tol):
-    """Their errors foretell less than Newton's method would take, whose factors are dear on a vault. What rounding makes of
-    Anderson's sweeps, 260 to 420 at 1e-6, may once foretell more."""
-    of, chance, stayed, times = vault_problem(1), np.random.default_rng(5), 0, 12
-    for _ in range(times):
+@pytest.mark.parametrize("tol, least", [(1e-4, 27), (1e-6, 27), (1e-8, 13)])
+def test_auto_stays_with_sweeps_that_come_there(tol, least):
+    """Sweeps foretell less work than Newton's method, whose factors are dear on a vault. Rounding changes their number (260 to
+    420 at 1e-6) and the forecast: none of 120 problems left the sweeps at 1e-4 and at 1e-6, 26 did at 1e-8, for 1.2 times the
+    work of sweeps alone. By that share, 18 of 30 leave them once in 2e5 tests."""
+    of, chance, stayed = vault_problem(1), np.random.default_rng(5), 0
+    for _ in range(30):
         p = cairn.problems.Problem(3, of.W, of.q, of.mu * (1 + 1e-12 * chance.standard_normal(of.contacts)))
         alone = p.solve("nlgs_anderson", tol=tol)
         result = p.solve("auto", tol=tol)
         assert result.converged
         stayed += result.iterations == alone.iterations and bool((result.r == alone.r).all())
-    assert stayed >= times - 2
+    assert stayed >= least
 
 
 def test_auto_leaves_sweeps_that_stand_still():

@@ -44,11 +44,12 @@ def run(ground, bodies, steps, dt=2e-3, mu=0.3):
 @pytest.mark.parametrize("kind", ["flat", "edge", "corner", "turning"])
 def test_a_block_slides_on_triangles_as_on_a_plane(kind):
     """On a flat floor of triangles it feels what it feels on a plane: lying, tipped on an edge or a corner, and spinning, its
-    corners passing over its edges and vertices. What turns has three corners below: about four, friction is not unique."""
+    corners passing over its edges and vertices. The spinning body has three corners below, since friction on four is not unique.
+    For the same reason a tipped block is compared before it falls on four (after 0.144 s; differences then grow to 1e-9)."""
     tip = {"flat": 0.0, "edge": 0.3, "corner": 0.5, "turning": 0.0}[kind]
     axis = np.array([1.0, 0, 0]) if kind == "edge" else np.array([1.0, -0.7, 0.2]) / np.sqrt(1.53)
     q = np.append(np.cos(tip / 2), np.sin(tip / 2) * axis)
-    velocity = [2.0, 0.7, 0, 0, 0, 5.0 if kind == "turning" else 0.0]
+    velocity = [4.0 if tip else 2.0, 1.4 if tip else 0.7, 0, 0, 0, 5.0 if kind == "turning" else 0.0]
     box = cn.boxes([[-1.0, -0.5, 0.0]], (0.8, 0.5, 0.3), ROCK, rotation=[q], velocity=[velocity])
     corners = CUBE * (0.8, 0.5, 0.3)
     t = 2 * np.cross(q[1:], corners)
@@ -58,13 +59,13 @@ def test_a_block_slides_on_triangles_as_on_a_plane(kind):
         base = np.array([[0.5, 0, 0], [-0.25, 0.4, 0], [-0.25, -0.4, 0.0]])
         prism = np.vstack([base, base + [0, 0, 0.3]]), [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
         box = cn.polyhedra([prism], ROCK, velocity=[velocity])
-    steps = 100 if tip else 250  # on two points or one; then it has not fallen yet
+    steps = 60 if tip else 250
     on_plane = run(cn.wall((0, 0, 0), (0, 0, 1), GROUND), box, steps)
     on_surface = run(cn.surface(*flat(8), GROUND), box, steps)
     for a, b in zip(on_plane[:3], on_surface[:3]):
-        np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-11)
     a, b = on_plane[3].contacts, on_surface[3].contacts
-    assert len(a.gap) == len(b.gap)
+    assert len(a.gap) == len(b.gap) and (not tip or np.count_nonzero(a.impulse[:, 2]) <= 2)
     np.testing.assert_allclose(np.sort(a.gap), np.sort(b.gap), rtol=0, atol=1e-12)
     assert np.linalg.norm(on_plane[0][:2] - box.position[0, :2]) > 0.3
 

@@ -7,7 +7,10 @@ module lemke
   implicit none
   private
   public :: cairn_lemke_tableau, cairn_lemke_pivots, cairn_lemke_impulses
-  real(c_double), parameter :: even = 1e-12_c_double !< of the largest q: right-hand sides nearer to 0 are rounding
+  ! Bases of packs of equal bodies have conditions of up to 1e7, and a thousand pivots leave rounding of up to 1e-9 in the tableau.
+  real(c_double), parameter :: even = 1e-10_c_double !< of the largest right-hand side so far: smaller differences are rounding
+  real(c_double), parameter :: least_pivot = 1e-8_c_double !< of the largest entry of its column: smaller ones may be rounding
+  real(c_double), parameter :: same = 1e-7_c_double !< of the largest of tied values: smaller differences are rounding
 contains
 
   !> The tableau I w - M z - e z0 = q; only M, e and q are stored: a basic column needs no room.
@@ -106,9 +109,10 @@ contains
       if (pivots >= most) return
       status = 1
       leaving = merge(leaving + m, leaving - m, leaving <= m) ! its complement enters
-      do col = 1, m + 1
+      do col = 1, m
         if (other(col) == leaving) exit
       end do
+      scale = max(scale, maxval(abs(tableau(:, m+2)))) ! right-hand sides keep the rounding of the largest that they were
       row = blocking_row(m, col, scale, tableau, basis, other)
       if (row == 0) return
       status = 0
@@ -120,19 +124,25 @@ contains
   pure integer(c_int64_t) function blocking_row(m, col, scale, tableau, basis, other) result(row)
     integer(c_int64_t), intent(in) :: m, col, basis(m), other(m+1)
     real(c_double), intent(in)     :: scale, tableau(m, m+2)
-    real(c_double) :: least, small
-    integer(c_int64_t) :: i, tied, rows(m)
-    small = 1e-11_c_double*maxval(abs(tableau(:, col)))
+    real(c_double) :: least, small, ratio
+    integer(c_int64_t) :: i, first, tied, rows(m)
+    small = least_pivot*maxval(abs(tableau(:, col)))
     row = 0
+    first = 0
     least = huge(least)
     do i = 1, m
-      if (tableau(i, col) > small) least = min(least, max(tableau(i, m+2), 0.0_c_double)/tableau(i, col))
+      if (.not. tableau(i, col) > small) cycle
+      ratio = max(tableau(i, m+2), 0.0_c_double)/tableau(i, col)
+      if (.not. ratio < least) cycle
+      least = ratio
+      first = i
     end do
-    if (.not. least < huge(least)) return
+    if (first == 0) return
     tied = 0
     do i = 1, m
       if (.not. tableau(i, col) > small) cycle
-      if (max(tableau(i, m+2), 0.0_c_double) - least*tableau(i, col) > even*scale) cycle
+      ! the row of the least ratio is tied with itself, although the product may differ by rounding
+      if (i /= first .and. max(tableau(i, m+2), 0.0_c_double) - least*tableau(i, col) > even*scale) cycle
       tied = tied + 1
       rows(tied) = i
       if (basis(i) == 2*m + 1) row = i
@@ -165,7 +175,7 @@ contains
         end if
       end do
       ! 1 is what entries are as large as, of a problem that is scaled
-      most = minval(value(:tied)) + 1e-9_c_double*max(1.0_c_double, maxval(abs(value(:tied))))
+      most = minval(value(:tied)) + same*max(1.0_c_double, maxval(abs(value(:tied))))
       kept = 0
       do i = 1, tied
         if (value(i) > most) cycle

@@ -16,7 +16,7 @@ contains
   !> Two cells on three under 1 kPa, brought to rest by long implicit steps.
   subroutine patch()
     integer, parameter :: columns(2) = [2, 3], rows = 2
-    real(dp), parameter :: young = 1e6_dp, pressure = 1e3_dp, h = 1
+    real(dp), parameter :: young = 1e6_dp, pressure = 1e3_dp, h = 0.1_dp
     real(dp) :: force(2, 9), share(4), level(3)
     real(dp), allocatable :: moved(:, :), impulse(:, :)
     integer :: rock, number, k
