@@ -10,7 +10,7 @@ option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointer
 option(CAIRN_PRECOMPILE "Read the headers that most files include once, unless ccache compiles" OFF)
 option(CAIRN_UNITY "Compile the sources of a folder together: a third of the time from nothing, longer after a change" OFF)
 set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
-set(CAIRN_CONTRACT "fast" CACHE STRING "fast: products and sums may be fused; off: each is rounded")
+set(CAIRN_CONTRACT "fast" CACHE STRING "fast: products and sums of kernels may be fused; off: each is rounded")
 set_property(CACHE CAIRN_CONTRACT PROPERTY STRINGS fast off)
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
@@ -48,11 +48,12 @@ else()
   set(march "")
 endif()
 # A fused multiply-add commutes with powers of two, so contraction keeps the bits of a rescaled scene. Nothing here lets the
-# compiler reorder a sum.
+# compiler reorder a sum. In C++ nothing is fused: which products would be hangs on what is compiled together (CAIRN_UNITY).
 if(NOT CAIRN_CONTRACT MATCHES "^(fast|off)$")
   message(FATAL_ERROR "CAIRN_CONTRACT is '${CAIRN_CONTRACT}': give fast or off")
 endif()
-target_compile_options(cairn_flags INTERFACE ${march} -ffp-contract=${CAIRN_CONTRACT})
+target_compile_options(cairn_flags INTERFACE ${march}
+  "$<IF:$<COMPILE_LANGUAGE:Fortran>,-ffp-contract=${CAIRN_CONTRACT},-ffp-contract=off>")
 
 set(cxx_warnings -Wall -Wextra)
 # A law or a pair answers to one signature, whether it needs every argument or not.
