@@ -48,6 +48,8 @@ set(CAIRN_CORE_SOURCES
   detection/hulls/polygon_contact.f90
   detection/hulls/separation.f90
   detection/pair_geometry.f90
+  detection/seam_scene.f90
+  detection/seams.f90
   detection/walls/facet_points.f90
   detection/walls/facet_view.f90
   detection/walls/tube_view.f90

@@ -77,6 +77,7 @@ set(CAIRN_CXX_SOURCES
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
   detection/rims.cpp
+  detection/seams.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp

@@ -101,6 +101,7 @@ struct InteractionHandler::Workspace {
   const double *position = nullptr, *rotation = nullptr;
   const MappedContactors* mapped = nullptr; // null: none
   bool for_bonds = false;
+  bool in_steps = false; // bodies move by their velocities until the next call
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;
@@ -182,6 +183,15 @@ struct InteractionHandler::Workspace {
   bool is_on_next_edge(const Candidates& out, std::int64_t i) const;
   void leave_to_next_edges(Candidates& out);
   void leave_to_sides(Candidates& out);
+  // Contacts with sides of bodies that others, flush with them, cover: see seams.cpp.
+  ScratchArray<std::int64_t> run;
+  ScratchArray<std::int32_t> runs_of, runs_start;
+  ScratchArray<std::int8_t> seam_verdict, runs_close;
+  ScratchArray<double> seam_normal;
+  bool may_have_seams() const;
+  std::int32_t find_runs(const Candidates& out);
+  void leave_seams(Candidates& out);
+  void turn_contact(Candidates& out, std::int64_t i, bool of_b, const double* normal) const;
   void put_declared_in_order();
   bool is_declared(const Candidates& out, std::int64_t i) const; // after this
   bool points_along_the_row(const Candidates& out, std::int64_t i) const;

@@ -65,6 +65,7 @@ void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates
   leave_out_spares(out);
   leave_to_next_edges(out);
   leave_to_sides(out);
+  leave_seams(out);
 }
 
 void InteractionHandler::Workspace::narrow_piece(int kind, std::int64_t first, std::int64_t last, Piece& piece,

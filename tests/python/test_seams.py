@@ -1,0 +1,153 @@
+"""Bodies that slide over flush pieces keep their speed; real steps stop them, and ramps turn them."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.pre import terrain
+
+STONE = cn.Material("stone", density=1000.0)
+G = 9.81
+
+
+def slider(shape, yaw, size, x, y=0.13):
+    turned, along = [[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]], [[1.0, 0, 0, 0, 0, 0]]
+    if shape == "box":
+        return cn.boxes([[x, y, size[2] / 2]], size, STONE, rotation=turned, velocity=along)
+    if shape == "cylinder":
+        return cn.cylinders([[x, y, size[2] / 2]], size[0] / 2, size[2], STONE, velocity=along)
+    if shape == "lying":
+        axis = (np.cos(yaw), np.sin(yaw), 0)
+        return cn.cylinders([[x, y, size[0] / 2]], size[0] / 2, size[2], STONE, axis=axis, velocity=along)
+    if shape == "capsule":
+        axis = (np.cos(yaw), np.sin(yaw), 0)
+        return cn.capsules([[x, y, size[0] / 2]], size[0] / 2, size[2], STONE, axis=axis, velocity=along)
+    if shape == "superquadric":
+        return cn.superquadrics([[x, y, size[2] / 2]], np.array(size) / 2, (1, 1), STONE, velocity=along)
+    return cn.spheres([[x, y, size[0] / 2]], size[0] / 2, STONE, velocity=along)
+
+
+def floor(kind):
+    if kind == "two":
+        return cn.boxes([[-1, 0, -0.5], [1, 0, -0.5]], (2, 4, 1), STONE, fixed=True)
+    if kind == "pavement":
+        places = [[0.3 * i - 0.6, 0.3 * j - 0.45, -0.1] for i in range(5) for j in range(5)]
+        return cn.boxes(places, (0.3, 0.3, 0.2), STONE, fixed=True)
+    if kind == "joints":
+        places = [[0.3 * i - 0.6, 0.3 * j - 0.45, -0.1] for i in range(5) for j in range(5)]
+        return cn.boxes(places, (0.297, 0.297, 0.2), STONE, fixed=True)
+    x = np.arange(-1.0, 1.5, 1.0)
+    return cn.polyhedra(terrain.prisms(*terrain.heights(x, x, np.zeros((3, 3))), 1.0), STONE, fixed=True)
+
+
+def slide(kind, shape, yaw, size=(0.5, 0.5, 0.5), x=-0.45, steps=450, dt=1e-3, law=None, solver=None):
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    scene.add(slider(shape, yaw, size, x), floor(kind))
+    scene.interact("*", "*", law or cn.Frictionless())
+    sim = cn.Simulation(scene, dt, cn.NSCD(solver=solver) if solver else None)
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+@pytest.mark.parametrize("kind", ["two", "pavement", "joints", "prisms"])
+@pytest.mark.parametrize("shape,yaw", [("box", 0.02), ("box", 0.3), ("box", np.pi / 4), ("cylinder", 0.0)])
+def test_speed_is_kept_over_seams(kind, shape, yaw):
+    sim = slide(kind, shape, yaw)
+    np.testing.assert_allclose(sim.bodies.velocity[0, :3], [1, 0, 0], atol=1e-5)
+    assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("shape,yaw", [("lying", 0.3), ("capsule", 0.3), ("superquadric", 0.0), ("sphere", 0.0)])
+def test_round_bodies_keep_it_too(shape, yaw):
+    sim = slide("pavement", shape, yaw, size=(0.2, 0.2, 0.25))
+    assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("solver", [cn.NLGS(tol=1e-10, max_iter=10_000), cn.PPANewton(tol=1e-10)])
+def test_whichever_solver_and_size(solver):
+    sim = slide("two", "box", 0.3, size=(0.3, 0.3, 0.02), x=-0.25, solver=solver)
+    assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
+
+
+def test_short_steps():
+    sim = slide("two", "box", 0.3, x=-0.36, steps=1500, dt=1e-4)
+    assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("yaw", [0.02, 0.4])
+def test_friction_stops_it_where_it_stops_on_one_block(yaw):
+    sim = slide("two", "box", yaw, size=(0.24, 0.115, 0.07), x=-0.2, steps=400, law=cn.Coulomb(mu=0.5))
+    assert np.linalg.norm(sim.bodies.position[0, :2] - [-0.2, 0.13]) == pytest.approx(1 / (2 * 0.5 * G), rel=0.01)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.3])
+@pytest.mark.parametrize("step", [1e-3, 0.1])
+def test_a_real_step_stops_it(yaw, step):
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    high = 0.5 * step
+    scene.add(slider("box", yaw, (0.5, 0.5, 0.5), -0.45, 0.0))
+    scene.add(cn.boxes([[-1, 0, -0.5], [1, 0, -0.5 + high]], (2, 4, 1), STONE, fixed=True))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 1e-3)
+    for _ in range(450):
+        sim.step()
+    assert sim.bodies.velocity[0, 0] < 0.8
+
+
+def profile(kind, kink):
+    """Ground of pieces, each turned down by a kink."""
+    p = [np.array([-2.0, 0.0])]
+    for k in range(4):
+        p.append(p[-1] + (2.0 if k == 0 else 0.5) * np.array([np.cos(kink * k), -np.sin(kink * k)]))
+    low, pieces = min(q[1] for q in p) - 1, list(zip(p[:-1], p[1:], strict=True))
+    if kind == "strips":
+        return [cn.polygons([np.array([a, [a[0], low], [b[0], low], b]) for a, b in pieces], STONE, fixed=True)]
+    if kind == "one":
+        return [cn.polygons([np.array([*p, [p[-1][0], low], [p[0][0], low]])[::-1]], STONE, fixed=True)]
+    r = 0.05 if kind == "round" else 0.0
+    return [cn.segment(a - [0, r], b - [0, r], STONE, radius=r) for a, b in pieces]
+
+
+def energy_left(kind, kink, shape="square"):
+    scene = cn.Scene(2, gravity=(0, -G))
+    corners = np.array([[-0.2, 0], [0.2, 0], [0.2, 0.2], [-0.2, 0.2]]) - [0.4, 0]
+    scene.add(cn.polygons([corners], STONE, velocity=[[1.5, 0, 0]]))
+    scene.add(*profile(kind, kink))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 1e-3)
+    for _ in range(700):
+        sim.step()
+    v, at = sim.bodies.velocity[0], sim.bodies.position[0]
+    inertia = sim.bodies.inertia[0] / sim.bodies.mass[0]
+    return (0.5 * v[:2] @ v[:2] + 0.5 * inertia * v[2] ** 2 + G * (at[1] - 0.1)) / (0.5 * 1.5**2)
+
+
+@pytest.mark.parametrize("kind", ["segments", "round", "strips"])
+def test_flat_rows_in_the_plane(kind):
+    assert energy_left(kind, 0.0) == pytest.approx(1, abs=2e-6)
+
+
+@pytest.mark.parametrize("kink", [0.01, 0.03])
+@pytest.mark.parametrize("kind", ["segments", "strips"])
+def test_convex_kinks_cost_what_those_of_one_body_cost(kind, kink):
+    assert energy_left(kind, kink) == pytest.approx(energy_left("one", kink), abs=2e-3)
+
+
+@pytest.mark.parametrize("kink", [-0.01, -0.03, -0.1, -0.2])
+@pytest.mark.parametrize("kind", ["segments", "strips"])
+def test_concave_kinks_are_met_by_the_face_that_rises(kind, kink):
+    """The loss at a kink is of the order of the square of its angle."""
+    left = energy_left(kind, kink)
+    assert 1 - 8 * kink**2 - 1e-5 < left < 1 + 1e-6
+
+
+def test_a_body_at_rest_on_a_seam_is_struck():
+    """A second box strikes one that stands with its edge on the seam: momentum is kept."""
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    scene.add(cn.boxes([[-0.25, 0, 0.25], [-1.0, 0, 0.25]], 0.5, STONE, velocity=[[0] * 6, [1.0, 0, 0, 0, 0, 0]]))
+    scene.add(floor("two"))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 1e-3)
+    for _ in range(300):
+        sim.step()
+    assert sim.bodies.velocity[:2, 0].sum() == pytest.approx(1, abs=1e-5)
