@@ -175,6 +175,10 @@ struct InteractionHandler::Workspace {
   void trim(Candidates& out, std::int64_t count) const; // to as many
   void leave_out(Candidates& out) const;                // those that are marked
   void leave_out_spares(Candidates& out);
+  void leave_far_sides(Candidates& out); // see far_sides.cpp
+  double round_layer(std::int32_t contactor) const;
+  double along_its_edge(const Candidates& out, std::int64_t i) const;
+  bool is_far_side_of(const Candidates& out, std::int64_t i, std::int64_t j, double layer) const;
   // Which of two edges in a row has a point.
   enum class EdgeOwner { first, second, both };
   EdgeOwner owner_at_corner(std::int32_t first, std::int32_t second, const double* x) const;
