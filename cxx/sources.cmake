@@ -76,6 +76,7 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/nodes_on_sides.cpp
   detection/rims.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp

@@ -224,6 +224,9 @@ struct InteractionHandler::Workspace {
   bool past_its_rim(const detection::OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const;
   bool lies_on_another(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t i,
                        HeldNode& held) const;
+  bool way_inward(std::int32_t node, double* inward) const;
+  void leave_hidden_sides(const detection::OrderedPairs& pairs, Candidates& out);
+  bool hides(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t j, std::int64_t i) const;
   bool reaches_back(std::int32_t node, const double* normal, const double* way, double far) const;
   bool comes_past_a_rim(const detection::OrderedPairs& pairs, int kind, std::int64_t first, std::int64_t last,
                         HeldNode& held) const;
