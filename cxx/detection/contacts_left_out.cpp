@@ -221,6 +221,7 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
 }
 
 void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
+  left_nodes.clear();
   if (!mapped || for_bonds || out.count == 0) return;
   const auto shape = [&](std::int32_t c) { return Shape(contactors->shape.values[c]); };
   const auto is_edge = [&](std::int64_t i) {
@@ -249,7 +250,9 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
       const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
       if (!info(shape(node)).ball() || !is_node_with_sides(node) || !info(shape(other)).bounded) continue;
       if (same_mesh(node, other) || is_joined(contactors->id.values[node])) continue; // what folds has its own nodes
-      if (points_along_a_side(out, i, first)) leave(i);
+      if (!points_along_a_side(out, i, first)) continue;
+      leave(i);
+      if (first && flat_sides(other) > 0) note_met(out, i, left_nodes.emplace_back());
     }
   if (any && !declared.empty()) {
     put_declared_in_order();

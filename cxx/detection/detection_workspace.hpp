@@ -207,7 +207,7 @@ struct InteractionHandler::Workspace {
     double gap = 0, normal[3] = {}, way[3] = {}; // past the rim
   };
   mutable FlatSide seen_side, seen_before, own_side; // as large as was needed so far, as the next three
-  std::vector<HeldNode> held_nodes;
+  std::vector<HeldNode> held_nodes, left_nodes;      // left_nodes: what nodes met along sides of their own
   std::vector<std::uint8_t> hinders_held;
   Candidates with_held;
   int flat_sides(std::int32_t contactor) const; // how many it has
@@ -222,8 +222,8 @@ struct InteractionHandler::Workspace {
   void from_centre(std::int32_t a, std::int32_t b, std::int32_t which, double* x) const;
   void note_seats(Candidates& out);
   bool past_its_rim(const detection::OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const;
-  bool lies_on_another(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t i,
-                       HeldNode& held) const;
+  void note_met(const Candidates& out, std::int64_t contact, HeldNode& met) const;
+  bool lies_on_another(const detection::OrderedPairs& pairs, const HeldNode& met, HeldNode& held) const;
   bool way_inward(std::int32_t node, double* inward) const;
   void leave_hidden_sides(const detection::OrderedPairs& pairs, Candidates& out);
   bool hides(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t j, std::int64_t i) const;

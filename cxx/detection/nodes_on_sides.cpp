@@ -29,40 +29,45 @@ bool InteractionHandler::Workspace::way_inward(std::int32_t node, double* inward
   return true;
 }
 
+// What a node meets in a contact.
+void InteractionHandler::Workspace::note_met(const Candidates& out, std::int64_t i, HeldNode& met) const {
+  met = {out.contactor_a[i], out.contactor_b[i], 0, 0, out.image[i], out.gap[i], {}, {}};
+  std::copy_n(&out.normal[dim * i], dim, met.normal);
+}
+
 // Of a contact with one of two sides between which the node stands, on the edge or corner where they meet: with the one
 // that the cells of the node lie on, if that is the other. Detection has the first of both, or the nearer one, which
 // the body has come past beside: where its cells lie behind that, it is the nearest of those that they lie on.
-bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, const Candidates& out, std::int64_t i,
+bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, const HeldNode& met,
                                                     HeldNode& held) const {
-  const std::int32_t node = out.contactor_a[i], met = out.contactor_b[i];
+  const std::int32_t node = met.node;
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(node)])], slack = on_rim * hair;
-  if (!(std::abs(out.gap[i]) <= hair)) return false;
+  if (!(std::abs(met.gap) <= hair)) return false;
   double inward[3], x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
   if (!way_inward(node, inward)) return false;
-  const double* normal = &out.normal[dim * i];
-  const double own = dot(dim, normal, inward);
+  const double own = dot(dim, met.normal, inward);
   const bool behind = own < -slack;
-  if (!behind && !(std::abs(out.gap[i]) <= slack)) return false;
+  if (!behind && !(std::abs(met.gap) <= slack)) return false;
   FlatSide& side = seen_side;
   double most = std::max(own, 0.0) + slack, highest = -hair;
   if (!behind) most = own + slack, highest = -slack;
   bool rim = false, found = false;
   each_pair_of(pairs, node, [&](std::int64_t p, int kind) {
     const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
-    if (carrier[b] != carrier[met] || image_of != out.image[i] || (pairs.image[p] & declared_bit)) return true;
+    if (carrier[b] != carrier[met.side] || image_of != met.image || (pairs.image[p] & declared_bit)) return true;
     from_centre(node, b, image_of, x);
     for (int face = 0; face < flat_sides(b); ++face) {
       view_side(b, face, side);
       const double height = dot(dim, side.normal, x) - side.offset, facing = dot(dim, side.normal, inward);
       if (!(height >= highest) || !(height <= (behind ? share(node) + share(b) : slack))) continue;
-      if (!(dot(dim, side.normal, normal) < alike) || !(facing > most)) continue;
+      if (!(dot(dim, side.normal, met.normal) < alike) || !(facing > most)) continue;
       const double far = beyond(side, x, rim, way);
       if (!(far <= slack) && !(behind && rim && far < hair && reaches_back(node, side.normal, way, far))) continue;
       (behind ? highest : most) = behind ? height : facing;
       found = true;
       held = {node, b, face, kind, image_of, height, {}, {}};
       std::copy_n(side.normal, 3, held.normal);
-      std::copy_n(normal, dim, held.way);
+      std::copy_n(met.normal, dim, held.way);
     }
     return true;
   });

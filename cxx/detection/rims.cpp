@@ -271,10 +271,14 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
     if (contacts_of_nodes.empty()) index_nodes(out);
     if (!bears_as_high(out, h) && !is_met_there(out, h)) held.push_back(h);
   };
-  HeldNode h;
-  for (std::int64_t i = 0; i < out.count; ++i)
-    if (is_mapped_point(out.contactor_a[i]) && flat_sides(out.contactor_b[i]) > 0 && lies_on_another(pairs, out, i, h))
-      hold(h);
+  HeldNode h, met;
+  for (std::int64_t i = 0; i < out.count; ++i) {
+    if (!is_mapped_point(out.contactor_a[i]) || flat_sides(out.contactor_b[i]) == 0) continue;
+    note_met(out, i, met);
+    if (lies_on_another(pairs, met, h)) hold(h);
+  }
+  for (const HeldNode& one : left_nodes)
+    if (lies_on_another(pairs, one, h)) hold(h);
   for (const RimSeat& seat : before)
     if (!std::binary_search(out.seats.begin(), out.seats.end(), seat) && past_its_rim(pairs, seat, h)) hold(h);
   std::int64_t end = 0;
