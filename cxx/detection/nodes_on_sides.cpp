@@ -144,6 +144,8 @@ bool InteractionHandler::Workspace::hides(const OrderedPairs& pairs, const Candi
     double inward[3];
     if (way_inward(node, inward) && std::abs(out.gap[i]) <= hair && dot(dim, normal, inward) < -on_rim * hair)
       return dot(dim, lies, inward) > on_rim * hair;
+    const auto shape = Shape(contactors->shape.values[met]);
+    if (met == on || shape == Shape::segment || shape == Shape::facet) return false; // of one surface
   }
   double x[3] = {0, 0, 0}, at[3] = {0, 0, 0}, way[3] = {0, 0, 0}, height = out.gap[j];
   for (int c = 0; c < dim; ++c) height -= lies[c] * out.gap[i] * normal[c];
