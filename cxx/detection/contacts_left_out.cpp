@@ -30,7 +30,8 @@ constexpr double clearly = 16;          // times as deep behind one edge as behi
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
 constexpr double along_it = 0.5;        // cosine to a side from which on a normal points along it
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
-constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
+constexpr double level = 1.0 / 4096; // of a side: bodies that rise over it by less at its end do not stand in its way
+constexpr double shallow = 1.0 / 16; // of a side: deeper nodes are pushed to where they are nearest
 
 double dot(int dim, const double* x, const double* y) {
   double sum = 0;
@@ -175,6 +176,48 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   return false;
 }
 
+// A body with corners at the end of an edge where the row ends, or turns away by a corner of the mesh: the bar of the
+// edge has a round end there, which the mesh has not. Left out where the body is beyond the end and no higher than the
+// edge, as the next one of a floor that a mesh slides over, or where it lies on the edge round the corner; else as deep
+// as the corner of the mesh is in it.
+bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
+  const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
+  const double* e = &direction[3 * std::int64_t(edge)];
+  const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
+  const double* normal = &out.normal[2 * i];
+  const double across = dot(2, normal, looks);
+  if (across >= 1 - on_end) return false;
+  double from = 0, to = 0, low = 0, x[3] = {0, 0, 0}, v[2];
+  from_centre(body, edge, out.image[i], x);
+  const std::int32_t corners = contactors->hulls.vertices(contactors->hull.values[body]);
+  for (std::int32_t c = 0; c < corners; ++c) {
+    vertex_of(body, c, v);
+    for (int d = 0; d < 2; ++d) v[d] += x[d];
+    const double t = dot(2, v, e), height = dot(2, v, looks) - radius;
+    from = c == 0 ? t : std::min(from, t);
+    to = c == 0 ? t : std::max(to, t);
+    low = c == 0 ? height : std::min(low, height);
+  }
+  const int way = dot(2, normal, e) > 0 ? 1 : -1;
+  const auto k = std::size_t(mapped->place[std::size_t(edge)]);
+  const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
+  if (next >= 0) {
+    const double* f = &direction[3 * std::int64_t(next)];
+    if (!(dot(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
+    for (const int to_it : {-1, 1})
+      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
+        if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
+            way * dot(2, normal, e) > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)
+          return true;
+  }
+  const bool beyond_it = way > 0 ? from >= e[2] - slack : to <= slack - e[2];
+  if (beyond_it && low >= -slack) return true;
+  const double round = radius * (1 - std::max(across, 0.0));
+  out.gap[i] += round;
+  for (int c = 0; c < 2; ++c) out.point[2 * i + c] -= round / 2 * normal[c];
+  return false;
+}
+
 // Whether what meets a node would push it along a side that it has, on a surface that is no valley there.
 bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, std::int64_t i, bool first) const {
   const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
@@ -237,6 +280,9 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
   for (std::int64_t i = 0; i < out.count && dim == 2; ++i)
     if (is_edge(i) && shape(out.contactor_a[i]) == Shape::polygon && !left[std::size_t(i)] &&
         is_beyond_its_edge(out, i))
+      leave(i);
+  for (std::int64_t i = 0; i < out.count && dim == 2; ++i)
+    if (is_edge(i) && shape(out.contactor_a[i]) == Shape::polygon && !left[std::size_t(i)] && is_past_its_end(out, i))
       leave(i);
   std::vector<std::int64_t>& joined = held; // contactors, to other sides than these, too
   joined.clear();

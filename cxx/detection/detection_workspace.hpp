@@ -190,6 +190,7 @@ struct InteractionHandler::Workspace {
   bool is_declared(const Candidates& out, std::int64_t i) const; // after this
   bool points_along_the_row(const Candidates& out, std::int64_t i) const;
   bool is_beyond_its_edge(const Candidates& out, std::int64_t i) const;
+  bool is_past_its_end(Candidates& out, std::int64_t i) const; // else with the gap that the mesh has there
   bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
   bool is_node_with_sides(std::int32_t contactor) const;
   // Nodes that slide past the rim of a flat side, see rims.cpp.
