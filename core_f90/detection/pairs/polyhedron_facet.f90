@@ -18,6 +18,10 @@ module polyhedron_facet
   !> them lifted, stay in it.
   real(c_double), parameter :: lean = 0.05_c_double
 
+  !> Of the size of the triangle: what rises over it by less does not stand in its way.
+  real(c_double), parameter :: level = 2e-4_c_double
+  real(c_double), parameter :: upright = 0.75_c_double !< cosine to the normal of a triangle from which on one is across it
+
 contains
 
   !> Each feature of the surface counts once, for the triangle that owns it, and only where it can be touched:
@@ -176,6 +180,7 @@ contains
         body%hull = p
         if (leaves_elsewhere(body, q, at, x, gap, gap)) cycle
       end if
+      if (passes_edge(p, q, k, at, n)) cycle
       call add(f, (x + y)/2 - at, n, gap, name_of_edges(i, k))
     end do
   end subroutine on_edges
@@ -238,8 +243,51 @@ contains
       if (.not. in_front(p, face, x, f%slack)) return
     end if
     if (.not. pokes_out(q, k)) return
+    if (passes_vertex(p, q, k, at, n)) return
     call add(f, x + n*(best/2), n, best, int(vertex_of_b + k, c_int32_t))
   end subroutine on_vertex
+
+  !> Whether a polyhedron that meets edge k along n would stop it though it is no higher than a triangle there: as the next block
+  !> of a floor that the edge slides over.
+  pure logical function passes_edge(p, q, k, at, n)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), n(3)
+    real(c_double) :: d(3)
+    d = at - q%v(k, :)
+    passes_edge = passes(p, q, d, n, q%normal(1, :))
+    if (passes_edge .or. q%edge(4, k) == 0) return
+    passes_edge = passes(p, q, d, n, cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
+  end function passes_edge
+
+  !> The same of vertex k.
+  pure logical function passes_vertex(p, q, k, at, n)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), n(3)
+    real(c_double) :: d(3)
+    integer :: j
+    d = at - q%v(k, :)
+    passes_vertex = passes(p, q, d, n, q%normal(1, :))
+    do j = 7, q%edges
+      if (passes_vertex) return
+      if (q%edge(1, j) /= k) cycle
+      passes_vertex = passes(p, q, d, n, cross(q%v(q%edge(2, j), :) - q%v(k, :), q%v(q%edge(4, j), :) - q%v(k, :)))
+    end do
+  end function passes_vertex
+
+  !> Whether a polyhedron at d from a triangle across `looks`, of any length, is in front of its plane, and n not across it.
+  pure logical function passes(p, q, d, n, looks)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: d(3), n(3), looks(3)
+    real(c_double) :: m(3), low, high
+    integer :: lowest
+    m = looks/sqrt(dot_product(looks, looks))
+    passes = dot_product(n, m) < upright
+    if (.not. passes) return
+    call extent(p, m, low, high, lowest)
+    passes = low + dot_product(m, d) >= -level*q%size
+  end function passes
 
   pure logical function in_front(p, face, x, slack)
     type(solid), intent(in) :: p
@@ -267,6 +315,7 @@ contains
     real(c_double) :: distance, x(3), y(3), d(3), slack
     integer :: corners, va(4), vb(4), k
     integer(c_int32_t) :: name
+    logical :: on(3)
     v = q%v(1:3, :)
     triangle%vertices = 3
     triangle%size = q%size
@@ -280,6 +329,14 @@ contains
     slack = on_edge*q%size
     if (.not. is_over(q, y)) return
     if (.not. is_nearest(q, y, d, slack)) return
+    on = [(inside_of(q, k, after(after(k)), y) <= slack, k=1, 3)]
+    do k = 1, 3
+      if (on(k) .and. on(after(k))) then
+        if (passes_vertex(p, q, after(k), at, d/sqrt(dot_product(d, d)))) return
+      else if (on(k)) then
+        if (passes_edge(p, q, k, at, d/sqrt(dot_product(d, d)))) return
+      end if
+    end do
     name = int(va(1), c_int32_t)
     if (any(va(1:corners) /= va(1))) name = int(vertex_of_b + vb(1), c_int32_t)
     if (distance <= slack) d = q%normal(1, :)
