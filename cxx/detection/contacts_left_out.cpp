@@ -177,16 +177,15 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
 }
 
 // A body with corners at the end of an edge where the row ends, or turns away by a corner of the mesh: the bar of the
-// edge has a round end there, which the mesh has not. Left out where the body is beyond the end and no higher than the
-// edge, as the next one of a floor that a mesh slides over, or where it lies on the edge round the corner; else as deep
-// as the corner of the mesh is in it.
+// edge has a round end there, which the mesh has not. Left out where the body is beyond the end, and no higher than the
+// edge, as the next one of a floor that a mesh slides over, or on the edge round the corner; else as deep as the corner
+// of the mesh is in it.
 bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
   const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
   const double* e = &direction[3 * std::int64_t(edge)];
   const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
   const double* normal = &out.normal[2 * i];
-  const double across = dot(2, normal, looks);
-  if (across >= 1 - on_end) return false;
+  const double across = dot(2, normal, looks), part = dot(2, normal, e);
   double from = 0, to = 0, low = 0, x[3] = {0, 0, 0}, v[2];
   from_centre(body, edge, out.image[i], x);
   const std::int32_t corners = contactors->hulls.vertices(contactors->hull.values[body]);
@@ -198,20 +197,22 @@ bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_
     to = c == 0 ? t : std::max(to, t);
     low = c == 0 ? height : std::min(low, height);
   }
-  const int way = dot(2, normal, e) > 0 ? 1 : -1;
+  const bool flat = across >= 1 - on_end;
+  const int way = (flat ? from + to : part) > 0 ? 1 : -1;
+  const bool beyond_it = way > 0 ? from >= e[2] - slack : to <= slack - e[2];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
   if (next >= 0) {
     const double* f = &direction[3 * std::int64_t(next)];
     if (!(dot(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
     for (const int to_it : {-1, 1})
-      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
-        if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
-            way * dot(2, normal, e) > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)
-          return true;
+      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it) {
+        if (out.contactor_b[j] != next || out.image[j] != out.image[i] || left[std::size_t(j)]) continue;
+        if (beyond_it || (way * part > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)) return true;
+      }
   }
-  const bool beyond_it = way > 0 ? from >= e[2] - slack : to <= slack - e[2];
   if (beyond_it && low >= -slack) return true;
+  if (flat) return false;
   const double round = radius * (1 - std::max(across, 0.0));
   out.gap[i] += round;
   for (int c = 0; c < 2; ++c) out.point[2 * i + c] -= round / 2 * normal[c];
