@@ -30,8 +30,8 @@ constexpr double clearly = 16;          // times as deep behind one edge as behi
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
 constexpr double along_it = 0.5;        // cosine to a side from which on a normal points along it
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
-constexpr double level = 1.0 / 4096; // of a side: bodies that rise over it by less at its end do not stand in its way
-constexpr double shallow = 1.0 / 16; // of a side: deeper nodes are pushed to where they are nearest
+constexpr double level = 1.0 / 4096;    // of a side: what is no farther before or behind its plane is flush with it
+constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
 
 double dot(int dim, const double* x, const double* y) {
   double sum = 0;
@@ -177,42 +177,48 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
 }
 
 // A body with corners at the end of an edge where the row ends, or turns away by a corner of the mesh: the bar of the
-// edge has a round end there, which the mesh has not. Left out where the body is beyond the end, and no higher than the
-// edge, as the next one of a floor that a mesh slides over, or on the edge round the corner; else as deep as the corner
-// of the mesh is in it.
+// edge has a round end there, which the mesh has not. Left out where the body is beyond the end, and one of its sides
+// flush with the edge or the next, as the next body of a floor that a mesh slides over; where the body lies on the edge
+// round the corner; else as deep as the corner of the mesh is in it.
 bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
   const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
   const double* e = &direction[3 * std::int64_t(edge)];
   const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
   const double* normal = &out.normal[2 * i];
   const double across = dot(2, normal, looks), part = dot(2, normal, e);
-  double from = 0, to = 0, low = 0, x[3] = {0, 0, 0}, v[2];
+  double x[3] = {0, 0, 0}, met[2], corner[2], other[2];
   from_centre(body, edge, out.image[i], x);
-  const std::int32_t corners = contactors->hulls.vertices(contactors->hull.values[body]);
-  for (std::int32_t c = 0; c < corners; ++c) {
-    vertex_of(body, c, v);
-    for (int d = 0; d < 2; ++d) v[d] += x[d];
-    const double t = dot(2, v, e), height = dot(2, v, looks) - radius;
-    from = c == 0 ? t : std::min(from, t);
-    to = c == 0 ? t : std::max(to, t);
-    low = c == 0 ? height : std::min(low, height);
-  }
+  for (int c = 0; c < 2; ++c) // the point of the body, from the centre of the edge
+    met[c] = x[c] + out.point[2 * i + c] - centre[2 * std::int64_t(body) + c] + out.gap[i] / 2 * normal[c];
   const bool flat = across >= 1 - on_end;
-  const int way = (flat ? from + to : part) > 0 ? 1 : -1;
-  const bool beyond_it = way > 0 ? from >= e[2] - slack : to <= slack - e[2];
+  const int way = (flat ? dot(2, met, e) : part) > 0 ? 1 : -1;
+  for (int c = 0; c < 2; ++c) corner[c] = way * e[2] * e[c] + radius * looks[c] - x[c];
+  const auto is_flush = [&](const double* m) {
+    for (int side = 0; side < contactors->hulls.faces(contactors->hull.values[body]); ++side) {
+      looks_of(body, side, other);
+      if (dot(2, other, m) > -nearly_one) continue;
+      double v[2];
+      vertex_of(body, side, v);
+      if (std::abs(dot(2, other, corner) - dot(2, other, v)) <= slack) return true;
+    }
+    return false;
+  };
+  const double past = way * dot(2, met, e) - e[2];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
   if (next >= 0) {
     const double* f = &direction[3 * std::int64_t(next)];
+    const double next_looks[2] = {f[1], -f[0]};
     if (!(dot(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
+    if (past >= -slack && dot(2, normal, next_looks) < nearly_one && is_flush(next_looks)) return true;
     for (const int to_it : {-1, 1})
-      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it) {
-        if (out.contactor_b[j] != next || out.image[j] != out.image[i] || left[std::size_t(j)]) continue;
-        if (beyond_it || (way * part > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)) return true;
-      }
+      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
+        if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
+            way * part > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)
+          return true;
   }
-  if (beyond_it && low >= -slack) return true;
   if (flat) return false;
+  if (past >= (across > nearly_one ? slack : -slack) && is_flush(looks)) return true;
   const double round = radius * (1 - std::max(across, 0.0));
   out.gap[i] += round;
   for (int c = 0; c < 2; ++c) out.point[2 * i + c] -= round / 2 * normal[c];

@@ -18,7 +18,7 @@ module polyhedron_facet
   !> them lifted, stay in it.
   real(c_double), parameter :: lean = 0.05_c_double
 
-  !> Of the size of the triangle: what rises over it by less does not stand in its way.
+  !> Of the size of the triangle: what is no farther before or behind its plane is flush with it.
   real(c_double), parameter :: level = 2e-4_c_double
   real(c_double), parameter :: upright = 0.75_c_double !< cosine to the normal of a triangle from which on one is across it
 
@@ -128,6 +128,7 @@ contains
         if (.not. is_under_valley(q, x)) cycle
       else if (height < 0) then
         if (nearer_elsewhere(q, x, -height)) cycle
+        if (passes_rim(p, q, at, x)) cycle
       end if
       call add_point(cut, [dot_product(t, x), dot_product(s, x), dot_product(m, x) - height/2], height, int(i, c_int32_t))
     end do
@@ -180,7 +181,8 @@ contains
         body%hull = p
         if (leaves_elsewhere(body, q, at, x, gap, gap)) cycle
       end if
-      if (passes_edge(p, q, k, at, n)) cycle
+      if (passes_edge(p, q, k, y - at, n)) cycle
+      if (passes_end(p, q, k, at, n, y)) cycle
       call add(f, (x + y)/2 - at, n, gap, name_of_edges(i, k))
     end do
   end subroutine on_edges
@@ -247,18 +249,56 @@ contains
     call add(f, x + n*(best/2), n, best, int(vertex_of_b + k, c_int32_t))
   end subroutine on_vertex
 
-  !> Whether a polyhedron that meets edge k along n would stop it though it is no higher than a triangle there: as the next block
-  !> of a floor that the edge slides over.
-  pure logical function passes_edge(p, q, k, at, n)
+  !> Whether a polyhedron that meets edge k along n is flush with a triangle there, as the next block of a floor that the edge
+  !> slides over, and would stop it.
+  pure logical function passes_edge(p, q, k, x, n)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: k
-    real(c_double), intent(in) :: at(3), n(3)
-    real(c_double) :: d(3)
-    d = at - q%v(k, :)
-    passes_edge = passes(p, q, d, n, q%normal(1, :))
+    real(c_double), intent(in) :: x(3) !< where, from the polyhedron [m]
+    real(c_double), intent(in) :: n(3)
+    passes_edge = passes(p, q, x, n, q%normal(1, :))
     if (passes_edge .or. q%edge(4, k) == 0) return
-    passes_edge = passes(p, q, d, n, cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
+    passes_edge = passes(p, q, x, n, cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
   end function passes_edge
+
+  !> The same where it meets the edge at y, at an end of it, of a triangle there that the edge goes back from.
+  pure logical function passes_end(p, q, k, at, n, y)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), n(3), y(3)
+    real(c_double) :: e(3), m(3)
+    integer :: end, j, i
+    passes_end = .false.
+    do i = 0, 1
+      end = merge(k, after(k), i == 0)
+      e = y - q%v(end, :)
+      if (dot_product(e, e) > (level*q%size)**2) cycle
+      e = q%v(merge(after(k), k, i == 0), :) - q%v(end, :)
+      do j = 7, q%edges
+        if (q%edge(1, j) /= end) cycle
+        m = cross(q%v(q%edge(2, j), :) - q%v(end, :), q%v(q%edge(4, j), :) - q%v(end, :))
+        if (dot_product(m, e) > -0.5_c_double*sqrt(dot_product(m, m)*dot_product(e, e))) cycle
+        passes_end = passes(p, q, q%v(end, :) - at, n, m)
+        if (passes_end) return
+      end do
+    end do
+  end function passes_end
+
+  !> The same where corner x of it is over the triangle at an edge beyond which the surface turns away.
+  pure logical function passes_rim(p, q, at, x)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), x(3)
+    integer :: k
+    passes_rim = .false.
+    do k = 1, 3
+      if (q%edge(4, k) == 0) cycle
+      if (inside_of(q, k, after(after(k)), x) > level*q%size) cycle
+      if (.not. stands_out(q, k)) cycle
+      passes_rim = passes(p, q, x - at, q%normal(1, :), &
+                          cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
+      if (passes_rim) return
+    end do
+  end function passes_rim
 
   !> The same of vertex k.
   pure logical function passes_vertex(p, q, k, at, n)
@@ -267,7 +307,7 @@ contains
     real(c_double), intent(in) :: at(3), n(3)
     real(c_double) :: d(3)
     integer :: j
-    d = at - q%v(k, :)
+    d = q%v(k, :) - at
     passes_vertex = passes(p, q, d, n, q%normal(1, :))
     do j = 7, q%edges
       if (passes_vertex) return
@@ -276,17 +316,21 @@ contains
     end do
   end function passes_vertex
 
-  !> Whether a polyhedron at d from a triangle across `looks`, of any length, is in front of its plane, and n not across it.
-  pure logical function passes(p, q, d, n, looks)
+  !> Whether a face of a polyhedron that looks at a triangle across `looks`, of any length, goes through point x of it, seen from
+  !> the polyhedron, and n is not across the triangle.
+  pure logical function passes(p, q, x, n, looks)
     type(solid), intent(in) :: p, q
-    real(c_double), intent(in) :: d(3), n(3), looks(3)
-    real(c_double) :: m(3), low, high
-    integer :: lowest
+    real(c_double), intent(in) :: x(3), n(3), looks(3)
+    real(c_double) :: m(3)
+    integer :: i
     m = looks/sqrt(dot_product(looks, looks))
-    passes = dot_product(n, m) < upright
-    if (.not. passes) return
-    call extent(p, m, low, high, lowest)
-    passes = low + dot_product(m, d) >= -level*q%size
+    passes = .false.
+    if (dot_product(n, m) >= upright) return
+    do i = 1, p%faces
+      if (dot_product(p%normal(i, :), m) > -upright) cycle
+      passes = abs(dot_product(p%normal(i, :), x) - p%offset(i)) <= level*q%size
+      if (passes) return
+    end do
   end function passes
 
   pure logical function in_front(p, face, x, slack)
@@ -334,7 +378,7 @@ contains
       if (on(k) .and. on(after(k))) then
         if (passes_vertex(p, q, after(k), at, d/sqrt(dot_product(d, d)))) return
       else if (on(k)) then
-        if (passes_edge(p, q, k, at, d/sqrt(dot_product(d, d)))) return
+        if (passes_edge(p, q, k, y - at, d/sqrt(dot_product(d, d)))) return
       end if
     end do
     name = int(va(1), c_int32_t)
