@@ -30,7 +30,7 @@ constexpr double clearly = 16;          // times as deep behind one edge as behi
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
 constexpr double along_it = 0.5;        // cosine to a side from which on a normal points along it
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
-constexpr double level = 1.0 / 4096;    // of a side: what is no farther before or behind its plane is flush with it
+constexpr double level = 8e-4;          // of a side: what is no farther before or behind its plane is flush with it
 constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
 
 double dot(int dim, const double* x, const double* y) {

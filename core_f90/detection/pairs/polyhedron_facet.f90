@@ -19,7 +19,7 @@ module polyhedron_facet
   real(c_double), parameter :: lean = 0.05_c_double
 
   !> Of the size of the triangle: what is no farther before or behind its plane is flush with it.
-  real(c_double), parameter :: level = 2e-4_c_double
+  real(c_double), parameter :: level = 8e-4_c_double
   real(c_double), parameter :: upright = 0.75_c_double !< cosine to the normal of a triangle from which on one is across it
 
 contains
@@ -356,10 +356,9 @@ contains
     type(findings), intent(inout) :: f
     type(solid) :: triangle
     real(c_double), target :: v(3, 3)
-    real(c_double) :: distance, x(3), y(3), d(3), slack
+    real(c_double) :: distance, x(3), y(3), d(3), n(3), w(3), slack
     integer :: corners, va(4), vb(4), k
     integer(c_int32_t) :: name
-    logical :: on(3)
     v = q%v(1:3, :)
     triangle%vertices = 3
     triangle%size = q%size
@@ -373,12 +372,14 @@ contains
     slack = on_edge*q%size
     if (.not. is_over(q, y)) return
     if (.not. is_nearest(q, y, d, slack)) return
-    on = [(inside_of(q, k, after(after(k)), y) <= slack, k=1, 3)]
+    n = d/sqrt(dot_product(d, d))
     do k = 1, 3
-      if (on(k) .and. on(after(k))) then
-        if (passes_vertex(p, q, after(k), at, d/sqrt(dot_product(d, d)))) return
-      else if (on(k)) then
-        if (passes_edge(p, q, k, y - at, d/sqrt(dot_product(d, d)))) return
+      if (inside_of(q, k, after(after(k)), y) <= level*q%size) then
+        if (passes_edge(p, q, k, y - at, n)) return
+      end if
+      w = y - q%v(k, :)
+      if (dot_product(w, w) <= (level*q%size)**2) then
+        if (passes_vertex(p, q, k, at, n)) return
       end if
     end do
     name = int(va(1), c_int32_t)
