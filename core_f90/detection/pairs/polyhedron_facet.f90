@@ -9,7 +9,7 @@ module polyhedron_facet
   use patch_points, only: add_point, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   use facet_points, only: add, findings, settle
   use facet_view, only: after, cross, inside_of, inward, is_over, is_under_valley, leaves_edge, leaves_vertex, &
-                        nearer_elsewhere, on_edge, pokes_out, stands_out
+                        nearer_elsewhere, of_mesh, on_edge, pokes_out, stands_out
   implicit none
   private
   public :: cairn_pair_polyhedron_facet
@@ -316,15 +316,16 @@ contains
     end do
   end function passes_vertex
 
-  !> Whether a face of a polyhedron that looks at a triangle across `looks`, of any length, goes through point x of it, seen from
-  !> the polyhedron, and n is not across the triangle.
+  !> Whether a face of a polyhedron that looks at a triangle of a mesh across `looks`, of any length, goes through point x of it,
+  !> seen from the polyhedron, and n is not across the triangle.
   pure logical function passes(p, q, x, n, looks)
     type(solid), intent(in) :: p, q
     real(c_double), intent(in) :: x(3), n(3), looks(3)
     real(c_double) :: m(3)
     integer :: i
-    m = looks/sqrt(dot_product(looks, looks))
     passes = .false.
+    if (.not. of_mesh(q)) return
+    m = looks/sqrt(dot_product(looks, looks))
     if (dot_product(n, m) >= upright) return
     do i = 1, p%faces
       if (dot_product(p%normal(i, :), m) > -upright) cycle
