@@ -30,7 +30,7 @@ constexpr double clearly = 16;          // times as deep behind one edge as behi
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
 constexpr double along_it = 0.5;        // cosine to a side from which on a normal points along it
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
-constexpr double level = 8e-4;          // of a side: what is no farther before or behind its plane is flush with it
+constexpr double level = 8e-4;          // share of a side within which the side of a body is flush with it
 constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
 
 double dot(int dim, const double* x, const double* y) {
@@ -176,10 +176,10 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   return false;
 }
 
-// A body with corners at the end of an edge where the row ends, or turns away by a corner of the mesh: the bar of the
-// edge has a round end there, which the mesh has not. Left out where the body is beyond the end, and one of its sides
-// flush with the edge or the next, as the next body of a floor that a mesh slides over; where the body lies on the edge
-// round the corner; else as deep as the corner of the mesh is in it.
+// The bar of an edge has a round end where a row of edges ends or turns by a corner of the mesh; the mesh has none. A
+// body with corners does not meet that end if it is beyond it with a side flush with the edge or the next one, as the
+// next body of a floor that the mesh slides over, nor if it lies on the edge round the corner. Other contacts there get
+// the gap of the corner of the mesh.
 bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
   const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
   const double* e = &direction[3 * std::int64_t(edge)];

@@ -1,6 +1,6 @@
-// Far sides of what is thin. A round body on a closed surface that is thinner than itself has the far side within its
-// reach, from behind: the nearest point there is no contact, since the near side lies between. So it is with edges of a
-// thin mesh in the plane, whose bars reach through half of it.
+// A round body on a closed surface thinner than itself reaches the far side of it from behind. Its nearest point there
+// is no contact, since the near side lies between. The same holds for the edges of a thin mesh in the plane, whose bars
+// reach through half of it.
 #include <cmath>
 #include <cstdint>
 
@@ -28,8 +28,8 @@ double InteractionHandler::Workspace::round_layer(std::int32_t contactor) const 
   }
 }
 
-// Whether contact j is with a nearer point of the same surface, that looks the other way, than contact i, behind whose
-// triangle the centre or the axis lies.
+// True if contact j is with a nearer point of the surface than contact i, behind whose triangle the centre or the axis
+// lies, and their normals are opposite.
 bool InteractionHandler::Workspace::is_far_side_of(const Candidates& out, std::int64_t i, std::int64_t j,
                                                    double layer) const {
   const double *normal = &out.normal[3 * i], *other = &out.normal[3 * j];

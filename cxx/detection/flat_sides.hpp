@@ -1,4 +1,4 @@
-// What stages share that look at the flat sides that nodes lie on.
+// Constants and loops of the stages that decide on which flat side a node of a mesh lies.
 #pragma once
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Which flat side a node lies on.
+// A node of a mesh at the edge between two sides of a body, or between two bodies, lies on one side of these.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -29,7 +29,7 @@ bool InteractionHandler::Workspace::way_inward(std::int32_t node, double* inward
   return true;
 }
 
-// What a node meets in a contact.
+// The contact as a record of its node.
 void InteractionHandler::Workspace::note_met(const Candidates& out, std::int64_t i, HeldNode& met) const {
   met = {out.contactor_a[i], out.contactor_b[i], 0, 0, out.image[i], out.gap[i], {}, {}};
   std::copy_n(&out.normal[dim * i], dim, met.normal);
@@ -131,8 +131,8 @@ void InteractionHandler::Workspace::leave_hidden_sides(const OrderedPairs& pairs
   leave_out(out);
 }
 
-// Whether the node of two contacts may not meet side i, since it lies on side j: of the same body, where its cells lie
-// behind i; of another, with a side that goes on flush with j, or turns away from it, where the two bodies meet.
+// True if a node that lies on side j cannot meet side i: both are of one body, and the cells of the node lie behind i;
+// or the body of side i has another side which continues j where the two bodies meet, flush or turning away from it.
 bool InteractionHandler::Workspace::hides(const OrderedPairs& pairs, const Candidates& out, std::int64_t j,
                                           std::int64_t i) const {
   const std::int32_t node = out.contactor_a[i], met = out.contactor_b[i], on = out.contactor_b[j];

@@ -11,7 +11,9 @@ from small_datbox import BULK, LAW, SEE, body, held, row, write
 from test_legacy_solids import gummy, mesh_text, model
 
 CASES = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[3] / "shared")) / "cases" / "legacy"
-samples = pytest.mark.skipif(not (CASES / "side").is_dir(), reason="the folder of LMGC90's pre-processor is not here (CAIRN_REFERENCE_DATA)")
+samples = pytest.mark.skipif(
+    not (CASES / "side").is_dir(), reason="the sample data of LMGC90 are not here (CAIRN_REFERENCE_DATA)"
+)
 
 STIFF = ("elas: standard", "ani_: isotropic", "EYng= 1.0000000e+09  Epss= 2.0000000e-01")
 
@@ -29,8 +31,7 @@ def block_on_a_square(folder, color):
     cells = [("Q4xxx", [k, k + 3, k + 4, k + 1], "M2D_L", "GUMMY") for k in (0, 1, 3, 4)]
     mesh = mesh_text(cells, points) + "$tacty\n" + side(1, "REDxx", [0, 3, 6]) + side(2, color, [6, 7, 8]) + "$$$$$$\n"
     bodies = body("RBDY2", square, avrd=0.5641896, gyrd=0.4082483) + mesh
-    see = "".join(SEE.format("RBDY2", "POLYG", "ALpxx", c).replace("  RBDY2  ALpxx", "  MAILx  ALpxx").replace("iqsc0  RBDY2", "iqsc0  MAILx")
-                  for c in ("REDxx", "GREEN"))  # fmt: skip
+    see = "".join(SEE.format("RBDY2", "POLYG", "ALpxx", c).replace("iqsc0  RBDY2", "iqsc0  MAILx") for c in ("REDxx", "GREEN"))
     write(folder / "DATBOX", bodies, see, LAW.replace("IQS_CLB    ", "GAP_SGR_CLB"), held("RBDY2", 1),
           bulk=BULK + gummy("GUMMY", 2000.0, STIFF))  # fmt: skip
     (folder / "DATBOX" / "MODELS.DAT").write_text("$model  mdlty  finel  eleop  value\n" + model("M2D_L", "Q4xxx"))
@@ -50,7 +51,7 @@ def run(folder):
 
 @pytest.mark.parametrize("color", ["REDxx", "GREEN"])
 def test_a_side_round_a_corner_meets_no_square_below(color, tmp_path):
-    """Of the color of those below, or another: 25 m/s in the first step."""
+    """Its edges have the color of those below, or another; they threw it up at 25 m/s in the first step."""
     run(block_on_a_square(tmp_path, color))
 
 

@@ -26,7 +26,11 @@ def struck(block, kind, high, sides=False, angle=0.0, gap=0.0, across=1):
     dim = 2 if kind in ("quad", "triangle") else 3
     turn, quaternion = turned(dim, angle)
     points, cells = box(kind, (20,) + (across,) * (dim - 1), (1.0,) + (WIDTH,) * (dim - 1))
-    groups = {"left": np.flatnonzero(points[:, 0] == 0), "right": np.flatnonzero(points[:, 0] == 1.0), "all": np.arange(len(points))}
+    groups = {
+        "left": np.flatnonzero(points[:, 0] == 0),
+        "right": np.flatnonzero(points[:, 0] == 1.0),
+        "all": np.arange(len(points)),
+    }
     bar = cn.ElasticBody(points @ turn.T, cells, young=YOUNG, poisson=0.0, density=DENSITY, groups=groups, lumped=True,
                          **({"plane": "stress"} if dim == 2 else {}))  # fmt: skip
     own = {"edges" if dim == 2 else "faces": "left"} if sides else {}

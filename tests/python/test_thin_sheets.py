@@ -1,4 +1,4 @@
-"""Sheets thinner than what falls on them: no body is held by the far side of what it lies on."""
+"""Bodies on sheets thinner than themselves: the far side of a sheet does not hold them."""
 
 import cairn as cn
 import numpy as np
@@ -98,8 +98,10 @@ def plate(kind, dim, thickness, sides):
     return cn.deformable(body, STEEL, fixed={"all": "xyz"[:dim]}, **{"edges" if dim == 2 else "faces": sides})
 
 
-@pytest.mark.parametrize("kind, shape, sides", [("hexahedron", "sphere", "all"), ("tetra", "capsule", "all"), ("quad", "disk", "all"),
-                                                ("quad", "disk", "rows"), ("quad", "square", "rows")])  # fmt: skip
+@pytest.mark.parametrize(
+    "kind, shape, sides",
+    [("hexahedron", "sphere", "all"), ("tetra", "capsule", "all"), ("quad", "disk", "all"), ("quad", "disk", "rows")],
+)
 @pytest.mark.parametrize("thickness", [0.02, 0.005])
 def test_a_body_rises_from_a_thin_mesh(kind, shape, sides, thickness):
     """Rows of long edges above and below lay with their bars on the other side of it: a disk rose to 0.15 m."""

@@ -18,7 +18,7 @@ module polyhedron_facet
   !> them lifted, stay in it.
   real(c_double), parameter :: lean = 0.05_c_double
 
-  !> Of the size of the triangle: what is no farther before or behind its plane is flush with it.
+  !> Share of the size of the triangle within which the face of a block is flush with it.
   real(c_double), parameter :: level = 8e-4_c_double
   real(c_double), parameter :: upright = 0.75_c_double !< cosine to the normal of a triangle from which on one is across it
 
@@ -249,8 +249,8 @@ contains
     call add(f, x + n*(best/2), n, best, int(vertex_of_b + k, c_int32_t))
   end subroutine on_vertex
 
-  !> Whether a polyhedron that meets edge k along n is flush with a triangle there, as the next block of a floor that the edge
-  !> slides over, and would stop it.
+  !> True if a polyhedron that would stop edge k along n is flush with a triangle at it, as the next block of a floor that the
+  !> edge slides over.
   pure logical function passes_edge(p, q, k, x, n)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: k
@@ -316,8 +316,8 @@ contains
     end do
   end function passes_vertex
 
-  !> Whether a face of a polyhedron that looks at a triangle of a mesh across `looks`, of any length, goes through point x of it,
-  !> seen from the polyhedron, and n is not across the triangle.
+  !> True if n is not normal to a triangle of a mesh and the face of the polyhedron opposite to it goes through point x, seen from
+  !> the polyhedron. looks: normal of the triangle, of any length.
   pure logical function passes(p, q, x, n, looks)
     type(solid), intent(in) :: p, q
     real(c_double), intent(in) :: x(3), n(3), looks(3)
