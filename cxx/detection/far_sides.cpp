@@ -59,7 +59,7 @@ void InteractionHandler::Workspace::leave_far_sides(Candidates& out) {
     return Shape(contactors->shape.values[out.contactor_b[i]]) == Shape::facet;
   };
   const auto is_far = [&](std::int64_t i) {
-    const double layer = dim == 3 && on_facet(i) && out.gap[i] < 0 ? round_layer(out.contactor_a[i]) : -1;
+    const double layer = dim == 3 && out.gap[i] < 0 && on_facet(i) ? round_layer(out.contactor_a[i]) : -1;
     if (dim == 3 ? layer < 0 || !(out.gap[i] + layer < 0) : !(along_its_edge(out, i) < against)) return false;
     for (const int way : {-1, 1})
       for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way) {
