@@ -73,9 +73,11 @@ set(CAIRN_CXX_SOURCES
   contacts/unjoined_pairs.cpp
   detection/detection_grid.cpp
   detection/contacts_left_out.cpp
+  detection/far_sides.cpp
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/nodes_on_sides.cpp
   detection/rims.cpp
   detection/seams.cpp
   fe/bulk_history.cpp

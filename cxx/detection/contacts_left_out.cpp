@@ -30,6 +30,7 @@ constexpr double clearly = 16;          // times as deep behind one edge as behi
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
 constexpr double along_it = 0.5;        // cosine to a side from which on a normal points along it
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
+constexpr double level = 8e-4;          // share of a side within which the side of a body is flush with it
 constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
 
 double inner(int dim, const double* x, const double* y) {
@@ -175,6 +176,55 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   return false;
 }
 
+// The bar of an edge has a round end where a row of edges ends or turns by a corner of the mesh; the mesh has none. A
+// body with corners does not meet that end if it is beyond it with a side flush with the edge or the next one, as the
+// next body of a floor that the mesh slides over, nor if it lies on the edge round the corner. Other contacts there get
+// the gap of the corner of the mesh.
+bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
+  const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
+  const double* e = &direction[3 * std::int64_t(edge)];
+  const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
+  const double* normal = &out.normal[2 * i];
+  const double across = dot(2, normal, looks), part = dot(2, normal, e);
+  double x[3] = {0, 0, 0}, met[2], corner[2], other[2];
+  from_centre(body, edge, out.image[i], x);
+  for (int c = 0; c < 2; ++c) // the point of the body, from the centre of the edge
+    met[c] = x[c] + out.point[2 * i + c] - centre[2 * std::int64_t(body) + c] + out.gap[i] / 2 * normal[c];
+  const bool flat = across >= 1 - on_end;
+  const int way = (flat ? dot(2, met, e) : part) > 0 ? 1 : -1;
+  for (int c = 0; c < 2; ++c) corner[c] = way * e[2] * e[c] + radius * looks[c] - x[c];
+  const auto is_flush = [&](const double* m) {
+    for (int side = 0; side < contactors->hulls.faces(contactors->hull.values[body]); ++side) {
+      looks_of(body, side, other);
+      if (dot(2, other, m) > -nearly_one) continue;
+      double v[2];
+      vertex_of(body, side, v);
+      if (std::abs(dot(2, other, corner) - dot(2, other, v)) <= slack) return true;
+    }
+    return false;
+  };
+  const double past = way * dot(2, met, e) - e[2];
+  const auto k = std::size_t(mapped->place[std::size_t(edge)]);
+  const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
+  if (next >= 0) {
+    const double* f = &direction[3 * std::int64_t(next)];
+    const double next_looks[2] = {f[1], -f[0]};
+    if (!(dot(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
+    if (past >= -slack && dot(2, normal, next_looks) < nearly_one && is_flush(next_looks)) return true;
+    for (const int to_it : {-1, 1})
+      for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
+        if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
+            way * part > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)
+          return true;
+  }
+  if (flat) return false;
+  if (past >= (across > nearly_one ? slack : -slack) && is_flush(looks)) return true;
+  const double round = radius * (1 - std::max(across, 0.0));
+  out.gap[i] += round;
+  for (int c = 0; c < 2; ++c) out.point[2 * i + c] -= round / 2 * normal[c];
+  return false;
+}
+
 // Whether what meets a node would push it along a side that it has, on a surface that is no valley there.
 bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, std::int64_t i, bool first) const {
   const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
@@ -221,6 +271,7 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
 }
 
 void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
+  left_nodes.clear();
   if (!mapped || for_bonds || out.count == 0) return;
   const auto shape = [&](std::int32_t c) { return Shape(contactors->shape.values[c]); };
   const auto is_edge = [&](std::int64_t i) {
@@ -237,6 +288,9 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
     if (is_edge(i) && shape(out.contactor_a[i]) == Shape::polygon && !left[std::size_t(i)] &&
         is_beyond_its_edge(out, i))
       leave(i);
+  for (std::int64_t i = 0; i < out.count && dim == 2; ++i)
+    if (is_edge(i) && shape(out.contactor_a[i]) == Shape::polygon && !left[std::size_t(i)] && is_past_its_end(out, i))
+      leave(i);
   std::vector<std::int64_t>& joined = held; // contactors, to other sides than these, too
   joined.clear();
   if (nodes)
@@ -249,7 +303,9 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
       const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
       if (!info(shape(node)).ball() || !is_node_with_sides(node) || !info(shape(other)).bounded) continue;
       if (same_mesh(node, other) || is_joined(contactors->id.values[node])) continue; // what folds has its own nodes
-      if (points_along_a_side(out, i, first)) leave(i);
+      if (!points_along_a_side(out, i, first)) continue;
+      leave(i);
+      if (first && flat_sides(other) > 0) note_met(out, i, left_nodes.emplace_back());
     }
   if (any && !declared.empty()) {
     put_declared_in_order();

@@ -176,6 +176,10 @@ struct InteractionHandler::Workspace {
   void trim(Candidates& out, std::int64_t count) const; // to as many
   void leave_out(Candidates& out) const;                // those that are marked
   void leave_out_spares(Candidates& out);
+  void leave_far_sides(Candidates& out); // see far_sides.cpp
+  double round_layer(std::int32_t contactor) const;
+  double along_its_edge(const Candidates& out, std::int64_t i) const;
+  bool is_far_side_of(const Candidates& out, std::int64_t i, std::int64_t j, double layer) const;
   // Which of two edges in a row has a point.
   enum class EdgeOwner { first, second, both };
   EdgeOwner owner_at_corner(std::int32_t first, std::int32_t second, const double* x) const;
@@ -196,6 +200,7 @@ struct InteractionHandler::Workspace {
   bool is_declared(const Candidates& out, std::int64_t i) const; // after this
   bool points_along_the_row(const Candidates& out, std::int64_t i) const;
   bool is_beyond_its_edge(const Candidates& out, std::int64_t i) const;
+  bool is_past_its_end(Candidates& out, std::int64_t i) const; // else with the gap that the mesh has there
   bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
   bool is_node_with_sides(std::int32_t contactor) const;
   // Nodes that slide past the rim of a flat side, see rims.cpp.
@@ -213,7 +218,7 @@ struct InteractionHandler::Workspace {
     double gap = 0, normal[3] = {}, way[3] = {}; // past the rim
   };
   mutable FlatSide seen_side, seen_before, own_side; // as large as was needed so far, as the next three
-  std::vector<HeldNode> held_nodes;
+  std::vector<HeldNode> held_nodes, left_nodes;      // left_nodes: what nodes met along sides of their own
   std::vector<std::uint8_t> hinders_held;
   Candidates with_held;
   int flat_sides(std::int32_t contactor) const; // how many it has
@@ -228,8 +233,11 @@ struct InteractionHandler::Workspace {
   void from_centre(std::int32_t a, std::int32_t b, std::int32_t which, double* x) const;
   void note_seats(Candidates& out);
   bool past_its_rim(const detection::OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const;
-  bool lies_on_another(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t i,
-                       HeldNode& held) const;
+  void note_met(const Candidates& out, std::int64_t contact, HeldNode& met) const;
+  bool lies_on_another(const detection::OrderedPairs& pairs, const HeldNode& met, HeldNode& held) const;
+  bool way_inward(std::int32_t node, double* inward) const;
+  void leave_hidden_sides(const detection::OrderedPairs& pairs, Candidates& out);
+  bool hides(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t j, std::int64_t i) const;
   bool reaches_back(std::int32_t node, const double* normal, const double* way, double far) const;
   bool comes_past_a_rim(const detection::OrderedPairs& pairs, int kind, std::int64_t first, std::int64_t last,
                         HeldNode& held) const;

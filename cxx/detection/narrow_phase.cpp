@@ -62,6 +62,7 @@ void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates
                 name_of(*contactors, *bodies, a[spoilt]) + " and " + name_of(*contactors, *bodies, b[spoilt]) +
                 ": look at its input, or remove it");
   close_ranks(out);
+  leave_far_sides(out);
   leave_out_spares(out);
   leave_to_next_edges(out);
   leave_to_sides(out);

@@ -14,38 +14,11 @@
 #include <vector>
 
 #include "../base/cell.hpp"
-#include "../base/vectors.hpp"
-#include "detection_workspace.hpp"
+#include "flat_sides.hpp"
 
 namespace cairn {
 
 using namespace detection;
-
-namespace {
-
-constexpr double on_rim = 1e-6;     // of the side, or of how far one is held: beyond its rim by less lies over it
-constexpr double alike = 0.75;      // cosine between sides of one surface; where it is less, the edge between is a rim
-constexpr double unlike_side = 0.5; // cosine to the way past a rim from which on a contact hinders the way back
-
-double dot(int dim, const double* x, const double* y) {
-  return x[0] * y[0] + x[1] * y[1] + (dim == 3 ? x[2] * y[2] : 0);
-}
-
-// f(pair, kind) for the pairs of a node, kind by kind, until it says no; whether it never did.
-template <class Pairs, class F>
-bool each_pair_of(const Pairs& pairs, std::int32_t node, F&& f) {
-  std::int64_t begin = 0;
-  for (int kind = 0; kind < kinds; ++kind) {
-    const std::int64_t end = pairs.kind_end[std::size_t(kind)];
-    const auto first = std::lower_bound(pairs.a.begin() + begin, pairs.a.begin() + end, node) - pairs.a.begin();
-    for (std::int64_t p = first; p < end && pairs.a[p] == node; ++p)
-      if (!f(p, kind)) return false;
-    begin = end;
-  }
-  return true;
-}
-
-} // namespace
 
 int InteractionHandler::Workspace::flat_sides(std::int32_t c) const {
   switch (Shape(contactors->shape.values[c])) {
@@ -251,64 +224,6 @@ bool InteractionHandler::Workspace::past_its_rim(const OrderedPairs& pairs, cons
   return held.gap >= -mapped->apart_depth[std::size_t(mapped->place[std::size_t(held.side)])];
 }
 
-// Of a contact with one of two sides between which the node stands, on the edge or corner where they meet: with the one
-// that the cells of the node lie on, if that is the other. Detection has the first of both.
-bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, const Candidates& out, std::int64_t i,
-                                                    HeldNode& held) const {
-  const std::int32_t node = out.contactor_a[i], met = out.contactor_b[i];
-  const auto k = std::size_t(mapped->place[std::size_t(node)]);
-  const double slack = on_rim * mapped->hair[k];
-  if (!(std::abs(out.gap[i]) <= slack) || mapped->beside_start[k] == mapped->beside_start[k + 1]) return false;
-  double inward[3] = {0, 0, 0}, x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
-  for (std::int64_t n = mapped->beside_start[k]; n < mapped->beside_start[k + 1]; ++n)
-    for (int c = 0; c < dim; ++c)
-      inward[c] += mapped->node_position[std::int64_t(dim) * mapped->beside[std::size_t(n)] + c] -
-                   centre[std::int64_t(dim) * node + c];
-  const double* normal = &out.normal[dim * i];
-  FlatSide& side = seen_side;
-  double most = dot(dim, normal, inward) + slack;
-  bool rim = false, found = false;
-  each_pair_of(pairs, node, [&](std::int64_t p, int kind) {
-    const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
-    if (carrier[b] != carrier[met] || image_of != out.image[i] || (pairs.image[p] & declared_bit)) return true;
-    from_centre(node, b, image_of, x);
-    for (int face = 0; face < flat_sides(b); ++face) {
-      view_side(b, face, side);
-      const double height = dot(dim, side.normal, x) - side.offset;
-      if (!(std::abs(height) <= slack) || !(dot(dim, side.normal, normal) < alike)) continue;
-      if (!(dot(dim, side.normal, inward) > most) || !(beyond(side, x, rim, way) <= slack)) continue;
-      most = dot(dim, side.normal, inward);
-      found = true;
-      held = {node, b, face, kind, image_of, height, {}, {}};
-      std::copy_n(side.normal, 3, held.normal);
-      std::copy_n(normal, dim, held.way);
-    }
-    return true;
-  });
-  return found;
-}
-
-// Whether a side of the mesh of a node that looks against a normal reaches from it back over a rim, which is `far`
-// behind it against `way`.
-bool InteractionHandler::Workspace::reaches_back(std::int32_t node, const double* normal, const double* way,
-                                                 double far) const {
-  const auto k = std::size_t(mapped->place[std::size_t(node)]);
-  if (mapped->sides.empty()) return false;
-  const double* x = &centre[std::int64_t(dim) * node];
-  FlatSide& side = own_side;
-  for (std::int64_t s = mapped->sides_start[k]; s < mapped->sides_start[k + 1]; ++s) {
-    const std::int32_t own = mapped->sides[std::size_t(s)];
-    view_side(own, 0, side);
-    if (!(dot(dim, side.normal, normal) < -unlike_side)) continue;
-    for (const FlatSide::Corner& corner : side.corner) {
-      double along = 0;
-      for (int c = 0; c < dim; ++c) along += (centre[std::int64_t(dim) * own + c] + corner.x[c] - x[c]) * way[c];
-      if (along < -far) return true;
-    }
-  }
-  return false;
-}
-
 // A node that comes from in front past a rim, over which a side of its own reaches.
 bool InteractionHandler::Workspace::comes_past_a_rim(const OrderedPairs& pairs, int kind, std::int64_t first,
                                                      std::int64_t last, HeldNode& held) const {
@@ -356,24 +271,31 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
     if (contacts_of_nodes.empty()) index_nodes(out);
     if (!bears_as_high(out, h) && !is_met_there(out, h)) held.push_back(h);
   };
-  HeldNode h;
-  for (std::int64_t i = 0; i < out.count; ++i)
-    if (is_mapped_point(out.contactor_a[i]) && flat_sides(out.contactor_b[i]) > 0 && lies_on_another(pairs, out, i, h))
-      hold(h);
+  HeldNode h, met;
+  for (std::int64_t i = 0; i < out.count; ++i) {
+    if (!is_mapped_point(out.contactor_a[i]) || flat_sides(out.contactor_b[i]) == 0) continue;
+    note_met(out, i, met);
+    if (lies_on_another(pairs, met, h)) hold(h);
+  }
+  for (const HeldNode& one : left_nodes)
+    if (lies_on_another(pairs, one, h)) hold(h);
   for (const RimSeat& seat : before)
     if (!std::binary_search(out.seats.begin(), out.seats.end(), seat) && past_its_rim(pairs, seat, h)) hold(h);
   std::int64_t end = 0;
-  for (int kind = 0; kind < kinds && !mapped->sides.empty(); ++kind)
+  for (int kind = 0; kind < kinds; ++kind)
     for (std::int64_t first = end, last; first < pairs.kind_end[std::size_t(kind)]; first = end) {
       const std::int32_t node = pairs.a[first];
       for (last = first; last < pairs.kind_end[std::size_t(kind)] && pairs.a[last] == node; ++last) {}
       end = last;
       if (is_mapped_point(node) && comes_past_a_rim(pairs, kind, first, last, h)) hold(h);
     }
-  if (held.empty()) return;
-  const auto order = [](const HeldNode& h) { return std::array<std::int64_t, 4>{h.kind, h.node, h.side, h.image}; };
-  std::sort(held.begin(), held.end(), [&](const auto& one, const auto& two) { return order(one) < order(two); });
-  put_held(held, out);
+  if (!held.empty()) {
+    const auto order = [](const HeldNode& h) { return std::array<std::int64_t, 4>{h.kind, h.node, h.side, h.image}; };
+    std::sort(held.begin(), held.end(), [&](const auto& one, const auto& two) { return order(one) < order(two); });
+    put_held(held, out);
+    contacts_of_nodes.clear();
+  }
+  leave_hidden_sides(pairs, out);
   out.seats.clear();
   note_seats(out);
   for (const HeldNode& one : held) out.seats.push_back({one.node, one.side, one.face});

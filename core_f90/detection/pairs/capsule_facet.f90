@@ -89,7 +89,7 @@ contains
     if (dot_product(n, out) < 0) n = -n
     w = q%v(k, :) - (at - d/2)
     gap = -dot_product(n, w) - p%layer
-    if (gap > limit .or. gap < -2*p%layer) return
+    if (gap > limit .or. gap < -p%layer) return ! no edge is met from behind, as the far one of a thin sheet
     if (.not. leaves_edge(q, k, n, on_edge)) return
     det = dot_product(cross(d, e), n)
     along = dot_product(cross(w, e), n)/det

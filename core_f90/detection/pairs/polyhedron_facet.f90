@@ -9,7 +9,7 @@ module polyhedron_facet
   use patch_points, only: add_point, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   use facet_points, only: add, findings, settle
   use facet_view, only: after, cross, inside_of, inward, is_over, is_under_valley, leaves_edge, leaves_vertex, &
-                        nearer_elsewhere, on_edge, pokes_out, stands_out
+                        nearer_elsewhere, of_mesh, on_edge, pokes_out, stands_out
   implicit none
   private
   public :: cairn_pair_polyhedron_facet
@@ -17,6 +17,10 @@ module polyhedron_facet
   !> Sine of the angle by which a normal may lean out of what an edge or a vertex allows: points of a flat patch, some of
   !> them lifted, stay in it.
   real(c_double), parameter :: lean = 0.05_c_double
+
+  !> Share of the size of the triangle within which the face of a block is flush with it.
+  real(c_double), parameter :: level = 8e-4_c_double
+  real(c_double), parameter :: upright = 0.75_c_double !< cosine to the normal of a triangle from which on one is across it
 
 contains
 
@@ -124,6 +128,7 @@ contains
         if (.not. is_under_valley(q, x)) cycle
       else if (height < 0) then
         if (nearer_elsewhere(q, x, -height)) cycle
+        if (passes_rim(p, q, at, x)) cycle
       end if
       call add_point(cut, [dot_product(t, x), dot_product(s, x), dot_product(m, x) - height/2], height, int(i, c_int32_t))
     end do
@@ -176,6 +181,8 @@ contains
         body%hull = p
         if (leaves_elsewhere(body, q, at, x, gap, gap)) cycle
       end if
+      if (passes_edge(p, q, k, y - at, n)) cycle
+      if (passes_end(p, q, k, at, n, y)) cycle
       call add(f, (x + y)/2 - at, n, gap, name_of_edges(i, k))
     end do
   end subroutine on_edges
@@ -238,8 +245,94 @@ contains
       if (.not. in_front(p, face, x, f%slack)) return
     end if
     if (.not. pokes_out(q, k)) return
+    if (passes_vertex(p, q, k, at, n)) return
     call add(f, x + n*(best/2), n, best, int(vertex_of_b + k, c_int32_t))
   end subroutine on_vertex
+
+  !> True if a polyhedron that would stop edge k along n is flush with a triangle at it, as the next block of a floor that the
+  !> edge slides over.
+  pure logical function passes_edge(p, q, k, x, n)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: x(3) !< where, from the polyhedron [m]
+    real(c_double), intent(in) :: n(3)
+    passes_edge = passes(p, q, x, n, q%normal(1, :))
+    if (passes_edge .or. q%edge(4, k) == 0) return
+    passes_edge = passes(p, q, x, n, cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
+  end function passes_edge
+
+  !> The same where it meets the edge at y, at an end of it, of a triangle there that the edge goes back from.
+  pure logical function passes_end(p, q, k, at, n, y)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), n(3), y(3)
+    real(c_double) :: e(3), m(3)
+    integer :: end, j, i
+    passes_end = .false.
+    do i = 0, 1
+      end = merge(k, after(k), i == 0)
+      e = y - q%v(end, :)
+      if (dot_product(e, e) > (level*q%size)**2) cycle
+      e = q%v(merge(after(k), k, i == 0), :) - q%v(end, :)
+      do j = 7, q%edges
+        if (q%edge(1, j) /= end) cycle
+        m = cross(q%v(q%edge(2, j), :) - q%v(end, :), q%v(q%edge(4, j), :) - q%v(end, :))
+        if (dot_product(m, e) > -0.5_c_double*sqrt(dot_product(m, m)*dot_product(e, e))) cycle
+        passes_end = passes(p, q, q%v(end, :) - at, n, m)
+        if (passes_end) return
+      end do
+    end do
+  end function passes_end
+
+  !> The same where corner x of it is over the triangle at an edge beyond which the surface turns away.
+  pure logical function passes_rim(p, q, at, x)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), x(3)
+    integer :: k
+    passes_rim = .false.
+    do k = 1, 3
+      if (q%edge(4, k) == 0) cycle
+      if (inside_of(q, k, after(after(k)), x) > level*q%size) cycle
+      if (.not. stands_out(q, k)) cycle
+      passes_rim = passes(p, q, x - at, q%normal(1, :), &
+                          cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :)))
+      if (passes_rim) return
+    end do
+  end function passes_rim
+
+  !> The same of vertex k.
+  pure logical function passes_vertex(p, q, k, at, n)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), n(3)
+    real(c_double) :: d(3)
+    integer :: j
+    d = q%v(k, :) - at
+    passes_vertex = passes(p, q, d, n, q%normal(1, :))
+    do j = 7, q%edges
+      if (passes_vertex) return
+      if (q%edge(1, j) /= k) cycle
+      passes_vertex = passes(p, q, d, n, cross(q%v(q%edge(2, j), :) - q%v(k, :), q%v(q%edge(4, j), :) - q%v(k, :)))
+    end do
+  end function passes_vertex
+
+  !> True if n is not normal to a triangle of a mesh and the face of the polyhedron opposite to it goes through point x, seen from
+  !> the polyhedron. looks: normal of the triangle, of any length.
+  pure logical function passes(p, q, x, n, looks)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: x(3), n(3), looks(3)
+    real(c_double) :: m(3)
+    integer :: i
+    passes = .false.
+    if (.not. of_mesh(q)) return
+    m = looks/sqrt(dot_product(looks, looks))
+    if (dot_product(n, m) >= upright) return
+    do i = 1, p%faces
+      if (dot_product(p%normal(i, :), m) > -upright) cycle
+      passes = abs(dot_product(p%normal(i, :), x) - p%offset(i)) <= level*q%size
+      if (passes) return
+    end do
+  end function passes
 
   pure logical function in_front(p, face, x, slack)
     type(solid), intent(in) :: p
@@ -264,7 +357,7 @@ contains
     type(findings), intent(inout) :: f
     type(solid) :: triangle
     real(c_double), target :: v(3, 3)
-    real(c_double) :: distance, x(3), y(3), d(3), slack
+    real(c_double) :: distance, x(3), y(3), d(3), n(3), w(3), slack
     integer :: corners, va(4), vb(4), k
     integer(c_int32_t) :: name
     v = q%v(1:3, :)
@@ -280,6 +373,16 @@ contains
     slack = on_edge*q%size
     if (.not. is_over(q, y)) return
     if (.not. is_nearest(q, y, d, slack)) return
+    n = d/sqrt(dot_product(d, d))
+    do k = 1, 3
+      if (inside_of(q, k, after(after(k)), y) <= level*q%size) then
+        if (passes_edge(p, q, k, y - at, n)) return
+      end if
+      w = y - q%v(k, :)
+      if (dot_product(w, w) <= (level*q%size)**2) then
+        if (passes_vertex(p, q, k, at, n)) return
+      end if
+    end do
     name = int(va(1), c_int32_t)
     if (any(va(1:corners) /= va(1))) name = int(vertex_of_b + vb(1), c_int32_t)
     if (distance <= slack) d = q%normal(1, :)

@@ -15,6 +15,7 @@ from ..pre import checks
 from . import bodies
 from .materials import Material
 from .mesh_faces import Faces, outwards
+from .ways_through import ways_through
 
 
 class GivenBody:
@@ -361,13 +362,14 @@ def _faces(body, groups):
 
 
 def _edge_set(places, pairs, material, d):
-    """Bars between two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in is still
-    pushed out."""
+    """Bars between two nodes: half as thick, inside the body, as a twentieth of the shortest is long, so that a point that went
+    in is still pushed out; of what is thinner no more than half, so that none reaches out of the other side."""
     first, second = places[pairs[:, 0]], places[pairs[:, 1]]
     along = second - first
     length = np.linalg.norm(along, axis=1)
     along /= length[:, None]
     thickness, direction = np.full(len(pairs), 0.05 * length.min()), np.concatenate([along, length[:, None] / 2], axis=1)
+    thickness = np.minimum(thickness, ways_through(places, pairs, 2 * thickness[0]) / 2)
     contactors = [
         bodies.ContactorSet("segment", of, rows, thickness[rows], None, direction[rows])
         for of, rows in rows_by_material("edge_material", material, len(pairs))

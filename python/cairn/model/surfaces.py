@@ -19,9 +19,10 @@ def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None
     vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0; those of more than four lie in a plane, and none
     crosses itself. It need not be closed. It is held, or moves as one
     body: velocity, mass, inertia, free, force as of a wall. Each triangle is a contactor of its own; what touches an edge or a
-    vertex touches one of them, and rolls or slides over the edges of a plane as over a plane. A sphere whose centre lies deeper
-    than its radius behind a triangle is not seen, nor is a corner of a polyhedron deeper than the triangle is wide, nor a
-    polyhedron by a triangle that has its centre behind it.
+    vertex touches one of them, and rolls or slides over the edges of a plane as over a plane. A closed surface may be
+    thinner than what lies on it: its far side has no contact there. A sphere whose centre lies deeper than its radius behind a
+    triangle is not seen, nor is a corner of a polyhedron deeper than the triangle is wide, nor a polyhedron by a triangle that
+    has its centre behind it.
     """
     vertices = checks.real_array("vertices", vertices, (None, 3))
     fans = meshes.triangles(vertices, faces, "surface")
