@@ -342,7 +342,7 @@ public:
   // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
   // they are more than those of the bodies. Impulses at hand are lost.
   bool seat_joints(const Bodies&, Array<double>& velocity);
-  // Of the impulses at hand, in the order of bodies; see joint_swing.cpp.
+  // Loads by the impulses at hand, in the order of bodies; see joint_swing.cpp.
   void loads_of_joints(std::vector<JointLoad>& loads) const;
   // Largest square of step times rate by which bars and ropes swing across themselves beyond what is taken implicitly.
   double swing_across() const;

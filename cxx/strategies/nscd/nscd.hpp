@@ -127,7 +127,7 @@ private:
   Array<double> margins_, force_given_;
   std::vector<std::int32_t> anchored_;          // contactors of the keys of the memory, two each
   std::vector<double> temperature_, potential_; // of bodies and nodes, that laws see
-  // Of a body that the loads of its joints stiffen: what it was without, and its inertia beside its own.
+  // A body that the loads of its joints stiffen: its numbers without them, and the inertia that they add.
   struct Stiffened {
     std::int32_t body;
     double spin[3], inverse_mass[3], inverse_inertia[6], added[6];
@@ -136,6 +136,7 @@ private:
   std::vector<JointLoad> loads_;
   Array<double> seat_;                    // velocities that seat joints
   bool seated_ = false;                   // in this step
+  double seated_work_ = 0;                // of weight, when they were [J]
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;

@@ -46,9 +46,7 @@ void Nscd::seat_joints(Simulation& s) {
     for (int k = 0; k < s.scene.dim && std::isfinite(*b.mass[i]); ++k)
       potential -= *b.mass[i] * s.scene.gravity[std::size_t(k)] *
                    (b.position[i][k] - position[std::size_t(i) * std::size_t(s.scene.dim) + std::size_t(k)]);
-  s.energy.potential += potential;
-  s.energy.work_projection += potential;
-  s.energy.turned_over += std::abs(potential);
+  seated_work_ = potential;
 }
 
 // By what these velocities do in a step.

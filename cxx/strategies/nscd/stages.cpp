@@ -75,6 +75,7 @@ void Nscd::begin_step(Simulation& s, double h) {
   make_bonds(s);
   stiffened_.clear();
   seated_ = false;
+  seated_work_ = 0;
   begun_ = true;
 }
 
@@ -387,7 +388,8 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   }
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
-  s.energy.potential += d_potential;
+  s.energy.potential += d_potential + seated_work_;
+  s.energy.work_projection += seated_work_;
   s.energy.work_external += external;
   s.energy.work_driven += driven + contacts.cell_work + contacts.driven;
   s.energy.dissipated_normal += contacts.normal;
@@ -408,7 +410,7 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
                       (contacts.stored_change + contacts.released) - contacts.grown;
-  s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
+  s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
                           std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
   // Nodes count as points of mass here; what the mass matrix of a mesh adds to that belongs to the largest, too.

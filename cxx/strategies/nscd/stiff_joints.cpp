@@ -1,9 +1,7 @@
-// Where tension of joints swings light bodies faster than steps follow, the geometric stiffness K of these loads is
-// taken implicitly: a turn is resisted by what the loads have in the middle of the places before, at and after the
-// step,
-//   (I + g h^2 K) (w+ - w-) = what acts,   g = (1 - 1/x)/2 for x = h^2 K/I > 1, else 0,
-// along the axes in which K and I are diagonal together (Tournier et al. 2015; Andrews, Teichmann & Kry 2017 add it to
-// the mass as well). What it takes from the kinetic energy comes back as the integrator's.
+// Geometric stiffness K of loads of joints, taken implicitly where tension swings light bodies faster than steps follow:
+//   (I + g h^2 K) (w+ - w-) = h T,   g = (1 - 1/x)/2 for x = h^2 K/I > 1, else 0,
+// with the torques T of the step, along the axes in which K and I are diagonal together (Tournier et al. 2015; Andrews,
+// Teichmann & Kry 2017). The energy of g h^2 K is the integrator's.
 #include <algorithm>
 #include <cmath>
 
@@ -159,7 +157,7 @@ double swing_of(const double stiffness[6], double h, const double inverse[6]) {
   return h * h * std::max({k[0][0], k[1][1], k[2][2], 0.0});
 }
 
-// As the contacts have it: six numbers, of the plane the first.
+// Six numbers as the contacts have them, in the plane the first alone.
 void inverse_of(const Bodies& b, std::int32_t body, double out[6]) {
   std::fill_n(out, 6, 0.0);
   if (b.dim == 2)
@@ -183,7 +181,7 @@ void Nscd::unstiffen(Simulation& s) {
   stiffened_.clear();
 }
 
-// By the impulses at hand; true: the contacts of the step, which were assembled, have other inverse inertias now.
+// By the impulses at hand. True: contacts have to be assembled anew, with other inverse inertias.
 bool Nscd::stiffen_joints(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const bool was = !stiffened_.empty();
@@ -217,7 +215,7 @@ bool Nscd::stiffen_joints(Simulation& s) {
   return was || !stiffened_.empty();
 }
 
-// Of the impulses at hand.
+// By the impulses at hand.
 bool Nscd::joints_swing(Simulation& s) {
   constexpr double fast = 3; // square of step times rate; steps hold below 4
   if (s.interactions.swing_across() > fast) return true;
@@ -251,7 +249,7 @@ void Nscd::stiffen_further(Simulation& s) {
   s.interactions.restore(at_begin);
 }
 
-// Of the implicit share, which is neither of bodies nor of contacts: what they gave to it in the step. [J]
+// The implicit share takes it in the step from bodies and contacts. [J]
 double Nscd::energy_of_stiffened(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   const int d = s.scene.dim, n = b.dofs() - d;
