@@ -41,7 +41,7 @@ def pulls(sim, steps):
 @pytest.mark.parametrize("dt", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Pivot", 2), ("Distance", 3), ("Ball", 3), ("Hinge", 3)])
 def test_the_first_pull_is_that_of_the_motion(kind, dim, dt):
-    """v^2/l + g, less what the swing has risen by."""
+    """It is v^2/l + g, less 3 g (1 - cos) of the angle that the body has risen by."""
     found = pulls(swinging(kind, dim, dt), 4) / (9.0 + 9.81)
     angle = 3.0 * dt * np.arange(4)
     assert found == pytest.approx(1 - 1.5 * 9.81 / 18.81 * angle**2, abs=2e-3 if dt > 1e-3 else 2e-4)

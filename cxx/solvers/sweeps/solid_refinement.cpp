@@ -124,8 +124,8 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
   return {};
 }
 
-// Loads at the end of a chain of joints are the sum of what each of them misses, as along rows of bonds; but joints
-// part with nothing, so that a pass or two know what a chain bears.
+// Errors of joints add up along a chain, as those of bonds do along a row. Joints neither open nor slide, so that one
+// pass or two find the loads of a chain.
 void SolidCorrection::settle_joints(double tolerance, const std::function<double()>& measure) {
   constexpr int most = 4;
   constexpr double little = 0x1p-7, fall = 0.5;

@@ -1,4 +1,5 @@
-// Geometric stiffness K of loads of joints, taken implicitly where tension swings light bodies faster than steps follow:
+// Geometric stiffness K of loads of joints, taken implicitly where tension swings light bodies faster than steps
+// follow:
 //   (I + g h^2 K) (w+ - w-) = h T,   g = (1 - 1/x)/2 for x = h^2 K/I > 1, else 0,
 // with the torques T of the step, along the axes in which K and I are diagonal together (Tournier et al. 2015; Andrews,
 // Teichmann & Kry 2017). The energy of g h^2 K is the integrator's.
