@@ -61,7 +61,8 @@ def test_a_change_of_the_step_pulls_at_nothing(kind, dim):
 def test_what_is_joined_in_a_run_is_pulled_at_once(dim):
     scene = cn.Scene(dim, gravity=put(dim, 0.0, 0.0))
     make = cn.disks if dim == 2 else cn.spheres
-    ids = scene.add(make([put(dim, 0.0, -0.5), put(dim, 0.0, 0.5)], 0.05, ROCK, velocity=[put(dim, v, 0.0) + (0.0,) * (2 * dim - 3) for v in (1.0, -1.0)]))
+    velocity = [put(dim, v, 0.0) + (0.0,) * (2 * dim - 3) for v in (1.0, -1.0)]
+    ids = scene.add(make([put(dim, 0.0, -0.5), put(dim, 0.0, 0.5)], 0.05, ROCK, velocity=velocity))
     scene.interact("*", "*", None)
     sim = cn.Simulation(scene, 1e-2)
     sim.step()
@@ -88,9 +89,12 @@ def hanging(dim, weight, joint, n=10):
     make, r = (cn.disks if dim == 2 else cn.spheres), 0.02
     ball = np.pi * r**2 if dim == 2 else 4 / 3 * np.pi * r**3
     scene.interact("*", "*", None)
-    load = lambda k: scene.add(make([put(dim, *knots[k])], r, ROCK, density=weight * link / ball, damping=20.0))[0]
+
+    def load(k, times=weight):
+        return scene.add(make([put(dim, *knots[k])], r, ROCK, density=times * link / ball, damping=20.0))[0]
+
     if joint is cn.Distance:  # knots of the mass of links, on bars without any
-        ids = [scene.add(make([put(dim, *knots[k])], r, ROCK, density=link / ball, damping=20.0))[0] if k != n // 2 else load(k) for k in range(1, n)]
+        ids = [load(k, weight if k == n // 2 else 1.0) for k in range(1, n)]
         for a, b, k in zip([ids[0], *ids[1:], ids[-1]], [None, *ids[:-1], None], [0, *range(1, n - 1), n - 1]):
             ends = (k + 1, k) if k < n - 1 or b is not None else (n - 1, n)
             scene.join(a, b, cn.Distance(points=[put(dim, *knots[e]) for e in ends]))
@@ -105,7 +109,11 @@ def hanging(dim, weight, joint, n=10):
         else:
             q = [np.cos(turn / 2), 0, -np.sin(turn / 2), 0]
             ids.append(scene.add(cn.boxes([middle], (length, width, width), ROCK, rotation=[q], damping=20.0))[0])
-    made = (lambda k: joint(point=put(dim, *knots[k]))) if joint is not cn.Hinge else lambda k: cn.Hinge(point=put(dim, *knots[k]), axis=(0, 1, 0))
+    about = {"axis": (0, 1, 0)} if joint is cn.Hinge else {}
+
+    def made(k):
+        return joint(point=put(dim, *knots[k]), **about)
+
     for k, (a, b) in enumerate(zip([ids[0], *ids[:-1], ids[-1]], [None, *ids[1:], None])):
         scene.join(a, b, made(k))
     scene.join(load(n // 2), ids[n // 2 - 1], made(n // 2))

@@ -25,7 +25,8 @@ def spinning(dt, spin):
     """Two bars in line that turn about the end of the first."""
     scene = cn.Scene(2)
     velocity = [[0.0, 0.1 * spin * (1 + 2 * k), spin] for k in range(2)]
-    bars = scene.add(cn.polygons([CORNERS + (0.1 + 0.2 * k, 0.0) for k in range(2)], cn.Material("rock", density=1000.0), velocity=velocity))
+    rock = cn.Material("rock", density=1000.0)
+    bars = scene.add(cn.polygons([CORNERS + (0.1 + 0.2 * k, 0.0) for k in range(2)], rock, velocity=velocity))
     scene.interact("*", "*", None)
     for k, bar in enumerate(bars):
         scene.join(bar, bars[k - 1] if k else None, cn.Pivot(point=(0.2 * k, 0.0)))

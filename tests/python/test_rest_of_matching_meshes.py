@@ -28,9 +28,10 @@ def pressed(dim, n, poisson=0.3, pressure=1e6, young=1e9, law="frictionless"):
     up = "y" if dim == 2 else "z"
     held = {"left": "x"} if dim == 2 else {"left": "x", "front": "y"}
     side = {"edges" if dim == 2 else "faces": "top"}
+    load = {"top": (0.0,) * (dim - 1) + (-pressure,)}
     scene.add(
         cn.deformable(block(dim, n, 0.0, young, poisson), STUFF, fixed={"bottom": up, **held}, **side),
-        cn.deformable(block(dim, n, 1.0, young, poisson), STUFF, contact="bottom", traction={"top": (0.0,) * (dim - 1) + (-pressure,)}, fixed=held),
+        cn.deformable(block(dim, n, 1.0, young, poisson), STUFF, contact="bottom", traction=load, fixed=held),
     )
     scene.interact("*", "*", LAWS[law])
     return cn.Simulation(scene, 1e-2, cn.NSCD(theta=1.0))

@@ -80,10 +80,18 @@ void solve_half(const double c[3][3], const double x[3], double y[3]) {
   }
 }
 
+// No eigenvalue of K over the inertia is larger.
+double bound(const double stiffness[6], const double inverse[6]) {
+  double square = 0;
+  for (int k = 0; k < 6; ++k) square += (k < 3 ? 1 : 2) * stiffness[k] * stiffness[k];
+  return std::sqrt(square) * (inverse[0] + inverse[1] + inverse[2]);
+}
+
 // In place of the inverse inertia and the free spin w of a body that has the spin w_begin: of I + g h^2 K. False: K is
 // slow. added: g h^2 K.
 bool stiffen(const double stiffness[6], double h, double inverse[6], const double* begin, double* w, double added[6]) {
   double whole[3][3], load[3][3], c[3][3], k[3][3], v[3][3], soft[3][3], change[3], y[3];
+  if (!(h * h * bound(stiffness, inverse) > 1)) return false;
   full(inverse, whole);
   full(stiffness, load);
   half(whole, c);
@@ -224,7 +232,7 @@ bool Nscd::joints_swing(Simulation& s) {
   for (const JointLoad& load : loads_) {
     double inverse[6];
     inverse_of(s.scene.bodies, load.body, inverse);
-    if (swing_of(load.stiffness, h_, inverse) > fast) return true;
+    if (h_ * h_ * bound(load.stiffness, inverse) > fast && swing_of(load.stiffness, h_, inverse) > fast) return true;
   }
   return false;
 }
