@@ -56,6 +56,14 @@ def test_blocks_bear_a_uniform_stress(dim, n, law):
     assert np.abs(sim.contacts.force[:, -1]).sum() == pytest.approx(pressure, rel=1e-4)
 
 
+@pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e5, 1e7])
+def test_the_stiffness_of_the_search_changes_nothing(stiffness):
+    sim = pressed(2, 2)
+    assert cn.find_equilibrium(sim, stiffness=stiffness)["converged"]
+    assert sim.meshes[0].displacement[-1, 0] == pytest.approx(3.9e-4, rel=1e-4)
+    assert np.array(sim.meshes[0].stress["quad"])[:, 1] == pytest.approx(-1e6, rel=1e-4)
+
+
 @pytest.mark.parametrize("pressure", [1e3, 1e5, 1e7])
 def test_any_load_is_borne(pressure):
     sim = pressed(2, 2, pressure=pressure)
