@@ -248,8 +248,8 @@ contains
     if (c == 3 .and. k == 3) place = s_error + 3
   end function place
 
-  !> w r = q in the components that are blocked or dragged, the others of r none; by elimination without pivots: W is symmetric and at least
-  !> semidefinite, and a component that nothing moves carries nothing.
+  !> w r = q in the components that are blocked or dragged, the others of r none; by elimination without pivots: W is symmetric
+  !> and at least semidefinite, and a component that nothing moves carries nothing.
   pure subroutine hold(c, mask, w, q, r)
     integer(c_int32_t), intent(in) :: c       !< components
     real(c_double), intent(in)     :: mask    !< which are blocked

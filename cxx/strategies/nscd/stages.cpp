@@ -410,8 +410,8 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
                       (contacts.stored_change + contacts.released) - contacts.grown;
-  s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
-                          std::abs(contacts.tangential) + std::abs(bulk) +
+  s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) +
+                          std::abs(contacts.normal) + std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
   // Nodes count as points of mass here; what the mass matrix of a mesh adds to that belongs to the largest, too.
   double moving = kinetic, moved = kinetic - d_kinetic;
