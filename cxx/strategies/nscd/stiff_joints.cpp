@@ -56,29 +56,47 @@ void diagonalise(double a[3][3], double v[3][3]) {
     }
 }
 
-// C of a = C C', semidefinite: columns of what is held are none.
-void half(const double a[3][3], double c[3][3]) {
-  constexpr double rounding = 0x1p-44;
-  for (int j = 0; j < 3; ++j) {
-    double pivot = a[j][j];
-    for (int k = 0; k < j; ++k) pivot -= c[j][k] * c[j][k];
-    const bool moves = pivot > rounding * a[j][j];
-    for (int i = 0; i < 3; ++i) {
-      double sum = a[i][j];
-      for (int k = 0; k < j; ++k) sum -= c[i][k] * c[j][k];
-      c[i][j] = i < j || !moves ? 0 : i == j ? std::sqrt(pivot) : sum / std::sqrt(pivot);
+// a = L D L', semidefinite, with no D of what is held; roots of products of two D alone, so that units of powers of two
+// leave all digits.
+struct Factors {
+  double l[3][3], d[3];
+  explicit Factors(const double a[3][3]) {
+    constexpr double rounding = 0x1p-44;
+    for (int j = 0; j < 3; ++j) {
+      d[j] = a[j][j];
+      for (int k = 0; k < j; ++k) d[j] -= l[j][k] * l[j][k] * d[k];
+      if (!(d[j] > rounding * a[j][j])) d[j] = 0;
+      for (int i = 0; i < 3; ++i) {
+        double sum = a[i][j];
+        for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k] * d[k];
+        l[i][j] = i == j ? 1 : i < j || !(d[j] > 0) ? 0 : sum / d[j];
+      }
     }
   }
-}
-
-// y of C y = x where C moves.
-void solve_half(const double c[3][3], const double x[3], double y[3]) {
-  for (int i = 0; i < 3; ++i) {
-    double sum = x[i];
-    for (int k = 0; k < i; ++k) sum -= c[i][k] * y[k];
-    y[i] = c[i][i] > 0 ? sum / c[i][i] : 0;
+  double root(int i, int j) const { return std::sqrt(d[i] * d[j]); }
+  bool move(int i, int j) const { return d[i] > 0 && d[j] > 0; }
+  // L^-1 x
+  void solve(const double x[3], double y[3]) const {
+    for (int i = 0; i < 3; ++i) {
+      y[i] = x[i];
+      for (int k = 0; k < i; ++k) y[i] -= l[i][k] * y[k];
+    }
   }
-}
+  // Squares of step times rate, on the diagonal of k along axes v.
+  void swings(const double stiffness[6], double h, double k[3][3], double v[3][3]) const {
+    double load[3][3];
+    full(stiffness, load);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        double sum = 0;
+        for (int p = 0; p < 3; ++p)
+          for (int q = 0; q < 3; ++q) sum += l[p][i] * load[p][q] * l[q][j];
+        k[i][j] = h * h * root(i, j) * sum;
+      }
+    for (const auto& [i, j] : pair_of) k[j][i] = k[i][j];
+    diagonalise(k, v);
+  }
+};
 
 // No eigenvalue of K over the inertia is larger.
 double bound(const double stiffness[6], const double inverse[6]) {
@@ -90,60 +108,41 @@ double bound(const double stiffness[6], const double inverse[6]) {
 // In place of the inverse inertia and the free spin w of a body that has the spin w_begin: of I + g h^2 K. False: K is
 // slow. added: g h^2 K.
 bool stiffen(const double stiffness[6], double h, double inverse[6], const double* begin, double* w, double added[6]) {
-  double whole[3][3], load[3][3], c[3][3], k[3][3], v[3][3], soft[3][3], change[3], y[3];
+  double whole[3][3], k[3][3], v[3][3], soft[3][3], kept[3][3], change[3], y[3], out[3][3], sum[3][3], more[3];
   if (!(h * h * bound(stiffness, inverse) > 1)) return false;
   full(inverse, whole);
-  full(stiffness, load);
-  half(whole, c);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      k[i][j] = 0;
-      for (int p = 0; p < 3; ++p)
-        for (int q = 0; q < 3; ++q) k[i][j] += c[p][i] * load[p][q] * c[q][j];
-      k[i][j] *= h * h;
-    }
-  for (const auto& [i, j] : pair_of) k[j][i] = k[i][j];
-  diagonalise(k, v);
-  double more[3], most = 0;
+  const Factors f(whole);
+  f.swings(stiffness, h, k, v);
+  double most = 0;
   for (int i = 0; i < 3; ++i) most = std::max(most, more[i] = implicit_share(k[i][i]) * k[i][i]);
   if (!(most > 0)) return false;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      soft[i][j] = kept[i][j] = 0;
+      for (int m = 0; m < 3; ++m) soft[i][j] += v[i][m] * v[j][m] / (1 + more[m]);
+      for (int m = 0; m < 3 && f.move(i, j); ++m) kept[i][j] += v[i][m] * v[j][m] * more[m] / f.root(i, j);
+    }
   for (int i = 0; i < 3; ++i) change[i] = w[i] - begin[i];
-  solve_half(c, change, y);
-  // soft: what is left of C C' along each axis
+  f.solve(change, y);
+  double softened[3] = {}, unit[3][3];
+  for (int p = 0; p < 3; ++p)
+    for (int q = 0; q < 3; ++q)
+      if (f.move(p, q)) softened[p] += (soft[p][q] - (p == q)) * std::sqrt(f.d[p] / f.d[q]) * y[q];
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      soft[i][j] = 0;
-      for (int p = 0; p < 3; ++p) soft[i][j] += v[i][p] * v[j][p] / (1 + more[p]);
-    }
-  double out[3][3];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      out[i][j] = 0;
-      for (int p = 0; p < 3; ++p)
-        for (int q = 0; q < 3; ++q) out[i][j] += c[i][p] * soft[p][q] * c[j][q];
-    }
-  for (int i = 0; i < 3; ++i) {
-    double now = begin[i] + change[i], soften[3] = {};
-    for (int p = 0; p < 3; ++p)
-      for (int q = 0; q < 3; ++q) soften[p] += (soft[p][q] - (p == q)) * y[q];
-    for (int p = 0; p < 3; ++p) now += c[i][p] * soften[p];
-    w[i] = now;
-  }
-  // C^-T V more V' C^-1, by columns
-  double inverse_half[3][3] = {}, sum[3][3] = {};
+    for (int p = 0; p < 3; ++p) w[i] += f.l[i][p] * softened[p];
   for (int j = 0; j < 3; ++j) {
     const double one[3] = {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0};
-    double column[3];
-    solve_half(c, one, column);
-    for (int i = 0; i < 3; ++i) inverse_half[i][j] = column[i];
+    f.solve(one, unit[j]); // a column of L^-1
   }
-  for (int m = 0; m < 3; ++m) {
-    double along[3] = {};
-    for (int j = 0; j < 3; ++j)
-      for (int i = 0; i < 3; ++i) along[j] += v[i][m] * inverse_half[i][j];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) sum[i][j] += more[m] * along[i] * along[j];
-  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      out[i][j] = sum[i][j] = 0;
+      for (int p = 0; p < 3; ++p)
+        for (int q = 0; q < 3; ++q) {
+          out[i][j] += f.l[i][p] * soft[p][q] * f.root(p, q) * f.l[j][q];
+          sum[i][j] += unit[i][p] * kept[p][q] * unit[j][q];
+        }
+    }
   pack(sum, added);
   pack(out, inverse);
   return true;
@@ -151,19 +150,10 @@ bool stiffen(const double stiffness[6], double h, double inverse[6], const doubl
 
 // Largest eigenvalue of h^2 K over the inertia.
 double swing_of(const double stiffness[6], double h, const double inverse[6]) {
-  double whole[3][3], load[3][3], c[3][3], k[3][3], v[3][3];
+  double whole[3][3], k[3][3], v[3][3];
   full(inverse, whole);
-  full(stiffness, load);
-  half(whole, c);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      k[i][j] = 0;
-      for (int p = 0; p < 3; ++p)
-        for (int q = 0; q < 3; ++q) k[i][j] += c[p][i] * load[p][q] * c[q][j];
-    }
-  for (const auto& [i, j] : pair_of) k[j][i] = k[i][j];
-  diagonalise(k, v);
-  return h * h * std::max({k[0][0], k[1][1], k[2][2], 0.0});
+  Factors(whole).swings(stiffness, h, k, v);
+  return std::max({k[0][0], k[1][1], k[2][2], 0.0});
 }
 
 // Six numbers as the contacts have them, in the plane the first alone.
