@@ -1,4 +1,4 @@
-"""What joints bear: from the first step on, under loads far above the weight of what carries them, along a beam."""
+"""Loads of joints: the first pull, heavy loads on light links, reactions at the root of a beam."""
 
 import cairn as cn
 import numpy as np
@@ -12,7 +12,7 @@ def put(dim, x, z):
 
 
 def swinging(kind, dim, dt, speed=3.0):
-    """A ball a metre below what it swings about, and the pull that it asks for over its mass."""
+    """A ball swings a metre below its joint."""
     scene = cn.Scene(dim, gravity=put(dim, 0.0, -9.81))
     turns = kind != "Distance" and kind != "Cable"
     velocity = [speed, 0.0, speed * turns] if dim == 2 else [speed, 0, 0, 0, -speed * turns, 0]

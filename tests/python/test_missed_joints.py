@@ -44,7 +44,7 @@ def gap(sim, dt, bars):
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("spin", [900.0, 1200.0])
 def test_a_step_that_misses_a_joint_is_not_converged(spin):
-    """Of bodies that turn by a radian in it."""
+    """Bodies turn by a radian in a step."""
     sim, missed = spinning(DT, spin), 0
     for _ in range(60):
         info = sim.step()

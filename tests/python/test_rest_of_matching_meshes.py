@@ -40,7 +40,7 @@ def pressed(dim, n, poisson=0.3, pressure=1e6, young=1e9, law="frictionless"):
 @pytest.mark.parametrize("law", ["frictionless", "rough"])
 @pytest.mark.parametrize("dim, n", [(2, 1), (2, 2), (2, 4), (3, 1), (3, 2)])
 def test_blocks_bear_a_uniform_stress(dim, n, law):
-    """What the one spreads by, the other does as well: no joint between them is felt."""
+    """Both blocks spread alike, so that stresses are those of one block."""
     pressure, young, poisson = 1e6, 1e9, 0.3
     sim = pressed(dim, n, law=law)
     found = cn.find_equilibrium(sim)
