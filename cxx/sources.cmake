@@ -61,6 +61,8 @@ set(CAIRN_CXX_SOURCES
   contacts/interaction_plan.cpp
   contacts/joint_faces.cpp
   contacts/joint_flight.cpp
+  contacts/joint_seats.cpp
+  contacts/joint_swing.cpp
   contacts/joints.cpp
   contacts/mesh_face_area.cpp
   contacts/mesh_pair_area.cpp
@@ -191,8 +193,10 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/mesh_contacts.cpp
   strategies/nscd/nested_meshes.cpp
   strategies/nscd/projection.cpp
+  strategies/nscd/seat_joints.cpp
   strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp
+  strategies/nscd/stiff_joints.cpp
   strategies/options.cpp
   strategies/report.cpp
   strategies/reshape_watches.cpp

@@ -3,6 +3,7 @@
 !> motor whose force is bounded:
 !>   u + error/h = 0 of what is blocked,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed,
 !> beside a spring with a dashpot, whose force is that at the theta-mean of the step, so that theta 1/2 keeps its energy.
+!> Across a bar that bears more tension than steps follow as the string that it is, r + drag (u - u_begin) = 0 beside these.
 !> It breaks at the end of a step whose force reaches its strength.
 !> Components: 2D n, t, rotation; 3D n, t, s, rotations about them. n is the axis of the joint.
 module joint
@@ -14,8 +15,9 @@ module joint
   public :: cairn_law_joint_energy
   integer, parameter :: own = 16 !< parameters: see below; of the axis, the span and the pulley those who measure the frames know
   integer, parameter :: p_blocked = 1, p_free = 2, p_lowest = 6, p_highest = 7, p_speed = 8, p_effort = 9, p_strength = 10
-  integer, parameter :: p_stiffness = 12, p_damping = 13, p_rest = 14
+  integer, parameter :: p_spans = 11, p_stiffness = 12, p_damping = 13, p_rest = 14
   integer, parameter :: s_held = 1, s_error = 2, s_along = 8, s_drag = 9, s_pull = 10, s_begin = 11, s_driven = 12
+  integer, parameter :: s_across = s_driven !< of a bar or a rope, which has no motor
   integer, parameter :: states = 12
 contains
 
@@ -29,7 +31,8 @@ contains
     !< speed [m/s, rad/s], effort [N, N m], strength [N], 1 if n is the line between the points, stiffness [N/m, N m/rad],
     !< damping [N s/m, N m s/rad] and rest [m, rad] of the spring
     real(c_double), intent(inout)       :: state(n, states) !< above 0: whole; errors of n, t, s [m], about them [rad];
-    !< coordinate; spring's impulse -(drag u + pull) [kg, N s]; velocity at the start of the step; work of the motor in it [J]
+    !< coordinate; spring's impulse -(drag u + pull) [kg, N s]; velocity at the start of the step; work of the motor in it [J],
+    !< or of a bar its drag across [kg]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< none [-]
@@ -55,6 +58,7 @@ contains
     do k = 1, c
       do i = 1, n
         if (state(i, s_held) > 0 .and. blocks(params(i, p_blocked), k)) bias(i, k) = state(i, place(c, k))/context%h
+        if (drag_across(c, k, params(i, p_spans), state(i, s_held), state(i, s_across)) > 0) bias(i, k) = -u_begin(i, k)
       end do
     end do
   end subroutine cairn_law_joint_prepare
@@ -70,17 +74,24 @@ contains
     real(c_double), intent(in)    :: state(n, states)   !< see prepare
     real(c_double), intent(inout) :: r(n, c)            !< impulse [N s], then moment [N m s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    real(c_double) :: block(c, c), of_free(c), of_unit(c), q, s
-    integer :: i, f
+    real(c_double) :: block(c, c), of_free(c), of_unit(c), q, s, held, across
+    integer :: i, k, f
     do i = 1, n
       r(i, :) = 0
       if (present(status)) status(i) = merge(3, 0, state(i, s_held) > 0)
       if (.not. state(i, s_held) > 0) cycle
       block = w(i, :, :)
-      call hold(c, params(i, p_blocked), block, -u_free(i, :), of_free)
+      held = params(i, p_blocked)
+      do k = 2, min(c, 3)
+        across = drag_across(c, k, params(i, p_spans), state(i, s_held), state(i, s_across))
+        if (.not. across > 0) cycle
+        block(k, k) = block(k, k) + 1/across
+        held = ibset(nint(held), k - 1)
+      end do
+      call hold(c, held, block, -u_free(i, :), of_free)
       f = nint(params(i, p_free))
       if (f > 0) then
-        call hold(c, params(i, p_blocked), block, -w(i, :, f), of_unit)
+        call hold(c, held, block, -w(i, :, f), of_unit)
         q = u_free(i, f) + dot_product(w(i, f, :), of_free)
         s = w(i, f, f) + dot_product(w(i, f, :), of_unit)
         if (s > 16*epsilon(s)*w(i, f, f)) then
@@ -133,6 +144,7 @@ contains
     real(c_double), intent(out)         :: f(n, c)            !< [N s]
     real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
+    real(c_double) :: across
     integer :: i, k
     do i = 1, n
       status(i) = merge(3, 0, state(i, s_held) > 0)
@@ -140,6 +152,8 @@ contains
         weight(i, k) = w(i, k, k)
         f(i, k) = r(i, k)
         if (.not. state(i, s_held) > 0 .or. .not. w(i, k, k) > 0) cycle
+        across = drag_across(c, k, params(i, p_spans), state(i, s_held), state(i, s_across))
+        if (across > 0) f(i, k) = (r(i, k) + across*u(i, k))/(1 + across*w(i, k, k))
         if (blocks(params(i, p_blocked), k)) then
           f(i, k) = u(i, k)/w(i, k, k)
         else if (k == nint(params(i, p_free))) then
@@ -163,8 +177,8 @@ contains
     integer :: i, d, f
     d = merge(2, 3, c == 3)
     do i = 1, n
-      state(i, s_driven) = 0
       f = nint(params(i, p_free))
+      state(i, s_driven) = 0
       if (f > 0 .and. state(i, s_held) > 0) then
         ! what is beyond the motor's effort is a limit's
         most = context%h*params(i, p_effort)
@@ -182,15 +196,21 @@ contains
     type(cairn_law_context), intent(in) :: context        !< step
     real(c_double), intent(in)          :: gap(n)         !< not asked for [m]
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
-    real(c_double), intent(in)          :: r(n, c)        !< not asked for [N s]
+    real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own) !< see prepare
     real(c_double), intent(in)          :: state_begin(n, states), state(n, states) !< see prepare
     real(c_double), intent(out)         :: energy(n, 4)   !< see cairn/core.h [J]
-    real(c_double) :: now, was, spent, begin, mean
-    integer :: i, f
+    real(c_double) :: now, was, spent, begin, mean, across
+    integer :: i, k, f
     energy = 0
     do i = 1, n
       f = nint(params(i, p_free))
+      do k = 2, min(c, 3)
+        across = drag_across(c, k, params(i, p_spans), state_begin(i, s_held), state_begin(i, s_across))
+        if (.not. across > 0) cycle
+        energy(i, 3) = energy(i, 3) - r(i, k)*(u(i, k) + r(i, k)/(2*across)) ! of the integrator, which gives it back
+        energy(i, 4) = energy(i, 3)
+      end do
       if (f < 1 .or. .not. state_begin(i, s_held) > 0) cycle
       begin = state(i, s_begin)
       was = params(i, p_stiffness)*(state(i, s_along) - (1 - context%theta)*context%h*begin - params(i, p_rest))**2/2
@@ -199,9 +219,20 @@ contains
       spent = max(0.0_c_double, context%h*params(i, p_damping)*mean*(u(i, f) + begin)/2)
       energy(i, merge(2, 3, f == 1)) = now - was + spent
       energy(i, 1) = merge(now, 0.0_c_double, state(i, s_held) > 0)
-      energy(i, 4) = spent + now - energy(i, 1)
+      energy(i, 4) = energy(i, 4) + spent + now - energy(i, 1)
     end do
   end subroutine cairn_law_joint_energy
+
+  !> Of a bar or a rope that holds, along t and s. [kg]
+  pure real(c_double) function drag_across(c, k, spans, held, across) result(drag)
+    integer(c_int32_t), intent(in) :: c      !< components
+    integer, intent(in)            :: k      !< component
+    real(c_double), intent(in)     :: spans  !< see prepare
+    real(c_double), intent(in)     :: held   !< see prepare
+    real(c_double), intent(in)     :: across !< see prepare [kg]
+    drag = 0
+    if (spans > 0 .and. held > 0 .and. k > 1 .and. k <= merge(2, 3, c == 3)) drag = across
+  end function drag_across
 
   pure logical function blocks(mask, k)
     real(c_double), intent(in) :: mask
@@ -217,8 +248,8 @@ contains
     if (c == 3 .and. k == 3) place = s_error + 3
   end function place
 
-  !> w r = q in the components that are blocked, the others of r none; by elimination without pivots: W is symmetric and at least
-  !> semidefinite, and a component that nothing moves carries nothing.
+  !> w r = q in the components that are blocked or dragged, the others of r none; by elimination without pivots: W is symmetric
+  !> and at least semidefinite, and a component that nothing moves carries nothing.
   pure subroutine hold(c, mask, w, q, r)
     integer(c_int32_t), intent(in) :: c       !< components
     real(c_double), intent(in)     :: mask    !< which are blocked

@@ -53,6 +53,7 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   mapped_.bodies = std::int32_t(of_number.size());
   mapped_.centre.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
   mapped_.direction.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
+  mapped_.half_length.assign(seats_.size(), 0.0);
   facet_vertices_.reserve(3 * vertices);
   mapped_.place = of_contactor_;
   if (nodes.dim == 2) find_next_edges();
@@ -240,6 +241,7 @@ void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
       double* along = &mapped_.direction[std::size_t(dim) * i];
       along[0] = x / length;
       along[1] = y / length;
+      mapped_.half_length[i] = length / 2;
       centre[0] -= along[1] * thickness;
       centre[1] += along[0] * thickness;
     } else if (s.role == Role::facet) {

@@ -13,6 +13,7 @@ struct MappedContactors {
   std::vector<std::int32_t> contactor; // internal numbers, rising
   std::vector<double> centre;          // (dim, n) [m]
   std::vector<double> direction;       // (dim, n) of edges, unit, in space; zero of others
+  std::vector<double> half_length;     // of edges as their nodes stand; 0 of others [m]
   // Of edges: the contactors of the edge that ends where this one begins, and of the one that begins where it ends, -1:
   // none.
   std::vector<std::int32_t> before, after;

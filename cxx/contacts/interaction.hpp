@@ -193,6 +193,15 @@ struct SolveReport {
   const char* solver = "nlgs";     // that gave the answer
 };
 
+// What the loads of its joints resist turns of a body by: xx yy zz xy xz yz, in the plane one. [N m]
+struct JointLoad {
+  std::int32_t body;
+  double stiffness[6];
+};
+// Of a stiffness by which something swings, the share that a step takes implicitly: none where the square of step times
+// rate is small, and where it is large so much that this is 2 then (explicit steps hold below 4).
+inline double implicit_share(double square) { return square > 1 ? 0.5 * (1 - 1 / square) : 0; }
+
 // What joints of rigid bodies miss where the next step detects them, by the velocities of a solution.
 struct JointMiss {
   double gap = 0;            // the largest along what is blocked [m]
@@ -324,6 +333,19 @@ public:
   void keep_joints();
   void correct_joints(double share);
   std::string name_of_joint(std::int64_t contact) const;
+  // Whether joints came in, or steps became another length, since joints held where contacts are detected. See
+  // joint_seats.cpp.
+  bool seats_joints() const;
+  void joints_seated();
+  // How far joints of rigid bodies are off as they were assembled, over what rounding leaves.
+  double joints_off() const;
+  // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
+  // they are more than those of the bodies. Impulses at hand are lost.
+  bool seat_joints(const Bodies&, Array<double>& velocity);
+  // Loads by the impulses at hand, in the order of bodies; see joint_swing.cpp.
+  void loads_of_joints(std::vector<JointLoad>& loads) const;
+  // Largest square of step times rate by which bars and ropes swing across themselves beyond what is taken implicitly.
+  double swing_across() const;
   // After these; settled: they miss no more than they may. See joint_flight.cpp.
   bool ease_joints(const Bodies&, bool settled);
   void pose(const ContactPose& pose);

@@ -97,6 +97,7 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   fill_ropes(batch);
   if (batch.stride_a || batch.stride_b) cairn_mapped_responses(&batch, dim());
   fill_impulses(batch);
+  if (law_infos()[batch.law].joins) fill_drags(batch);
   fill_law(schedule, batch, thread);
 }
 

@@ -158,6 +158,7 @@ struct Interactions::State {
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   std::vector<double> joint_biases, joint_misses; // kept by keep_joints, in the order of each_miss [m/s], [m]
+  bool joints_came = false;                       // since joints were seated
   double left_of_step = 0;                        // see centre_joints
   double joint_theta = 0;                         // see centre_joints; 0: theta
   double correction = 1;                          // of what joints and bonds on meshes miss, by a step
@@ -365,6 +366,9 @@ struct Interactions::State {
   JointMiss miss_of_joints(double least) const;
   double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;
   double swing_of(const cairn_batch& b, int lane, double length) const;
+  void fill_drags(const cairn_batch& b) const; // of bars and ropes, by the impulses at hand; joint_swing.cpp
+  double gives_across(const cairn_batch& b, int lane) const;
+  double length_across(const cairn_batch& b, int lane) const;
   bool ease_joints();
   bool any_spans() const;
   double flown(const cairn_batch& b, int lane) const;

@@ -215,6 +215,10 @@ void InteractionHandler::Workspace::place_mapped() {
                     " stands nowhere; check the velocities of its nodes, forces and the step before");
     for (int d = 0; d < dim && contactors->direction.active; ++d)
       direction[i * (dim + 1) + d] = mapped->direction[k * std::size_t(dim) + std::size_t(d)];
+    if (!(mapped->half_length[k] > 0) || !contactors->direction.active) continue;
+    double& half = direction[i * (dim + 1) + dim]; // which the body that it was declared with has
+    reach[i] += std::max(mapped->half_length[k] - half, 0.0);
+    half = mapped->half_length[k];
   }
 }
 

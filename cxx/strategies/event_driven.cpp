@@ -184,7 +184,8 @@ bool EventDriven::impact(Simulation& s, std::int32_t pair, double time) {
 }
 
 // Pairs that are closed where the flight ends shall be so to NSCD, too: nothing rebounds any more, and by a rounding of
-// their places they overlap, since a gap above zero is open to laws of restitution.
+// their places they overlap, and by what speeds within rounding part them until NSCD detects, since a gap above zero is
+// open to laws of restitution: the body would fall for all of the step.
 void EventDriven::settle(Simulation& s) {
   Bodies& b = s.scene.bodies;
   group_.clear();
@@ -196,7 +197,8 @@ void EventDriven::settle(Simulation& s) {
     const Pair& p = pairs_[std::size_t(k)];
     const Contact at = look(s, p, now_);
     const bool first = b.inverse_mass[p.body_a][0] > 0 || b.inverse_mass[p.body_a][1] > 0;
-    const double way = std::max(0.0, at.gap + 4 * at.blur);
+    const double parts = at.speed > 0 ? 0 : (h_ - now_) * at.still;
+    const double way = std::max(0.0, at.gap + 4 * at.blur + parts);
     for (int d = 0; d < b.dim; ++d) b.position[first ? p.body_a : p.body_b][d] += (first ? -1 : 1) * way * at.normal[d];
   }
 }

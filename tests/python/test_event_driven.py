@@ -54,6 +54,25 @@ def test_impacts_that_accumulate_end_in_rest():
     assert abs(sim.energy["closure"]) < 1e-9 * sim.energy["in_play"]
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("restitution", [0.1, 0.3, 0.5, 0.6, 0.7])
+@pytest.mark.parametrize("dt", [0.05, 0.17, 0.31])
+def test_the_height_between_outputs_is_that_of_the_parabolas(dim, restitution, dt):
+    """Also of steps in which the last of all impacts lies: what rests falls no further."""
+    sim = ball(restitution, dt, dim)
+    while sim.time < 2.5:
+        sim.step()
+        left, speed, height = sim.time - np.sqrt(2 / 9.81), restitution * np.sqrt(2 * 9.81), 0.0
+        if left < 0:
+            height = 1 - 9.81 * sim.time**2 / 2
+        while left >= 2 * speed / 9.81 > 1e-9:
+            left, speed = left - 2 * speed / 9.81, restitution * speed
+        if left >= 0 and 2 * speed / 9.81 > 1e-9:
+            height = speed * left - 9.81 * left**2 / 2
+        assert sim.bodies.position[0, 1] - 0.1 == pytest.approx(height, abs=1e-8)
+    assert np.abs(sim.bodies.velocity).max() < 1e-6 or restitution == 0.7
+
+
 @pytest.mark.parametrize("law", [cn.Coulomb(mu=0.5), cn.Restitution(mu=0.5, normal=0)])
 def test_what_rests_is_moved_by_nscd(law):
     """A disk on a slope rolls as it does under NSCD."""

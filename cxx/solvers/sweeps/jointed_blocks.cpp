@@ -18,6 +18,32 @@ bool JointedProblem::hold() {
   return held_->factored();
 }
 
+bool JointedProblem::undo_errors() {
+  equalities_.clear();
+  uses_.assign(std::size_t(rows_), {});
+  for (const Equality& e : blocked_) {
+    if (e.compliance > 0) continue;
+    const cairn_batch& b = batch(e.place);
+    const int error = system_.dim == 2 && e.component == 2 ? 4 : 1 + e.component; // in the state: see joint.f90
+    uses_[std::size_t(e.row)].push_back({std::int32_t(equalities_.size()), 1});
+    equalities_.push_back(e);
+    equalities_.back().q = b.state[error * b.count + e.place.lane] / b.params[16 * b.count + e.place.lane];
+  }
+  if (equalities_.empty()) return false;
+  held_.emplace(form_held());
+  if (!held_->factored()) return false;
+  for (const cairn_batch& b : system_.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int c = 0; c < (b.pack ? system_.dim : b.components); ++c) at(b, b.r, lane, c) = 0;
+  impulse_.resize(equalities_.size());
+  for (std::size_t e = 0; e < equalities_.size(); ++e) impulse_[e] = -equalities_[e].q;
+  held_->solve(impulse_.data(), 1);
+  for (std::size_t e = 0; e < equalities_.size(); ++e)
+    at(batch(equalities_[e].place), batch(equalities_[e].place).r, equalities_[e].place.lane,
+       equalities_[e].component) = impulse_[e];
+  return true;
+}
+
 void JointedProblem::form() {
   form_pattern();
   fill_blocks();

@@ -11,7 +11,8 @@ namespace cairn {
 namespace {
 
 // Columns of parameters and state of the law, from 0: see joint.f90.
-constexpr int p_lowest = 5, p_highest = 6, p_speed = 7, p_effort = 8, p_h = 16, s_along = 7, s_drag = 8, s_pull = 9;
+constexpr int p_lowest = 5, p_highest = 6, p_speed = 7, p_effort = 8, p_h = 16, s_along = 7, s_drag = 8, s_pull = 9,
+              s_across = 11;
 constexpr double machine_epsilon = std::numeric_limits<double>::epsilon();
 
 bool joins(const cairn_batch& b) { return law_infos()[std::size_t(b.law)].joins; }
@@ -63,15 +64,16 @@ void JointedProblem::take_joint(Place place) {
   const int lane = place.lane, blocked = int(b.params[joint_blocked * b.count + lane]),
             coordinate = int(b.params[joint_coordinate * b.count + lane]) - 1;
   if (!(b.state[lane] > 0) || !(at(b, b.bias, lane, 0) < never())) return;
+  const double across = b.params[joint_spans * b.count + lane] > 0 ? b.state[s_across * b.count + lane] : 0;
   for (int c = 0; c < b.components; ++c) {
-    const bool holds = blocked >> c & 1;
+    const bool drags = across > 0 && c > 0 && c < system_.dim, holds = drags || blocked >> c & 1;
     if (!holds && c != coordinate) continue;
     const std::int32_t row = add_row(place, c);
     gather(row);
     if (!(sum_[std::size_t(row)] > 0 && b.delassus[(c * b.components + c) * b.count + lane] > 0))
       continue; // nothing moves along it
     if (holds)
-      blocked_.push_back({row, 0, 0, place, c});
+      blocked_.push_back({row, drags ? 1 / across : 0, 0, place, c});
     else
       take_coordinate(place, c, row);
   }

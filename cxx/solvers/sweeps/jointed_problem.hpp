@@ -31,6 +31,9 @@ public:
   void pose_all();
   // First, of what is posed: the equalities. False: they have no factors.
   bool hold();
+  // Instead of all of that: of joints the impulses, of all others none, that undo in a step what frames are off where
+  // contacts are detected. False: as above, or nothing is held.
+  bool undo_errors();
   // Bytes of W in blocks, at most.
   double bytes() const;
   // W and q.

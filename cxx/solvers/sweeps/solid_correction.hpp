@@ -47,6 +47,9 @@ public:
   // tolerance; else these are as they were. Records up to date before and after.
   Refinement refine(double error, double wanted, double tolerance, const std::function<double()>& measure);
 
+  // Passes until velocities change by little beside the tolerance; kept if the error stays within it.
+  void settle_joints(double tolerance, const std::function<double()>& measure);
+
 private:
   struct Contact {
     std::int32_t batch, lane, components, unknowns;

@@ -210,7 +210,8 @@ public:
   SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
-        solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)) {}
+        solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
+        jointed_(!solid_bonds_ && JointedProblem::needed(system)) {}
 
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
@@ -248,8 +249,8 @@ public:
   // The more a pass costs beside the sweeps until now, the more it has to be worth.
   bool refines(int iterations, double error) override {
     constexpr double most = 8, share = 4, small = 1e5;
-    if (!solid_bonds_ || given_up_ || refined_ > 0 || !(error > 0)) return false;
-    if (std::isfinite(options_.accuracy)) return true;
+    if (!(solid_bonds_ || jointed_) || given_up_ || refined_ > 0 || !(error > 0)) return false;
+    if (std::isfinite(options_.accuracy) && solid_bonds_) return true;
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
     const bool wanted =
         SolidCorrection::amplification(system_) * error_of_speed() > std::clamp(cost / share, 1.0, most) * tolerance_;
@@ -261,6 +262,10 @@ public:
 
   Refinement refine(double error, const std::function<double()>& measure) override {
     if (++refined_; !possible()) return {};
+    if (jointed_) {
+      solid_->settle_joints(tolerance_, measure);
+      return {};
+    }
     if (only_rings_) {
       solid_->drop_self_stress_within(tolerance_, measure);
       return {};
@@ -305,7 +310,7 @@ private:
   double tolerance_; // that was asked for
   int refined_ = 0;
   bool only_rings_ = false;
-  bool solid_bonds_;
+  bool solid_bonds_, jointed_;
   bool given_up_ = false;
 };
 

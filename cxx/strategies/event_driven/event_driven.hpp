@@ -20,6 +20,7 @@ struct Contact {
   double gap = 0, normal[3] = {0, 0, 0}, point[3] = {0, 0, 0}; // point from the centre of A
   double speed = 0, push = 0; // of opening: its velocity, 0 to rounding, and acceleration
   double blur = 0;            // rounding of the gap [m]
+  double still = 0;           // and of that velocity [m/s]
 };
 
 struct EventSettings {

@@ -169,7 +169,8 @@ Contact EventDriven::look(const Simulation& s, const Pair& p, double time) const
                              directed ? &direction_[std::int64_t(p.b) * (dim + 1)] : none, &at.gap, at.normal, at.point,
                              &kept);
   at.speed = dot(at.normal, speed, dim);
-  if (std::abs(at.speed) <= 64 * rounding * speeds) at.speed = 0;
+  at.still = 64 * rounding * speeds;
+  if (std::abs(at.speed) <= at.still) at.speed = 0;
   at.push = dot(at.normal, change, dim);
   at.blur = 8 * rounding * (largest + *c.radius[p.a] + *c.radius[p.b]);
   return at;

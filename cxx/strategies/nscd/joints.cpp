@@ -24,7 +24,7 @@ std::string hint_of(const JointMiss& left, const std::string& joint, double h, d
 
 } // namespace
 
-void Nscd::hold_joints(Simulation& s) {
+void Nscd::hold_joints(Simulation& s, int spent) {
   constexpr int most = 12;
   constexpr double least_share = 1.0 / 64;
   SolveReport& report = s.report.solve;
@@ -56,14 +56,14 @@ void Nscd::hold_joints(Simulation& s) {
     } else {
       share /= 4;
     }
-    const int limit = settings.solver.max_iterations - report.iterations;
+    const int limit = settings.solver.max_iterations - spent - report.iterations;
     if (limit < std::max(last, options.min_iterations)) break;
     s.interactions.correct_joints(share);
     again(limit);
     at_best = false;
   }
   const auto limit = [&] {
-    return std::max(settings.solver.max_iterations - report.iterations, options.min_iterations);
+    return std::max(settings.solver.max_iterations - spent - report.iterations, options.min_iterations);
   };
   if (report.status == SolveStatus::converged && !settled && !at_best) {
     miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);

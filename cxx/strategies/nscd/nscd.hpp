@@ -91,8 +91,17 @@ private:
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
   void find_bonds(Simulation& s);
-  void hold_joints(Simulation& s);      // where the next step detects them; joints.cpp
-  void declare_joints(Simulation& s);   // those that came in since the last step
+  // Where the next step detects them, after so many iterations of other solutions; joints.cpp.
+  void hold_joints(Simulation& s, int spent = 0);
+  void declare_joints(Simulation& s); // those that came in since the last step
+  void seat_joints(Simulation& s);    // where contacts are detected; seat_joints.cpp
+  void move_bodies(Simulation& s, const Array<double>& velocity) const;
+  bool stiffen_joints(Simulation& s); // bodies against turns under the loads of joints; stiff_joints.cpp
+  bool joints_swing(Simulation& s);   // by the loads found, faster than the step was stiffened for
+  void stiffen_further(Simulation& s);
+  void unstiffen(Simulation& s);
+  void assemble_contacts(Simulation& s);
+  double energy_of_stiffened(const Simulation& s) const;
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   double measure_margins(Simulation& s);
   static std::vector<RimSeat> seats_of_contactors(const Simulation& s); // by internal numbers
@@ -118,7 +127,17 @@ private:
   Array<double> margins_, force_given_;
   std::vector<std::int32_t> anchored_;          // contactors of the keys of the memory, two each
   std::vector<double> temperature_, potential_; // of bodies and nodes, that laws see
-  std::optional<Interactions> projector_;       // of project_positions, with a memory of its own
+  // A body that the loads of its joints stiffen: its numbers without them, and the inertia that they add.
+  struct Stiffened {
+    std::int32_t body;
+    double spin[3], inverse_mass[3], inverse_inertia[6], added[6];
+  };
+  std::vector<Stiffened> stiffened_;
+  std::vector<JointLoad> loads_;
+  Array<double> seat_;                    // velocities that seat joints
+  bool seated_ = false;                   // in this step
+  double seated_work_ = 0;                // of weight, when they were [J]
+  std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;
   Array<double> reaction_kept_;

@@ -33,6 +33,7 @@ void Nscd::project_positions(Simulation& s) {
   Nodes& nodes = s.scene.nodes;
   const int nd = b.dofs(), dim = s.scene.dim;
   double stored = 0;
+  unstiffen(s);
   for (MeshBody& mesh : s.meshes.meshes) stored -= mesh.stored(nodes), mesh.rest();
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
   reaction_kept_ = b.reaction.values;

@@ -62,6 +62,9 @@ void Nscd::begin_step(Simulation& s, double h) {
   if (s.networks && s.networks->thermal) temperature = s.networks->thermal->seen(temperature);
   s.interactions.act_at(temperature, values_of(b.potential, s.scene.nodes.potential, potential_));
   make_bonds(s);
+  stiffened_.clear();
+  seated_ = false;
+  seated_work_ = 0;
   begun_ = true;
 }
 
@@ -319,15 +322,22 @@ void Nscd::prepare_contacts(Simulation& s) {
   const bool by_theta = settings.integrator.name == "theta";
   s.interactions.centre_joints(by_theta ? law_share() : 0.5, by_theta ? law_share() : 1 - ahead_ / h_);
   s.interactions.pose(settings.pose);
+  assemble_contacts(s);
+  seat_joints(s);
+  if (stiffen_joints(s)) assemble_contacts(s);
+  s.contacts_known = true;
+}
+
+void Nscd::assemble_contacts(Simulation& s) {
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes, &s.scene.nodes);
-  s.contacts_known = true;
 }
 
 void Nscd::solve_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
   hold_joints(s);
+  stiffen_further(s);
 }
 
 void Nscd::update_velocity(Simulation& s) {
@@ -373,7 +383,8 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   }
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
-  s.energy.potential += d_potential;
+  s.energy.potential += d_potential + seated_work_;
+  s.energy.work_projection += seated_work_;
   s.energy.work_external += external;
   s.energy.work_driven += driven + contacts.cell_work + contacts.driven;
   s.energy.dissipated_normal += contacts.normal;
@@ -389,12 +400,13 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.work_growth += contacts.grown + strained;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
-  s.energy.dissipated_integrator += by_theta;
+  const double stiffened = energy_of_stiffened(s);
+  s.energy.dissipated_integrator += by_theta + stiffened;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
-                      contacts.normal + contacts.tangential + bulk + by_theta +
+                      contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
                       (contacts.stored_change + contacts.released) - contacts.grown;
-  s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
-                          std::abs(contacts.tangential) + std::abs(bulk) +
+  s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) +
+                          std::abs(contacts.normal) + std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
   // Nodes count as points of mass here; what the mass matrix of a mesh adds to that belongs to the largest, too.
   double moving = kinetic, moved = kinetic - d_kinetic;

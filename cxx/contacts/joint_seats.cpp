@@ -1,0 +1,79 @@
+// A step holds joints where the next one detects contacts, in the middle of its flight. Where a joint comes in, or
+// steps become shorter or longer, bodies that turn about it fly past that place, on straight ways, by r (w h)^2/8:
+// undone by impulses that would pull an eighth too hard in one step and too little in the next. So bodies are moved
+// there.
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../solvers/sweeps/jointed_problem.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+bool Interactions::seats_joints() const {
+  const State& s = *s_;
+  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
+  return s.joints_came || s.memory.h < s.h || s.memory.h > s.h;
+}
+
+void Interactions::joints_seated() { s_->joints_came = false; }
+
+double Interactions::joints_off() const {
+  constexpr double digits = 64 * std::numeric_limits<double>::epsilon();
+  const State& s = *s_;
+  double off = 0, rounding = 0;
+  for (const cairn_batch& b : s.system.batches) {
+    if (!law_infos()[b.law].joins || b.mapped_a || b.mapped_b) continue;
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int64_t i = s.system.candidate[b.first + lane];
+      if (!s.is_anchored(i) || !(b.state[lane] > 0)) continue;
+      const Anchor& anchor = s.held[std::size_t(s.anchor_of[std::size_t(i)])];
+      const int blocked = int(s.laws->entry(s.entry[i]).params[joint_blocked]);
+      const double length = s.length_of_joint(b, lane, anchor);
+      for (int c = 0; c < b.components; ++c) {
+        if (!(blocked >> c & 1)) continue;
+        const int error = s.dim() == 2 && c == 2 ? 4 : 1 + c;
+        off = std::max(off, std::abs(b.state[error * b.count + lane]) * (c < s.dim() ? 1 : length));
+      }
+      for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
+        for (int k = 0; k < s.dim(); ++k)
+          rounding =
+              std::max({rounding, std::abs(s.bodies->position[body][k]), s.h * std::abs(s.bodies->velocity[body][k])});
+      }
+      rounding = std::max(rounding, length);
+    }
+  }
+  rounding *= digits;
+  return off > rounding ? off / rounding : 0;
+}
+
+bool Interactions::seat_joints(const Bodies& bodies, Array<double>& velocity) {
+  State& s = *s_;
+  const int n = s.system.velocities(), d = s.dim();
+  const cairn_schedule schedule = s.system.schedule(1);
+  JointedProblem step(s.system, schedule, s.free(bodies));
+  if (!step.undo_errors()) return false;
+  s.system.clear_velocities();
+  cairn_add_impulses(&schedule);
+  velocity.resize(std::size_t(n) * std::size_t(s.system.bodies));
+  double moves = 0, moved = 0;
+  for (std::int64_t body = 0; body < s.system.bodies; ++body) {
+    const double *x = s.system.record[body].x, *v = bodies.velocity[body], mass = *bodies.mass[body];
+    std::copy_n(x, n, &velocity[std::size_t(n) * std::size_t(body)]);
+    const double* inertia = bodies.inertia[body];
+    double heaviest = 0;
+    for (int k = 0; k < 2 * d - 3; ++k) heaviest = std::max(heaviest, inertia[k]);
+    for (int k = 0; k < n; ++k) {
+      const double resists = k < d ? mass : heaviest;
+      if (!(resists < std::numeric_limits<double>::infinity())) continue;
+      moves += resists * v[k] * v[k];
+      moved += resists * x[k] * x[k];
+    }
+  }
+  return std::isfinite(moved) && moved <= moves;
+}
+
+} // namespace cairn

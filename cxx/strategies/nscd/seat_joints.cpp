@@ -1,0 +1,64 @@
+// Joints that came in, and those of steps of another length, hold where contacts are detected before they are solved.
+#include <algorithm>
+#include <cmath>
+
+#include "nscd.hpp"
+
+namespace cairn {
+
+// By displacements in the metric of mass, as overlaps are projected, and Newton's method: frames turn with bodies. What
+// these do not bring nearer stays where it was, for the solver.
+void Nscd::seat_joints(Simulation& s) {
+  constexpr int most = 6;
+  constexpr double fall = 0.25;
+  if (seated_ || !s.meshes.linear()) return;
+  seated_ = true;
+  if (!s.interactions.seats_joints()) return;
+  s.interactions.joints_seated();
+  Bodies& b = s.scene.bodies;
+  const double begun = s.interactions.joints_off();
+  if (!(begun > 0)) return;
+  const Array<double> position = b.position.values, rotation = b.rotation.values;
+  double off = begun, potential = 0;
+  const auto detect_again = [&] {
+    s.follow_meshes();
+    leave_plugged_forces(s);
+    compute_free_velocity(s);
+    detect_contacts(s);
+    assemble_contacts(s);
+  };
+  for (int pass = 0; pass < most && off > 0; ++pass) {
+    if (!s.interactions.seat_joints(b, seat_)) break;
+    move_bodies(s, seat_);
+    detect_again();
+    const double now = s.interactions.joints_off();
+    const bool nearer = now <= fall * off;
+    off = now;
+    if (!nearer) break;
+  }
+  if (!(off <= fall * begun)) {
+    b.position.values = position;
+    b.rotation.values = rotation;
+    detect_again();
+    return;
+  }
+  for (std::int64_t i = 0; i < b.count; ++i)
+    for (int k = 0; k < s.scene.dim && std::isfinite(*b.mass[i]); ++k)
+      potential -= *b.mass[i] * s.scene.gravity[std::size_t(k)] *
+                   (b.position[i][k] - position[std::size_t(i) * std::size_t(s.scene.dim) + std::size_t(k)]);
+  seated_work_ = potential;
+}
+
+// By what these velocities do in a step.
+void Nscd::move_bodies(Simulation& s, const Array<double>& velocity) const {
+  Bodies& b = s.scene.bodies;
+  const int d = s.scene.dim;
+  cairn_theta_advance(d, b.dofs(), b.count, h_, velocity.data(), b.position.values.data(),
+                      d == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
+  if (d == 2 || !b.rotation.active) return;
+  std::int64_t unsolved = 0;
+  cairn_rotate(b.count, h_, b.inertia.values.data(), velocity.data(), b.rotation.values.data(), nullptr, nullptr,
+               &unsolved);
+}
+
+} // namespace cairn
