@@ -216,6 +216,8 @@ void InteractionHandler::Workspace::place_mapped() {
     for (int d = 0; d < dim && contactors->direction.active; ++d)
       direction[i * (dim + 1) + d] = mapped->direction[k * std::size_t(dim) + std::size_t(d)];
     if (!(mapped->half_length[k] > 0) || !contactors->direction.active) continue;
+    // Round ends keep a body that touches itself from catching on its corners, as bars of these lengths do.
+    if (k < mapped->apart_depth.size() && mapped->apart_depth[k] > 0) continue;
     double& half = direction[i * (dim + 1) + dim]; // which the body that it was declared with has
     reach[i] += std::max(mapped->half_length[k] - half, 0.0);
     half = mapped->half_length[k];
