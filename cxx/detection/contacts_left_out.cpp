@@ -185,36 +185,36 @@ bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_
   const double* e = &direction[3 * std::int64_t(edge)];
   const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
   const double* normal = &out.normal[2 * i];
-  const double across = dot(2, normal, looks), part = dot(2, normal, e);
+  const double across = inner(2, normal, looks), part = inner(2, normal, e);
   double x[3] = {0, 0, 0}, met[2], corner[2], other[2];
   from_centre(body, edge, out.image[i], x);
   for (int c = 0; c < 2; ++c) // the point of the body, from the centre of the edge
     met[c] = x[c] + out.point[2 * i + c] - centre[2 * std::int64_t(body) + c] + out.gap[i] / 2 * normal[c];
   const bool flat = across >= 1 - on_end;
-  const int way = (flat ? dot(2, met, e) : part) > 0 ? 1 : -1;
+  const int way = (flat ? inner(2, met, e) : part) > 0 ? 1 : -1;
   for (int c = 0; c < 2; ++c) corner[c] = way * e[2] * e[c] + radius * looks[c] - x[c];
   const auto is_flush = [&](const double* m) {
     for (int side = 0; side < contactors->hulls.faces(contactors->hull.values[body]); ++side) {
       looks_of(body, side, other);
-      if (dot(2, other, m) > -nearly_one) continue;
+      if (inner(2, other, m) > -nearly_one) continue;
       double v[2];
       vertex_of(body, side, v);
-      if (std::abs(dot(2, other, corner) - dot(2, other, v)) <= slack) return true;
+      if (std::abs(inner(2, other, corner) - inner(2, other, v)) <= slack) return true;
     }
     return false;
   };
-  const double past = way * dot(2, met, e) - e[2];
+  const double past = way * inner(2, met, e) - e[2];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
   if (next >= 0) {
     const double* f = &direction[3 * std::int64_t(next)];
     const double next_looks[2] = {f[1], -f[0]};
-    if (!(dot(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
-    if (past >= -slack && dot(2, normal, next_looks) < nearly_one && is_flush(next_looks)) return true;
+    if (!(inner(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
+    if (past >= -slack && inner(2, normal, next_looks) < nearly_one && is_flush(next_looks)) return true;
     for (const int to_it : {-1, 1})
       for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
         if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
-            way * part > along_it && dot(2, normal, &out.normal[2 * j]) > nearly_one)
+            way * part > along_it && inner(2, normal, &out.normal[2 * j]) > nearly_one)
           return true;
   }
   if (flat) return false;
