@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "strategies/simulation.hpp"
+#include "simulation/simulation.hpp"
 
 namespace cairn {
 

@@ -2,7 +2,7 @@
 // python/cairn/model/callbacks.py.
 #include "arrays.hpp"
 #include "fe/called_forces.hpp"
-#include "laws/plug.hpp"
+#include "plugs/plug.hpp"
 
 using cairn::CalledForces;
 

@@ -1,6 +1,6 @@
 #include "arrays.hpp"
 #include "contacts/law_rows.hpp"
-#include "laws/plug.hpp"
+#include "plugs/plug.hpp"
 #include "scene/joint_parts.hpp"
 
 namespace {

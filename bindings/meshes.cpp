@@ -8,7 +8,7 @@
 #include "fe/internal_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "scene/mesh_parts.hpp"
-#include "strategies/simulation.hpp"
+#include "simulation/simulation.hpp"
 
 using cairn::Simulation;
 

@@ -4,7 +4,7 @@
 
 #include "arrays.hpp"
 #include "networks.hpp"
-#include "strategies/simulation.hpp"
+#include "simulation/simulation.hpp"
 
 using cairn::Network;
 using cairn::Simulation;

@@ -2,6 +2,6 @@
 #pragma once
 #include <pybind11/pybind11.h>
 
-#include "strategies/simulation.hpp"
+#include "simulation/simulation.hpp"
 
 void add_network_reports(pybind11::dict& out, const cairn::Simulation& s);

@@ -1,5 +1,5 @@
 # What other programs need: library, headers, Fortran module, find_package(Cairn), pkg-config. The headers keep the layout of the
-# sources below include/cairn, because they include each other by it: C cairn/cairn.h, C++ cairn/cxx/strategies/simulation.hpp.
+# sources below include/cairn, because they include each other by it: C cairn/cairn.h, C++ cairn/cxx/simulation/simulation.hpp.
 include(CMakePackageConfigHelpers)
 
 add_library(cairn_fortran INTERFACE)

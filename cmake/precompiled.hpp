@@ -11,4 +11,4 @@
 #include <unordered_map>
 #include <variant>
 
-#include "strategies/simulation.hpp"
+#include "simulation/simulation.hpp"

@@ -13,42 +13,42 @@ set(CAIRN_CXX_SOURCES
   api/simulation.cpp
   api/solids.cpp
   api/transform.cpp
-  base/space_filling_order.cpp
+  detection/space_filling_order.cpp
   bodies/body.cpp
-  bodies/closed_surface.cpp
-  bodies/element_frequencies.cpp
-  bodies/mesh_area.cpp
-  bodies/mesh_body.cpp
-  bodies/mesh_compliance.cpp
-  bodies/mesh_condense.cpp
-  bodies/mesh_faults.cpp
-  bodies/mesh_jumps.cpp
-  bodies/mesh_modes.cpp
-  bodies/mesh_mortar.cpp
-  bodies/mesh_mortar_search.cpp
-  bodies/mesh_mortar_sides.cpp
-  bodies/mesh_newton.cpp
-  bodies/mesh_pressure.cpp
-  bodies/mesh_rates.cpp
-  bodies/mesh_set.cpp
-  bodies/mesh_sizes.cpp
-  bodies/mesh_spin.cpp
-  bodies/mesh_stability.cpp
-  bodies/mesh_ties.cpp
-  bodies/mesh_touched.cpp
-  bodies/mesh_turning.cpp
-  bodies/mesh_work.cpp
-  bodies/mortar_pair.cpp
-  bodies/mortar_surface.cpp
+  meshes/closed_surface.cpp
+  meshes/element_frequencies.cpp
+  meshes/mesh_area.cpp
+  meshes/mesh_body.cpp
+  meshes/mesh_compliance.cpp
+  meshes/mesh_condense.cpp
+  meshes/mesh_faults.cpp
+  meshes/mesh_jumps.cpp
+  meshes/mesh_modes.cpp
+  meshes/mesh_mortar.cpp
+  meshes/mesh_mortar_search.cpp
+  meshes/mesh_mortar_sides.cpp
+  meshes/mesh_newton.cpp
+  meshes/mesh_pressure.cpp
+  meshes/mesh_rates.cpp
+  meshes/mesh_set.cpp
+  meshes/mesh_sizes.cpp
+  meshes/mesh_spin.cpp
+  meshes/mesh_stability.cpp
+  meshes/mesh_ties.cpp
+  meshes/mesh_touched.cpp
+  meshes/mesh_turning.cpp
+  meshes/mesh_work.cpp
+  meshes/mortar_pair.cpp
+  meshes/mortar_surface.cpp
   bodies/nodes.cpp
   bodies/rigid_motion.cpp
-  bodies/side_shares.cpp
+  meshes/side_shares.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp
   contactors/hulls.cpp
   contacts/anchors.cpp
-  contacts/bonds.cpp
+  strategies/nscd/bonds.cpp
   contacts/contact_area.cpp
   contacts/contact_curvature.cpp
   contacts/contact_flight.cpp
@@ -113,20 +113,20 @@ set(CAIRN_CXX_SOURCES
   files/writer_lock.cpp
   laws/law_rules.cpp
   laws/law_table.cpp
-  laws/plug.cpp
-  laws/plugged_laws.cpp
+  plugs/plug.cpp
+  contacts/plugged_laws.cpp
   networks/conduction.cpp
-  networks/coupling.cpp
-  networks/electrical.cpp
-  networks/growth.cpp
+  couplings/coupling.cpp
+  couplings/electrical.cpp
+  couplings/growth.cpp
   networks/multigrid.cpp
-  networks/network.cpp
-  networks/thermal.cpp
+  couplings/network.cpp
+  couplings/thermal.cpp
   scene/frames.cpp
   scene/joint_parts.cpp
   scene/mesh_draft.cpp
   scene/mesh_parts.cpp
-  scene/periodic.cpp
+  simulation/periodic.cpp
   scene/scene.cpp
   scene/tied_sides.cpp
   soe/banded.cpp
@@ -179,12 +179,12 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/jointed_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
-  strategies/contact_fields.cpp
+  simulation/contact_fields.cpp
   strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp
   strategies/held_motions.cpp
-  strategies/integrators.cpp
-  strategies/meshes.cpp
+  simulation/integrators.cpp
+  simulation/meshes.cpp
   strategies/nscd/cut_back.cpp
   strategies/nscd/newton.cpp
   strategies/nscd/own_conditions.cpp
@@ -198,12 +198,12 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/stages.cpp
   strategies/nscd/stiff_joints.cpp
   strategies/options.cpp
-  strategies/report.cpp
+  simulation/report.cpp
   strategies/reshape_watches.cpp
   strategies/reshaping.cpp
   strategies/transforms.cpp
-  strategies/simulation.cpp
-  strategies/small_turns.cpp
+  simulation/simulation.cpp
+  simulation/small_turns.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp

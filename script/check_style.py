@@ -13,6 +13,13 @@ WIDTHS = {".f90": 132, ".cpp": 120, ".hpp": 120, ".h": 120, ".py": 130}
 # places of one machine have no business in the project (a path in a sentence is told by its slash)
 FOREIGN = re.compile(r"(?<![\w.$}<])/(?:work|tmp|root|home)/[\w.]")
 
+# Folders of cxx from the ground up: a file includes files of its own folder and of those before it.
+LAYERS = (
+    "base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings"
+    " strategies plugs api"
+).split()
+INCLUDE = re.compile(r'#include "(\.\./[^"]+)"')
+
 
 def tracked():
     command = ["git", "ls-files", "-co", "--exclude-standard"]
@@ -33,6 +40,25 @@ def check_text(path, lines):
             yield number, "a path of one machine"
     if path.suffix in WIDTHS and len(lines) > LONGEST_FILE:
         yield len(lines), f"{len(lines)} lines, at most {LONGEST_FILE}"
+
+
+def check_layers(path, lines):
+    """Includes that point upward, and folders of cxx that stand in no layer."""
+    cxx = ROOT / "cxx"
+    parts = path.relative_to(cxx).parts if path.is_relative_to(cxx) else ()
+    if len(parts) < 2 or parts[0] == "include":
+        return
+    if parts[0] not in LAYERS:
+        yield 1, f"the folder {parts[0]} is none of the layers: {' '.join(LAYERS)}"
+        return
+    for number, line in enumerate(lines, 1):
+        found = INCLUDE.match(line)
+        target = (path.parent / found[1]).resolve() if found else None
+        if not target or not target.is_relative_to(cxx):
+            continue
+        folder = target.relative_to(cxx).parts[0]
+        if folder in LAYERS and LAYERS.index(folder) > LAYERS.index(parts[0]):
+            yield number, f"includes {found[1]}: {folder} stands above {parts[0]}"
 
 
 def check_fortran(path, lines):
@@ -84,6 +110,8 @@ def main():
         except UnicodeDecodeError:
             continue
         checks = [check_text(path, lines)]
+        if path.suffix in (".cpp", ".hpp"):
+            checks.append(check_layers(path, lines))
         if path.suffix == ".f90":
             checks.append(check_fortran(path, lines))
         if path.suffix == ".py":

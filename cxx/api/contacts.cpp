@@ -1,7 +1,7 @@
 // The C API of the contacts of the last step (cairn/cairn.h).
 #include <utility>
 
-#include "../strategies/contact_fields.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "objects.hpp"
 
 using namespace cairn::api;

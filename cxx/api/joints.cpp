@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "../scene/joint_parts.hpp"
-#include "../strategies/contact_fields.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "objects.hpp"
 
 using namespace cairn::api;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../laws/plug.hpp"
+#include "../plugs/plug.hpp"
 #include "../scene/tied_sides.hpp"
 #include "objects.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "../laws/plug.hpp"
+#include "../plugs/plug.hpp"
 #include "cairn/build.h"
 #include "objects.hpp"
 

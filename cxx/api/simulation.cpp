@@ -6,8 +6,8 @@
 
 #include "../fe/called_forces.hpp"
 #include "../files/simulation_state.hpp"
+#include "../simulation/report.hpp"
 #include "../strategies/nscd/nscd_options.hpp"
-#include "../strategies/report.hpp"
 #include "objects.hpp"
 
 using cairn::Error;

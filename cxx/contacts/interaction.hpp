@@ -16,7 +16,10 @@
 #include "../bodies/body.hpp"
 #include "../contactors/contactor.hpp"
 #include "../detection/candidates.hpp"
-#include "../laws/law_rules.hpp"
+#include "../laws/law_table.hpp"
+#include "../solvers/refinement_memory.hpp"
+#include "../solvers/solve_report.hpp"
+#include "../solvers/solver_options.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -24,183 +27,6 @@ namespace cairn {
 struct ContactSystem;
 class MeshSet;
 class Scratch;
-
-// Rows of laws.def, in its order; their names stand in laws/law_names.hpp.
-enum class Law : std::int16_t;
-
-// What a row of laws.def declares, read once.
-struct LawParameter {
-  std::string name;
-  bool required = false; // no default
-  double standard = 0, smallest = 0, largest = 0;
-};
-struct LawInfo {
-  std::string name, python_name;
-  int components2 = 0, components3 = 0;
-  std::vector<LawParameter> parameters;
-  std::vector<std::string> state;  // "name*": a vector in the tangent plane
-  std::vector<double> state_begin; // of a contact that is new
-  bool has_prepare = false, has_solve = false, has_commit = false;
-  bool normal_bias = false; // no bias of tangential velocities
-  bool yields = false;      // may have a compliance: its contacts keep room for one
-  // A pair stays a contact while its first state variable is above 0, which is 1 where bodies came in together and
-  // touched; holds: it is then held fast, and under Coulomb's cone, with the first parameter, where it is 0.
-  bool keeps = false, holds = false;
-  // Where bodies with sides are kept, it is at points that they carry: along the normal there, or along the line
-  // between.
-  bool anchored = false, joins = false, spans = false;
-  bool keeps_area = false; // as the state "area": solve and residual ask for no geometry in params
-  // The parameter that says up to which gap the law acts, "reach", or a place from which it counts; -1: none.
-  int reach = -1;
-  bool reaches_back = false; // that parameter times -1
-  int within = -1;           // the parameter "within": a gap up to which bodies that come in together touch; -1: none
-  cairn_law_prepare* prepare = nullptr;
-  cairn_law_solve* solve = nullptr;
-  cairn_law_commit* commit = nullptr;
-  cairn_law_residual* residual = nullptr; // with solve: how far from it
-  cairn_law_energy* energy = nullptr;
-  cairn_law_force* force = nullptr; // serves smooth strategies, as prepare serves NSCD
-  cairn_law_stiffness* stiffness = nullptr;
-  // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
-  std::string library;
-  bool thread_safe = true;
-  const char* (*complaint)() = nullptr;
-  bool plugged() const { return !library.empty(); }
-  double acts_from(const double* params) const { // a gap [m]
-    return reach < 0 ? 0 : std::max(0.0, reaches_back ? -params[reach] : params[reach]);
-  }
-  // Numbers of the state as the law sees it, and as it is kept: vectors in space axes.
-  int state_columns(int dim) const { return state_numbers(dim - 1); }
-  int state_kept(int dim) const { return state_numbers(dim == 2 ? 1 : 3); }
-  int state_numbers(int of_vector) const {
-    int all = 0;
-    for (const std::string& name : state) all += name.back() == '*' ? of_vector : 1;
-    return all;
-  }
-  // Where a state variable begins among the columns that the law sees; -1: it has none of that name.
-  int state_column(const std::string& variable, int dim) const {
-    int column = 0;
-    for (const std::string& name : state) {
-      if (name == variable) return column;
-      column += name.back() == '*' ? dim - 1 : 1;
-    }
-    return -1;
-  }
-  int components(int dim) const { return dim == 2 ? components2 : components3; }
-};
-// Rows of laws.def, then the laws that were plugged in, in their order. References stay valid.
-const std::vector<LawInfo>& law_infos();
-// Adds a law, or replaces the one of the same name if `replace` says so. Throws std::invalid_argument.
-Law register_law(LawInfo law, bool replace);
-// Parameters "name:default:smallest:largest" and state "name:value of a new contact", separated by blanks.
-// Throws std::invalid_argument for a word that cannot be read.
-void declare_law(LawInfo& law, const std::string& parameters, const std::string& state);
-
-// Which law, with which parameters, rules a pair of materials (or groups): see LawRules.
-class LawTable {
-public:
-  static constexpr int max_parameters = 20, max_states = 20;
-  struct Entry {
-    Law law;
-    std::int16_t place = 0; // of the law among those of the table
-    double params[max_parameters];
-    std::int32_t first_curve = 0, curves = 0; // parameters that depend on temperature
-  };
-  // A parameter by the mean temperature of both sides [K]: piecewise linear, constant beyond its ends.
-  struct Curve {
-    int parameter = 0;
-    std::vector<double> temperature, value;
-    double at(double t) const;
-  };
-  LawTable() = default;
-  explicit LawTable(std::vector<std::string> material_names); // numbered as contactors.material
-  // Materials that may be of a group, "" if not.
-  LawTable(std::vector<std::string> material_names, const std::vector<std::string>& groups);
-  int materials() const { return int(names_.size()); }
-  // Both orders of the pair. Throws std::invalid_argument naming parameter, value and range.
-  void set(int material_a, int material_b, Law law, std::span<const double> params);
-  void set_default(Law law, std::span<const double> params); // for pairs that have none of their own
-  // Rules by the names of materials and groups or "*"; one that names nothing of the scene has no effect. After the
-  // last of them: settle.
-  void rule(const std::string& a, const std::string& b, Law law, std::span<const double> params,
-            std::span<const Curve> curves = {});
-  void pass_through(const std::string& a, const std::string& b);
-  void keep_apart(std::span<const std::int32_t> materials) { rules_.keep_apart(materials); }
-  // Numbers the laws that pairs of materials have by the first pair that has each, and forgets those that none has.
-  void settle();
-  // -1 if the pair has no law
-  int find(int material_a, int material_b) const {
-    const std::int32_t rule = rules_.between(material_a, material_b);
-    return rule < 0 ? -1 : entry_of_[std::size_t(rule)];
-  }
-  const Entry& entry(int i) const { return entries_[i]; }
-  int entries() const { return int(entries_.size()); }
-  const std::vector<Law>& laws() const { return laws_; } // that the table has, each once
-  const std::string& name(int material) const { return names_[material]; }
-  const LawRules& rules() const { return rules_; }
-  const std::vector<Curve>& curves() const { return curves_; }
-
-private:
-  int add(Law law, std::span<const double> params, std::span<const Curve> curves = {});
-  void take(const Entry& entry);
-  std::vector<std::string> names_;
-  LawRules rules_;
-  std::vector<std::int32_t> entry_of_; // of the rules; -1: a rule by which they pass through each other
-  std::vector<Entry> entries_;
-  std::vector<Curve> curves_;
-  std::map<std::vector<double>, std::int32_t> known_; // law and parameters of the entries
-  std::vector<Law> laws_;
-};
-
-struct SolverOptions {
-  double tolerance; // on the true error (DESIGN, section 5)
-  int min_iterations;
-  int max_iterations;
-  int threads;                 // 0: as OpenMP decides
-  std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
-  // On the velocities that impulses leave, see VelocityError; infinity: not asked for.
-  double accuracy = std::numeric_limits<double>::infinity();
-  bool extrapolates = true;      // sweeps begin beyond the last one: see Extrapolation
-  bool associated_start = false; // see AssociatedStart
-  // The same problem but for its biases was solved just now, and the step begins with its impulses: 1, or 2 where
-  // Newton's method over bodies found them.
-  int again = 0;
-  double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
-  double max_bytes = 1e9;          // of factors, and of W where a solver takes it in blocks
-};
-
-enum class SolveStatus { converged, iteration_limit, diverged, newton_limit };
-
-struct SolveReport {
-  SolveStatus status = SolveStatus::converged;
-  std::int64_t contacts = 0; // candidates that were solved
-  int iterations = 0;
-  int checks = 0;                  // evaluations of the error
-  double error = 0;                // natural map, energy norm, relative
-  double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
-  std::int64_t worst_contact = -1; // its place in the candidates
-  double light_error = 0; // where masses differ: speeds that break the law, on the scale of lighter bodies (LightError)
-  std::int64_t light_contact = -1;                                  // where it is largest, its place in the candidates
-  double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
-  double penetration = 0;                                           // deepest overlap / size of the smaller body
-  double cone_distance = 0;                                         // distance of impulses outside the cone / impulse
-  double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
-  double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
-  double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
-  std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: none was measured
-  std::string joint_hint;          // what to do about it; empty: it is as small as was asked
-  std::string hint;                // empty when converged
-  const char* solver = "nlgs";     // that gave the answer
-};
-
-// What the loads of its joints resist turns of a body by: xx yy zz xy xz yz, in the plane one. [N m]
-struct JointLoad {
-  std::int32_t body;
-  double stiffness[6];
-};
-// Of a stiffness by which something swings, the share that a step takes implicitly: none where the square of step times
-// rate is small, and where it is large so much that this is 2 then (explicit steps hold below 4).
-inline double implicit_share(double square) { return square > 1 ? 0.5 * (1 - 1 / square) : 0; }
 
 // What joints of rigid bodies miss where the next step detects them, by the velocities of a solution.
 struct JointMiss {
@@ -246,13 +72,6 @@ struct RopeEnds {
 };
 // Nothing for a material that is no rope's.
 std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
-
-// What solids of bonds taught a solver that steps through a run: see SolidCorrection::refine.
-struct RefinementMemory {
-  double amplification = 0;   // of errors, in velocities; 0: not known; infinity: it was not found
-  double share = 0;           // by which passes gave way; 0: not known
-  int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
-};
 
 // What a restart needs to go on to the same bits.
 struct ContactMemory {

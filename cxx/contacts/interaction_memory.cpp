@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "../base/key_search.hpp"
 #include "../contactors/shapes.hpp"
+#include "../detection/key_search.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <map>
 
-#include "../strategies/report.hpp"
+#include "../simulation/report.hpp"
 #include "file_error.hpp"
 #include "run_reader.hpp"
 

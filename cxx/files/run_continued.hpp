@@ -1,6 +1,6 @@
 // Refuses to go on in the file of a run where outputs would be replaced by those of another one.
 #pragma once
-#include "../strategies/simulation.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../strategies/contact_fields.hpp"
-#include "../strategies/report.hpp"
+#include "../simulation/contact_fields.hpp"
+#include "../simulation/report.hpp"
 
 namespace cairn {
 

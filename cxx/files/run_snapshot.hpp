@@ -2,7 +2,7 @@
 #pragma once
 #include <deque>
 
-#include "../strategies/simulation.hpp"
+#include "../simulation/simulation.hpp"
 #include "run_writer.hpp"
 
 namespace cairn {

@@ -7,7 +7,7 @@
 
 #include "../base/call.hpp"
 #include "../networks/balance_terms.hpp"
-#include "../strategies/report.hpp"
+#include "../simulation/report.hpp"
 #include "checksums.hpp"
 #include "file_error.hpp"
 #include "older_states.hpp"

@@ -1,6 +1,6 @@
 // All that the future of a simulation depends on, besides its laws, strategy and loads, as checkpoints hold it.
 #pragma once
-#include "../strategies/simulation.hpp"
+#include "../simulation/simulation.hpp"
 #include "stored_tree.hpp"
 
 namespace cairn {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "../networks/balance_terms.hpp"
-#include "../strategies/report.hpp"
+#include "../simulation/report.hpp"
 #include "older_states.hpp"
 #include "simulation_state.hpp"
 

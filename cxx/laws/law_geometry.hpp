@@ -2,7 +2,7 @@
 #pragma once
 #include <algorithm>
 
-#include "../contacts/interaction.hpp"
+#include "law_info.hpp"
 
 namespace cairn {
 

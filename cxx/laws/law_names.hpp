@@ -1,6 +1,6 @@
 // The laws by their names, for those few that name one: a new row of laws.def compiles these again.
 #pragma once
-#include "../contacts/interaction.hpp"
+#include "law_info.hpp"
 
 namespace cairn {
 

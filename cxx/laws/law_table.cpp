@@ -4,7 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "../contacts/interaction.hpp"
+#include "law_table.hpp"
+
 #include "bond_laws.hpp"
 #include "cairn/rows.h"
 #include "law_names.hpp"

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "../base/call.hpp"
-#include "../bodies/mortar_surface.hpp"
 #include "../bodies/rigid_motion.hpp"
+#include "../meshes/mortar_surface.hpp"
 #include "mesh_parts.hpp"
 
 namespace cairn {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "../bodies/mesh_body.hpp"
 #include "../fe/bulk_model.hpp"
 #include "../fe/called_forces.hpp"
 #include "../fe/elements.hpp"
 #include "../fe/frame_model.hpp"
+#include "../meshes/mesh_body.hpp"
 #include "scene.hpp"
 
 namespace cairn {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "../base/call.hpp"
-#include "../bodies/mortar_surface.hpp"
+#include "../meshes/mortar_surface.hpp"
 
 namespace cairn {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_fields.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "reshaping.hpp"
 
 namespace cairn {

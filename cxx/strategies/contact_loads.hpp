@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "simulation.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

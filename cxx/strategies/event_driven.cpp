@@ -8,7 +8,7 @@
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
 #include "../networks/network.hpp"
-#include "contact_fields.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "event_driven/event_driven.hpp"
 #include "options.hpp"
 

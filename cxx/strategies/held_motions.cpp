@@ -1,14 +1,14 @@
 // This file is compiled without contraction of products and sums, so that its numbers are those of Python, to the bit.
-#include "held_motions.hpp"
+#include "../simulation/held_motions.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "../base/call.hpp"
-#include "integrators.hpp"
+#include "../simulation/integrators.hpp"
+#include "../simulation/simulation.hpp"
 #include "options.hpp"
-#include "simulation.hpp"
 
 namespace cairn {
 namespace {

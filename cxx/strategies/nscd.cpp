@@ -186,4 +186,7 @@ Nscd& stages_of(Simulation& s) {
   throw Error("the strategy " + s.strategy().name + " has no stages of NSCD");
 }
 
+Simulation::Simulation(Scene s, LawTable l, const NscdOptions& options)
+    : Simulation(std::move(s), std::move(l), std::make_unique<Nscd>(options)) {}
+
 } // namespace cairn

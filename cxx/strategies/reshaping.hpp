@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../bodies/rigid_motion.hpp"
-#include "simulation.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

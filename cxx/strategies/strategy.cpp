@@ -1,4 +1,4 @@
-#include "strategy.hpp"
+#include "../simulation/strategy.hpp"
 
 #include "../base/call.hpp"
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-#include "base/key_search.hpp"
+#include "detection/key_search.hpp"
 
 namespace {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "base/call.hpp"
-#include "bodies/mesh_body.hpp"
 #include "bodies/nodes.hpp"
 #include "fe/bulk_model.hpp"
+#include "meshes/mesh_body.hpp"
 #include "scheme.hpp"
 
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "bodies/mesh_set.hpp"
 #include "contactors/hull_shapes.hpp"
 #include "contactors/shapes.hpp"
+#include "meshes/mesh_set.hpp"
 #include "scene/scene.hpp"
 #include "scheme.hpp"
 

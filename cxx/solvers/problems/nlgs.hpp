@@ -2,7 +2,9 @@
 #pragma once
 #include <functional>
 
-#include "../../contacts/interaction.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
 #include "../sweeps/contact_system.hpp"
 #include "../sweeps/refinement.hpp"
 

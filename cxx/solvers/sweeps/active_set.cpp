@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 
 namespace cairn {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 
 namespace cairn {
 

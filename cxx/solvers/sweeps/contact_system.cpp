@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "../../contacts/interaction_state.hpp"
+#include "../../laws/law_info.hpp"
+#include "batch.hpp"
 #include "cairn/rows.h"
 #include "contact_rows.hpp"
 #include "side_names.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "light_error.hpp"
 #include "step_error.hpp"
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numeric>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "jointed_problem.hpp"
 
 namespace cairn {

@@ -4,7 +4,9 @@
 #include <functional>
 #include <optional>
 
-#include "../../contacts/interaction.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
 #include "contact_system.hpp"
 #include "step_problem.hpp"
 

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "../../laws/law_info.hpp"
+#include "batch.hpp"
 #include "contact_rows.hpp"
 #include "light_error.hpp"
 

@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "../../contacts/interaction.hpp"
 #include "../../soe/soe.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
 #include "contact_system.hpp"
 #include "refinement.hpp"
 

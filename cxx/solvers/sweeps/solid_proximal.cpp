@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "contact_rows.hpp"
 #include "solid_correction.hpp"
 

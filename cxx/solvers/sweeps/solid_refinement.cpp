@@ -5,8 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "../../contacts/interaction.hpp"
-#include "../../contacts/interaction_state.hpp"
+#include "../../laws/law_info.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
+#include "batch.hpp"
 #include "solid_correction.hpp"
 #include "step_error.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "contact_rows.hpp"
 #include "light_error.hpp"
 #include "solid_correction.hpp"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "light_error.hpp"
 
 namespace cairn {

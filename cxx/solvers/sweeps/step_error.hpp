@@ -1,6 +1,8 @@
 // The error of a step's impulses, whichever solver found them, and the figures of its report.
 #pragma once
-#include "../../contacts/interaction.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
 #include "contact_system.hpp"
 
 namespace cairn {

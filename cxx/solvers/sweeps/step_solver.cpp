@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "../../base/call.hpp"
-#include "../../contacts/interaction_state.hpp"
 #include "../problems/nlgs.hpp"
 #include "../problems/ppa_newton.hpp"
 #include "active_set.hpp"
+#include "batch.hpp"
 #include "error_forecast.hpp"
 #include "jointed_problem.hpp"
 #include "light_error.hpp"

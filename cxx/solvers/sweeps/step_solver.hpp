@@ -1,6 +1,8 @@
 // The solver of a step's contacts by its name.
 #pragma once
-#include "../../contacts/interaction.hpp"
+#include "../refinement_memory.hpp"
+#include "../solve_report.hpp"
+#include "../solver_options.hpp"
 #include "contact_system.hpp"
 
 namespace cairn {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "../../contacts/interaction_state.hpp"
+#include "batch.hpp"
 #include "step_error.hpp"
 
 namespace cairn {

@@ -13,12 +13,12 @@
 #include <string>
 #include <utility>
 
-#include "../../bodies/closed_surface.hpp"
 #include "../../contactors/shapes.hpp"
 #include "../../contacts/body_axes.hpp"
 #include "../../detection/detection_grid.hpp"
 #include "../../fe/bulk_model.hpp"
 #include "../../fe/elements.hpp"
+#include "../../meshes/closed_surface.hpp"
 #include "nscd.hpp"
 
 namespace cairn {

@@ -3,8 +3,8 @@
 #pragma once
 #include <optional>
 
-#include "../simulation.hpp"
-#include "../strategy.hpp"
+#include "../../simulation/simulation.hpp"
+#include "../../simulation/strategy.hpp"
 #include "nscd_options.hpp"
 
 namespace cairn {

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "../../contacts/interaction.hpp"
-#include "../integrators.hpp"
+#include "../../simulation/integrators.hpp"
 
 namespace cairn {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "../contact_fields.hpp"
+#include "../../simulation/contact_fields.hpp"
 #include "nscd.hpp"
 
 namespace cairn {

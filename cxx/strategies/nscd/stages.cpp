@@ -5,8 +5,8 @@
 
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
-#include "../../bodies/mesh_rates.hpp"
 #include "../../laws/bond_laws.hpp"
+#include "../../meshes/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "../../solvers/sweeps/extrapolation.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "../../contacts/interaction_state.hpp"
-#include "../contact_fields.hpp"
+#include "../../simulation/contact_fields.hpp"
 #include "lanes.hpp"
 
 namespace cairn {

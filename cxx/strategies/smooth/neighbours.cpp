@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "../../base/call.hpp"
-#include "../../base/key_search.hpp"
 #include "../../contactors/shapes.hpp"
+#include "../../detection/key_search.hpp"
 #include "../../networks/network.hpp"
 #include "cairn/rows.h"
 #include "lanes.hpp"

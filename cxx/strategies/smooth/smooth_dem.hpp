@@ -4,8 +4,8 @@
 #pragma once
 #include <array>
 
-#include "../simulation.hpp"
-#include "../strategy.hpp"
+#include "../../simulation/simulation.hpp"
+#include "../../simulation/strategy.hpp"
 #include "cairn/core.h"
 #include "smooth_dem_options.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <limits>
 
-#include "../integrators.hpp"
+#include "../../simulation/integrators.hpp"
 
 namespace cairn {
 

@@ -1,8 +1,8 @@
 // A disk on a half-plane through the C++ classes: what a program outside of the source tree can reach.
 #include <cairn/cxx/contactors/shapes.hpp>
 #include <cairn/cxx/laws/law_names.hpp>
+#include <cairn/cxx/simulation/simulation.hpp>
 #include <cairn/cxx/strategies/nscd/nscd_options.hpp>
-#include <cairn/cxx/strategies/simulation.hpp>
 #include <cmath>
 #include <cstdio>
 #include <limits>

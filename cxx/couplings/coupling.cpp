@@ -2,9 +2,9 @@
 #include <string>
 
 #include "../files/simulation_state.hpp"
-#include "../strategies/simulation.hpp"
-#include "network.hpp"
-#include "unknowns.hpp"
+#include "../networks/network.hpp"
+#include "../networks/unknowns.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

@@ -1,16 +1,16 @@
 // What the contacts of a step give to the branches of a network.
-#include "network.hpp"
+#include "../networks/network.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "../base/key_search.hpp"
+#include "../detection/key_search.hpp"
 #include "../laws/law_names.hpp"
-#include "../strategies/contact_fields.hpp"
-#include "../strategies/simulation.hpp"
+#include "../networks/unknowns.hpp"
+#include "../simulation/contact_fields.hpp"
+#include "../simulation/simulation.hpp"
 #include "cairn/rows.h"
-#include "unknowns.hpp"
 
 namespace cairn {
 namespace {

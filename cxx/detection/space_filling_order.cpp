@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "../detection/interaction_handler.hpp"
 #include "cairn/core.h"
+#include "interaction_handler.hpp"
 
 namespace cairn {
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "../base/call.hpp"
+#include "../bodies/body.hpp"
 #include "../detection/candidates.hpp"
-#include "body.hpp"
 #include "mesh_set.hpp"
 #include "mortar_work.hpp"
 

@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../bodies/nodes.hpp"
 #include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
 #include "mesh_rates.hpp"
-#include "nodes.hpp"
 
 namespace cairn {
 

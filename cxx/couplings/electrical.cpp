@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "../strategies/simulation.hpp"
-#include "network.hpp"
-#include "unknowns.hpp"
+#include "../networks/network.hpp"
+#include "../networks/unknowns.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

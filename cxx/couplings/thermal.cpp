@@ -5,10 +5,10 @@
 #include <limits>
 #include <numeric>
 
-#include "../strategies/contact_fields.hpp"
-#include "../strategies/simulation.hpp"
-#include "network.hpp"
-#include "unknowns.hpp"
+#include "../networks/network.hpp"
+#include "../networks/unknowns.hpp"
+#include "../simulation/contact_fields.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 namespace {

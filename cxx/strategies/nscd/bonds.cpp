@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "../strategies/nscd/nscd.hpp"
-#include "body_axes.hpp"
-#include "interaction_state.hpp"
+#include "../../contacts/body_axes.hpp"
+#include "../../contacts/interaction_state.hpp"
+#include "nscd.hpp"
 
 namespace cairn {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "../bodies/mesh_set.hpp"
 #include "../contacts/interaction.hpp"
 #include "../detection/interaction_handler.hpp"
+#include "../meshes/mesh_set.hpp"
 #include "../scene/scene.hpp"
 #include "cairn/plug.h"
 #include "held_motions.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../strategies/simulation.hpp"
+#include "simulation.hpp"
 
 namespace cairn {
 

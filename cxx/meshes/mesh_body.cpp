@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "../base/call.hpp"
-#include "nodes.hpp"
+#include "../bodies/nodes.hpp"
 
 namespace cairn {
 

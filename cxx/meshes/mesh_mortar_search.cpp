@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "../base/cell.hpp"
+#include "../bodies/body.hpp"
 #include "../detection/interaction_handler.hpp"
 #include "../laws/law_rules.hpp"
-#include "body.hpp"
 #include "mesh_set.hpp"
 #include "mortar_work.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "body.hpp"
+#include "../bodies/body.hpp"
 #include "mesh_set.hpp"
 #include "side_shares.hpp"
 

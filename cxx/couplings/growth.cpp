@@ -6,9 +6,9 @@
 #include "../base/call.hpp"
 #include "../contacts/body_axes.hpp"
 #include "../fe/internal_forces.hpp"
-#include "../strategies/simulation.hpp"
-#include "network.hpp"
-#include "unknowns.hpp"
+#include "../networks/network.hpp"
+#include "../networks/unknowns.hpp"
+#include "../simulation/simulation.hpp"
 
 namespace cairn {
 

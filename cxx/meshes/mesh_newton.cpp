@@ -12,8 +12,8 @@
 
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
+#include "../bodies/nodes.hpp"
 #include "mesh_body.hpp"
-#include "nodes.hpp"
 
 namespace cairn {
 namespace {

@@ -2,8 +2,8 @@
 #pragma once
 #include <string>
 
-#include "../contacts/interaction.hpp"
 #include "../fe/called_forces.hpp"
+#include "../laws/law_info.hpp"
 #include "cairn/plug.h"
 
 namespace cairn {

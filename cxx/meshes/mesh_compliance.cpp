@@ -6,7 +6,7 @@
 #include <new>
 
 #include "../base/call.hpp"
-#include "condensed_body.hpp"
+#include "../bodies/condensed_body.hpp"
 #include "mesh_body.hpp"
 
 namespace cairn {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "../base/cell.hpp"
+#include "../bodies/condensed_body.hpp"
+#include "../bodies/nodes.hpp"
 #include "../contactors/mapped_contactors.hpp"
-#include "condensed_body.hpp"
 #include "mesh_body.hpp"
-#include "nodes.hpp"
 
 namespace cairn {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "../detection/candidates.hpp"
-#include "scratch.hpp"
+#include "../base/scratch.hpp"
+#include "candidates.hpp"
 
 namespace cairn {
 

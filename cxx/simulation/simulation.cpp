@@ -3,12 +3,8 @@
 #include <cmath>
 
 #include "../networks/network.hpp"
-#include "nscd/nscd.hpp"
 
 namespace cairn {
-
-Simulation::Simulation(Scene s, LawTable l, const NscdOptions& options)
-    : Simulation(std::move(s), std::move(l), std::make_unique<Nscd>(options)) {}
 
 Simulation::Simulation(Scene s, LawTable l, std::unique_ptr<Strategy> strategy)
     : scene(std::move(s)), laws(std::move(l)), interactions(scene.dim), strategy_(std::move(strategy)) {

@@ -1,7 +1,7 @@
 // Meshes as solvers see them: compliance between the nodes that contacts rest on, and between means of nodes.
 #include <algorithm>
 
-#include "body.hpp"
+#include "../bodies/body.hpp"
 #include "mesh_set.hpp"
 
 namespace cairn {

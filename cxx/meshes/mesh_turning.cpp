@@ -6,8 +6,8 @@
 //   a = T y'' + c,   T' M T y'' = T' (f - M c),   c = spin x (spin x arm).
 #include <algorithm>
 
+#include "../bodies/nodes.hpp"
 #include "mesh_body.hpp"
-#include "nodes.hpp"
 
 namespace cairn {
 

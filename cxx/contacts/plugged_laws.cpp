@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "../contacts/interaction_state.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
+#include "interaction_state.hpp"
 
 namespace cairn {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "../bodies/nodes.hpp"
 #include "mesh_body.hpp"
 #include "mortar_surface.hpp"
-#include "nodes.hpp"
 
 namespace cairn {
 

@@ -1,0 +1,13 @@
+// Memory of the iterative refinement of solids of bonds, kept over a run.
+#pragma once
+
+namespace cairn {
+
+// What solids of bonds taught a solver that steps through a run: see SolidCorrection::refine.
+struct RefinementMemory {
+  double amplification = 0;   // of errors, in velocities; 0: not known; infinity: it was not found
+  double share = 0;           // by which passes gave way; 0: not known
+  int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
+};
+
+} // namespace cairn

@@ -1,0 +1,42 @@
+// How the solution of the contacts of a step ended.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace cairn {
+
+enum class SolveStatus { converged, iteration_limit, diverged, newton_limit };
+
+struct SolveReport {
+  SolveStatus status = SolveStatus::converged;
+  std::int64_t contacts = 0; // candidates that were solved
+  int iterations = 0;
+  int checks = 0;                  // evaluations of the error
+  double error = 0;                // natural map, energy norm, relative
+  double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
+  std::int64_t worst_contact = -1; // its place in the candidates
+  double light_error = 0; // where masses differ: speeds that break the law, on the scale of lighter bodies (LightError)
+  std::int64_t light_contact = -1;                                  // where it is largest, its place in the candidates
+  double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
+  double penetration = 0;                                           // deepest overlap / size of the smaller body
+  double cone_distance = 0;                                         // distance of impulses outside the cone / impulse
+  double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
+  double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
+  double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
+  std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: none was measured
+  std::string joint_hint;          // what to do about it; empty: it is as small as was asked
+  std::string hint;                // empty when converged
+  const char* solver = "nlgs";     // that gave the answer
+};
+
+// What the loads of its joints resist turns of a body by: xx yy zz xy xz yz, in the plane one. [N m]
+struct JointLoad {
+  std::int32_t body;
+  double stiffness[6];
+};
+// Of a stiffness by which something swings, the share that a step takes implicitly: none where the square of step times
+// rate is small, and where it is large so much that this is 2 then (explicit steps hold below 4).
+inline double implicit_share(double square) { return square > 1 ? 0.5 * (1 - 1 / square) : 0; }
+
+} // namespace cairn
