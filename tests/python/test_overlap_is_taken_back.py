@@ -1,4 +1,4 @@
-"""Overlap does not add up: contacts take back what is beyond a share of a body's size, and leave what is within."""
+"""Overlap does not add up: contacts take it back beyond a share of a body's size, and leave it alone within."""
 
 import cairn as cn
 import numpy as np
@@ -20,23 +20,15 @@ def pair(depth, law=LAWS[0], dim=3, make=None, strategy=None, unit=1.0, dt=2.0**
     return cn.Simulation(scene, dt, strategy, overlap="ignore")
 
 
-def squeezed(dim=2, strategy=None, count=80, seed=2):
-    """Grains under a lid that is pressed down, between walls one of which moves in."""
-    rng, wide = np.random.default_rng(seed), 8 if dim == 2 else 4
-    grid = np.array([(i % wide, i // wide % wide if dim == 3 else 0, i // wide ** (dim - 1)) for i in range(count)], float)
-    centers = np.delete(grid, 1, 1) if dim == 2 else grid
-    centers = 1.05 * centers + 0.6 + rng.uniform(-0.02, 0.02, centers.shape)
-    scene, top, axes = cn.Scene(dim, gravity=(0,) * dim), centers[:, -1].max() + 0.6, np.eye(dim)
-    scene.add((cn.disks if dim == 2 else cn.spheres)(centers, rng.uniform(0.35, 0.5, count), ROCK))
-    for axis in range(dim):
-        scene.add(cn.wall([0] * dim, axes[axis], ROCK))
-    for axis in range(dim - 1):
-        inwards = list(-0.6 * axes[axis]) + [0] * (1 if dim == 2 else 3)
-        scene.add(cn.wall((1.05 * wide + 0.2) * axes[axis], -axes[axis], ROCK, velocity=inwards if axis == 0 else None))
-    push = list(-2e6 * axes[-1]) + [0] * (1 if dim == 2 else 3)
-    scene.add(cn.wall(top * axes[-1], -axes[-1], ROCK, mass=2e4, free="vy" if dim == 2 else "vz", force=push))
+def column(dim, overlap, count=12):
+    """Balls on each other, each step begun from no impulses: what is left of it at an error of 0.01 has one sign in all steps."""
+    scene = cn.Scene(dim, gravity=(0,) * (dim - 1) + (-9.81,))
+    centers = np.zeros((count, dim))
+    centers[:, -1] = np.arange(count) + 0.5
+    scene.add((cn.disks if dim == 2 else cn.spheres)(centers, 0.5, ROCK))
+    scene.add(cn.wall((0,) * dim, (0,) * (dim - 1) + (1,), ROCK))
     scene.interact("*", "*", cn.Coulomb(mu=0.4))
-    return cn.Simulation(scene, 2e-3, strategy, overlap="ignore")
+    return cn.Simulation(scene, 5e-3, cn.NSCD(solver=cn.NLGS(tol=1e-2), warm_start=False, overlap=overlap))
 
 
 @pytest.mark.parametrize("law", LAWS, ids=repr)
@@ -62,7 +54,7 @@ def test_what_is_within_the_limit_stays_to_the_bit(dim):
 
 
 def test_polygons_and_boxes_part_as_well():
-    """Of any pair of rigid bodies that its law lets alone."""
+    """Flat faces in the plane and in space, at the rate of round bodies."""
     square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     shapes = [(2, lambda x, r, m: cn.polygons(x[0] + square, m)), (3, lambda x, r, m: cn.boxes(x, [1.0] * 3, m))]
     for dim, make in shapes:
@@ -92,17 +84,17 @@ def test_units_leave_its_bits():
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_a_sheared_pack_keeps_its_volume(dim):
-    """At an error of 0.1 in each step overlap grows without the limit, and not with it; the balance of energy closes."""
+def test_what_steps_leave_does_not_add_up(dim):
+    """Without the limit balls sink into each other, with it they stay above it; the balance of energy closes."""
     deep = []
-    for overlap in (np.inf, 5e-3):
-        sim = squeezed(dim, cn.NSCD(solver=cn.NLGS(tol=0.1), overlap=overlap))
-        for _ in range(400):
-            info = sim.step()
-        deep.append(info["penetration"])
+    for overlap in (np.inf, 1e-3):
+        sim, worst = column(dim, overlap), 0.0
+        for _ in range(1000):
+            worst = max(worst, sim.step()["penetration"])
+        deep.append(worst)
         assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
         assert (sim.energy["work_projection"] > 0) == np.isfinite(overlap)
-    assert deep[0] > 2 * deep[1]
+    assert deep[0] > 4 * deep[1] and deep[1] < 4e-3
 
 
 def test_overlap_is_checked():

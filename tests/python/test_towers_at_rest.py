@@ -55,7 +55,7 @@ def test_a_tower_of_cubes_stands(top):
 
 @pytest.mark.parametrize("scene", [lambda: tower(60), wall, arch], ids=["60 cubes", "wall", "arch"])
 def test_walls_and_arches_stand(scene):
-    """Of as many contacts as there are."""
+    """By nothing that shows, however many contacts there are."""
     assert moved(cn.Simulation(scene(), 1 / 200), 400) < 1e-7
 
 
@@ -84,7 +84,7 @@ def test_what_begins_to_move_slowly_moves():
 
 
 def test_units_leave_its_bits():
-    """Lengths and gravity times 2^10: every digit of what stands."""
+    """Lengths and gravity times 2^10 keep every digit."""
     one, other = (cn.Simulation(tower(size=size), 1 / 256) for size in (1.0, 1024.0))
     for sim in (one, other):
         moved(sim, 20)

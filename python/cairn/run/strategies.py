@@ -218,9 +218,9 @@ class NSCD(Strategy):
     margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
     project_positions: remove overlap after each step without changing a velocity (Acary 2013); laws whose overlap is a spring
     are refused beside it.
-    overlap: of rigid bodies, over the size of the smaller one: what is beyond it their contacts take back, by as much in a step
-    at most; info["drift"] tells the deepest. inf: overlap stays. None: 0.005 where the solver names no tol, else inf. Under the
-    laws Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
+    overlap: of rigid bodies, over the size of the smaller one: contacts take back the rest, by an eighth of it in a step at most;
+    info["drift"] tells the deepest. inf: overlap stays. None: 0.005 where the solver names no tol, else inf. Under the laws
+    Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
     "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
