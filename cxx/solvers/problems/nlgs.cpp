@@ -171,10 +171,10 @@ public:
     report_.velocity_error = velocity_.value();
     end.vague = velocity_.asked() && !velocity_.held();
     end.rounded = end.vague && velocity_.exhausted();
-    if (end.square <= wanted_ && report_.light_error <= options_.tolerance_after(report_.iterations))
-      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     SolverOptions asked = options_;
     asked.tolerance = options_.tolerance_after(report_.iterations);
+    if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
+      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(asked));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;
       asked.accuracy = options_.tolerance;

@@ -142,6 +142,10 @@ class Default(ContactSolver):
     def __post_init__(self):
         self.chosen("NLGS")
 
+    def settings(self):
+        """What the core reads."""
+        return replace(self, tol=TOL).settings() if self.tol is None else super().settings()
+
     def chosen(self, name, meshes=()):
         """NLGS or Auto, by its name, with these numbers."""
         solver = SOLVERS[name](tol=TOL if self.tol is None else self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
