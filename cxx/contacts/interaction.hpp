@@ -167,6 +167,12 @@ struct SolverOptions {
   int again = 0;
   double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
   double max_bytes = 1e9;          // of factors, and of W where a solver takes it in blocks
+  // What ends a step that has taken `patience` sweeps, where that is above the tolerance.
+  double enough = 0;
+  int patience = 0;
+  double tolerance_after(int sweeps) const {
+    return sweeps >= patience && !std::isfinite(accuracy) ? std::max(tolerance, enough) : tolerance;
+  }
 };
 
 enum class SolveStatus { converged, iteration_limit, diverged, newton_limit };
@@ -183,7 +189,8 @@ struct SolveReport {
   std::int64_t light_contact = -1;                                  // where it is largest, its place in the candidates
   double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
   double penetration = 0;                                           // deepest overlap / size of the smaller body
-  double cone_distance = 0;                                         // distance of impulses outside the cone / impulse
+  double drift = 0;         // the deepest beyond the limit above which contacts take it back / size of the smaller body
+  double cone_distance = 0; // distance of impulses outside the cone / impulse
   double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
   double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
   double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
@@ -218,6 +225,7 @@ struct ContactEnergy {
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of what each contact took or gave
   double grown = 0;                  // that bodies gave which grew
+  double parted = 0;                 // that contacts gave which take overlap back
   double driven = 0;                 // that motors of joints gave
   // By laws that tell; normal and tangential are what is left besides.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
@@ -254,6 +262,11 @@ struct RefinementMemory {
   int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
 };
 
+// How often impulses of what stands still were solved to rounding: see Sweeps in solvers/problems/nlgs.cpp.
+struct RestMemory {
+  int attempts = 0, idle = 0; // in a row after which the next steps were not at rest; steps until the next
+};
+
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
   double h = 0;                           // step that the impulses belong to [s]; 0 before the first
@@ -270,6 +283,7 @@ struct ContactMemory {
   std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
   std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
   RefinementMemory refinement;
+  RestMemory rest;
   std::vector<RimSeat> seats; // by ids: nodes of meshes that lie on flat sides, see detection/rims.cpp
   std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
@@ -319,6 +333,9 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  // Of overlap of rigid bodies, over the size of the smaller one: what is beyond it contacts take back; see
+  // overlap.cpp.
+  void limit_overlap(double share);
   // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
   // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
   void correct_meshes_by(double share);
