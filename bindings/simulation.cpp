@@ -144,6 +144,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["light_contact"] = r.solve.light_contact;
   if (!std::isnan(r.solve.velocity_error)) out["velocity_error"] = r.solve.velocity_error; // asked for by `accuracy`
   out["penetration"] = r.solve.penetration;
+  out["drift"] = r.solve.drift;
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;
   if (r.solve.joint_contact >= 0) {
@@ -253,6 +254,7 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
   report.worst_contact = py::cast<std::int64_t>(found["worst_contact"]);
   report.cone_distance = py::cast<double>(found["cone_distance"]);
   report.penetration = s.interactions.system().penetration;
+  report.drift = s.interactions.system().drift;
   report.hint = py::cast<std::string>(found["hint"]);
   s.report.solve = report;
 }

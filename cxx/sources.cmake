@@ -53,6 +53,7 @@ set(CAIRN_CXX_SOURCES
   contacts/contact_curvature.cpp
   contacts/contact_flight.cpp
   contacts/contact_growth.cpp
+  contacts/overlap.cpp
   contacts/face_area.cpp
   contacts/face_overlap.cpp
   contacts/interaction.cpp

@@ -51,6 +51,7 @@ void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0
 
 void Interactions::measure_from(const std::array<double, 3>& origin) { s_->origin = origin; }
 void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
+void Interactions::limit_overlap(double share) { s_->overlap_limit = share; }
 void Interactions::correct_meshes_by(double share) { s_->correction = share; }
 void Interactions::centre_joints(double share, double left) {
   s_->joint_theta = share;
@@ -105,10 +106,12 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
   s.system.grows = bodies.stretch.active;
+  s.system.clumps = s.system.clumps && options.enough > options.tolerance;
   if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold()) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
   s.system.refinement = &s.memory.refinement;
+  s.system.rest = &s.memory.rest;
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
   for (const cairn_batch& b : s.system.batches)
     for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)
@@ -176,6 +179,7 @@ void Interactions::update_velocity(Bodies& bodies) {
       s.energy.turned_over += 0.5 * sums[3];
     }
     if (s.parted) s.count_growth();
+    if (system.drift > 0) s.count_parting();
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
     if (s.meshes) s.push_meshes();

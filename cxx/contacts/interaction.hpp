@@ -44,6 +44,7 @@ struct ContactEnergy {
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of what each contact took or gave
   double grown = 0;                  // that bodies gave which grew
+  double parted = 0;                 // that contacts gave which take overlap back
   double driven = 0;                 // that motors of joints gave
   // By laws that tell; normal and tangential are what is left besides.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
@@ -89,6 +90,7 @@ struct ContactMemory {
   std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
   std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
   RefinementMemory refinement;
+  RestMemory rest;
   std::vector<RimSeat> seats; // by ids: nodes of meshes that lie on flat sides, see detection/rims.cpp
   std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
@@ -138,6 +140,9 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  // Of overlap of rigid bodies, over the size of the smaller one: what is beyond it contacts take back; see
+  // overlap.cpp.
+  void limit_overlap(double share);
   // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
   // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
   void correct_meshes_by(double share);

@@ -87,6 +87,7 @@ struct Interactions::State {
   double left_of_step = 0;                        // see centre_joints
   double joint_theta = 0;                         // see centre_joints; 0: theta
   double correction = 1;                          // of what joints and bonds on meshes miss, by a step
+  double overlap_limit = std::numeric_limits<double>::infinity(); // see limit_overlap
   bool flies = true; // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
@@ -211,7 +212,8 @@ struct Interactions::State {
             candidates->feature[i], candidates->image[i]};
   }
   void count_cell_work();
-  void count_growth(); // its work, which contacts do not make from nothing
+  void count_growth();  // its work, which contacts do not make from nothing
+  void count_parting(); // the same of overlap that is taken back
   // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
   // made a solution diverge.
   void refuse_fault() const;
@@ -379,6 +381,12 @@ private:
   void lay_into_plane(const cairn_batch& b, int lane, std::int32_t where, double x[3], double t[2]) const; // bonds.cpp
   double twist_since_last(const cairn_batch& b, int lane, const double* normal) const;
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
+  bool limits_overlap(const cairn_batch& b) const; // in overlap.cpp
+  bool all_balls() const;
+  double overlap_beyond(std::int64_t i, double& size) const;
+  double parting_at(std::int64_t i) const;
+  void part(const cairn_batch& b, double* bias) const;
+  double deepest_drift() const;
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
   double free_opening(const cairn_batch& b, int lane, double begin) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);

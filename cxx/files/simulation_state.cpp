@@ -101,6 +101,10 @@ StoredValue memory_of(const ContactMemory& m) {
     const double values[] = {r.amplification, r.share, double(r.failures), double(r.idle)};
     out.add_array("refinement", values, {4});
   }
+  if (m.rest.attempts > 0 || m.rest.idle > 0) {
+    const std::int64_t values[] = {m.rest.attempts, m.rest.idle};
+    out.add_array("rest", values, {2});
+  }
   if (!m.forces.empty()) add_vector(out, "forces", m.forces);
   if (!m.seats.empty()) {
     std::vector<std::int64_t> seats;
@@ -134,6 +138,11 @@ ContactMemory memory_from(const StoredValue& tree) {
     const auto values = numbers_of<double>(refinement->array, "refinement");
     const auto whole = [](double value) { return value >= 0 && value < 1e6 ? int(value) : 0; };
     if (values.size() == 4) m.refinement = {values[0], values[1], whole(values[2]), whole(values[3])};
+  }
+  if (const StoredValue* rest = tree.find("rest")) {
+    const auto values = numbers_of<std::int64_t>(rest->array, "rest");
+    const auto whole = [](std::int64_t value) { return int(std::clamp<std::int64_t>(value, 0, 1 << 20)); };
+    if (values.size() == 2) m.rest = {whole(values[0]), whole(values[1])};
   }
   if (const StoredValue* forces = tree.find("forces")) m.forces = numbers_of<double>(forces->array, "forces");
   if (const StoredValue* stored = tree.find("seats")) {

@@ -568,10 +568,10 @@ class DiscreteGradient(Integrator):
     def __init__(self) -> None: ...
 
 class Default(ContactSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000) -> None: ...
+    def __init__(self, tol: float | None = None, min_iter: int = 1, max_iter: int = 1000) -> None: ...
 
 class NLGS(ContactSolver):
     tol: float
@@ -580,6 +580,8 @@ class NLGS(ContactSolver):
     acceleration: str
     associated_start: bool
     softening_relaxation: float
+    enough: float | None
+    patience: int
     def __init__(
         self,
         tol: float = 0.0001,
@@ -588,6 +590,8 @@ class NLGS(ContactSolver):
         acceleration: str = "nesterov",
         associated_start: bool = False,
         softening_relaxation: float = 1.0,
+        enough: float | None = None,
+        patience: int = 0,
     ) -> None: ...
 
 class Auto(ProblemSolver):

@@ -83,7 +83,7 @@ def test_a_light_cube_that_sinks_under_what_doubles_cannot_carry_is_told():
     scene.add(cn.wall((0, 0, 0), (0, 0, 1), rock), *(cn.boxes([[0, 0, z]], (s, s, s), rock) for z, s in zip(heights, sizes)))
     scene.interact(rock, rock, cn.Coulomb(mu=0.5))
     sim = cn.Simulation(scene, 1e-4)
-    with pytest.warns(cn.OverlapWarning, match=r"overlaps another by \d+% of .* in step \d+, which converged"):
+    with pytest.warns(cn.OverlapWarning, match=r"overlap by \d+% of .* in step \d+, which converged"):
         sim.run(steps=12, progress=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "../sweeps/active_set.hpp"
 #include "../sweeps/associated_start.hpp"
+#include "../sweeps/contact_rows.hpp"
 #include "../sweeps/extrapolation.hpp"
 #include "../sweeps/light_error.hpp"
 #include "../sweeps/step_error.hpp"
@@ -17,6 +19,7 @@ namespace cairn {
 
 namespace {
 
+constexpr int astray = 128;     // sweeps after which those of clumps that are extrapolated may go round in circles
 constexpr int plain_sweeps = 9; // few contacts are solved by as many, and what is nearly solved stays as it is
 
 // For what is not extrapolated. Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact
@@ -56,6 +59,28 @@ bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, doub
         moving += b.rho[lane] * u[c * b.count + lane] * u[c * b.count + lane];
   }
   return moving <= tolerances * tolerances * tolerance * tolerance * energy;
+}
+
+// Whether each rigid body has at most a share of the speed that loads alone give it in the step, and there are no
+// others. Bodies that are driven move as they are told, if at all.
+bool resting(const ContactSystem& system, const Velocities& velocity_free, double share) {
+  if (!system.condensed.empty()) return false;
+  const int dim = system.dim, n = system.velocities();
+  for (std::int64_t b = 0; b < system.bodies; ++b) {
+    double mass[36], inverse[36], energy = 0, loaded = 0;
+    const double* v = system.record[std::size_t(b)].x;
+    bool still = true;
+    for (int k = 0; k < n; ++k) still = still && !(v[k] < 0 || v[k] > 0);
+    if (still) continue;
+    body_mass(system, std::int32_t(b), mass, inverse);
+    for (int k = 0; k < n; ++k)
+      if (!(inverse[(n + 1) * k] > 0)) return false;
+    for (int k = 0; k < n; ++k)
+      for (int l = 0; l < n; ++l) energy += v[k] * mass[n * l + k] * v[l];
+    for (int k = 0; k < dim; ++k) loaded += mass[(n + 1) * k] * velocity_free.bodies[b][k] * velocity_free.bodies[b][k];
+    if (!(energy <= share * share * loaded)) return false;
+  }
+  return true;
 }
 
 constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
@@ -99,6 +124,10 @@ public:
         newton_(system, schedule_, velocity_free, error_square_) {
     schedule_.softening_relaxation = options.softening_relaxation;
     if (!options.extrapolates) extrapolation_.forbid();
+    if (system.rest && system.rest->idle > 0)
+      --system.rest->idle;
+    else
+      rests_ = system.rest;
     uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
     cairn_add_impulses(&schedule_);
   }
@@ -106,12 +135,14 @@ public:
   void run() {
     if (stays()) return;
     while (report_.iterations < options_.max_iterations) {
+      if (system_.clumps && report_.iterations >= astray) extrapolation_.forbid();
       const bool extrapolates = extrapolation_.allowed() && report_.iterations >= plain_sweeps;
       schedule_.associated = extrapolates && start_.on();
       report_.iterations +=
           std::min(sweep_on(system_, schedule_, sweeps(extrapolates), extrapolates ? &extrapolation_ : nullptr),
                    options_.max_iterations - report_.iterations);
       const double change = total(system_.change, system_.batches.size(), 1, 0);
+      lose_patience();
       const bool promising = ratio_ > 0 && change * ratio_ <= wanted_;
       const bool last = help_ && report_.iterations >= options_.max_iterations; // it is asked before the step fails
       if (std::isfinite(change) && !promising && !last && report_.iterations < next_check_) continue;
@@ -140,14 +171,16 @@ public:
     report_.velocity_error = velocity_.value();
     end.vague = velocity_.asked() && !velocity_.held();
     end.rounded = end.vague && velocity_.exhausted();
-    if (end.square <= wanted_ && report_.light_error <= options_.tolerance)
-      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     SolverOptions asked = options_;
+    asked.tolerance = options_.tolerance_after(report_.iterations);
+    if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
+      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(asked));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;
       asked.accuracy = options_.tolerance;
     }
     conclude(report_, end, asked);
+    if (report_.status == SolveStatus::converged) rest_if_still();
   }
 
 private:
@@ -163,9 +196,49 @@ private:
   // Where faces meet a sweep shifts impulses among the points of a face, and what rests comes to tremble, step by step:
   // impulses of the last step that meet the tolerance stay as they are.
   bool stays() {
-    return help_ && !help_->given_up() && !uneven_ && !extrapolation_.allowed() && !std::isfinite(options_.accuracy) &&
-           options_.min_iterations <= 1 && report_.contacts > settled_unknowns && error_square_() <= wanted_ &&
-           !help_->refines(0, report_.error);
+    const bool may = help_ && !help_->given_up() && !uneven_ && !extrapolation_.allowed() &&
+                     !std::isfinite(options_.accuracy) && options_.min_iterations <= 1 &&
+                     report_.contacts > settled_unknowns && error_square_() <= wanted_ &&
+                     !help_->refines(0, report_.error);
+    if (may) come_to_rest(report_.error * report_.error);
+    return may;
+  }
+  // An error of one sign in each step moves what stands by as much again and again, and a tower of many blocks comes to
+  // sway: once contacts stand still, Newton's method takes it down to rounding, and later steps have nothing to do.
+  // What moves slowly asks for it in each step, and pays for ever fewer of them.
+  bool come_to_rest(double error_square) {
+    constexpr int most = 13, free = 3; // attempts in a row; those after which no steps are left out
+    if (!help_ || help_->given_up() || uneven_ || !rests_) return false;
+    if (error_square <= small() * small()) {
+      RestMemory& rest = *std::exchange(rests_, nullptr);
+      rest.attempts = std::max(0, rest.attempts - 1);
+      return false;
+    }
+    if (!near_rest(system_, schedule_, free_.energy, options_.tolerance)) return false;
+    RestMemory& rest = *std::exchange(rests_, nullptr);
+    rest.attempts = std::min(most, rest.attempts + 1);
+    rest.idle = rest.attempts > free ? (1 << (rest.attempts - free)) - 1 : 0;
+    if (!help_->settles(schedule_, std::sqrt(error_square), finest, error_square_)) return false;
+    report_.solver = help_->name();
+    return true;
+  }
+  // Errors and velocities of what is at rest, over what loads ask for.
+  static constexpr double finest = 0x1p-44;
+  double small() const { return std::max(0x1p-17 * options_.tolerance, 0x1p-36); }
+  // What is left of velocities then does no work: bodies that move by less than a share of what loads alone would make
+  // of each are at rest. Impulses that stay as they are would have them topple, slowly at first.
+  void rest_if_still() {
+    if (!help_ || help_->given_up() || uneven_ || system_.rest == nullptr || report_.error > small() ||
+        !resting(system_, velocity_free_, small()))
+      return;
+    for (cairn_record& record : system_.record) std::fill_n(record.x, system_.dim == 2 ? 3 : 6, 0.0);
+    system_.keeps_velocity = true;
+  }
+  void lose_patience() {
+    const double tolerance = options_.tolerance_after(report_.iterations);
+    if (!(tolerance > options_.tolerance) || tolerance * tolerance <= wanted_) return;
+    wanted_ = tolerance * tolerance;
+    if (help_) help_->aim(tolerance);
   }
   // Until the next look at the change.
   int sweeps(bool extrapolates) const {
@@ -197,6 +270,8 @@ private:
     if ((error.square <= wanted_ || due) && report_.iterations >= options_.min_iterations) {
       if (help_ && !uneven_)
         settle(newton_, system_, schedule_, report_.contacts, error.square, free_.energy, options_);
+      if (help_ && !uneven_ && report_.contacts * system_.dim > settled_unknowns && come_to_rest(error.square))
+        error = measure_now();
       double light = light_error();
       if (help_ && !help_->accepts(report_.iterations, light)) {
         error = ask(options_.tolerance);
@@ -208,7 +283,7 @@ private:
         error = measure_now();
         if (velocity_.held()) return true;
       }
-      if (light <= options_.tolerance && (error.square <= wanted_ || due)) {
+      if (light <= options_.tolerance_after(report_.iterations) && (error.square <= wanted_ || due)) {
         velocity_.follow(std::sqrt(error.square));
         const double before = error.square;
         if (velocity_.holds(report_.iterations, error.square, error_square_)) return true;
@@ -253,6 +328,7 @@ private:
   ActiveSet newton_;
   int next_check_ = std::max(options_.min_iterations, 1), next_newton_ = 64;
   bool uneven_ = false;
+  RestMemory* rests_ = nullptr; // where this step may be solved to rounding
 };
 
 } // namespace
@@ -261,6 +337,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
                        SweepHelp* help) {
   SolveReport report;
   report.penetration = system.penetration;
+  report.drift = system.drift;
   report.contacts = contacts_of(system);
   system.load(velocity_free);
   if (std::isfinite(options.accuracy)) report.velocity_error = 0;

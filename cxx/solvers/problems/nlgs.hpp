@@ -22,6 +22,13 @@ public:
   // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
   // were. measure: square of the error of the impulses at hand, records up to date.
   virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
+  // Impulses whose error is `wanted` at most, of contacts that stand still, and records to go with them. False: they
+  // stay as they were, as where that would take much longer than sweeps.
+  virtual bool settles(const cairn_schedule& schedule, double error, double wanted,
+                       const std::function<double()>& measure) {
+    (void)schedule, (void)error, (void)wanted, (void)measure;
+    return false;
+  }
   // Whether velocities may be off by much more than the error, which is small enough.
   virtual bool refines(int iterations, double error) {
     (void)iterations, (void)error;

@@ -11,6 +11,7 @@ namespace cairn {
 
 struct ActiveSetMemory;
 struct RefinementMemory;
+struct RestMemory;
 struct SolidMemory;
 
 // A velocity of all that moves: of rigid bodies (3 | 6, n), of nodes of meshes (dim, n); null: there are none.
@@ -46,9 +47,12 @@ struct ContactSystem {
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
   std::shared_ptr<SolidMemory> solid;      // made where bonds make a solid
   RefinementMemory* refinement = nullptr;  // of the run; null: none is kept
+  RestMemory* rest = nullptr;              // likewise
   bool grows = false;                      // bodies change their size
-  bool keeps_velocity = false;             // records hold velocities of bodies to more digits than impulses give
-  double penetration = 0;                  // deepest overlap / size of the smaller body
+  bool clumps = false; // sides of bodies that are not round are those of clumps of balls, which sweeps may leap over
+  bool keeps_velocity = false; // records hold velocities of bodies to more digits than impulses give
+  double penetration = 0;      // deepest overlap / size of the smaller body
+  double drift = 0;            // what contacts take back of it, the deepest, over the same
 
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }

@@ -49,7 +49,7 @@ ExtrapolationGrounds extrapolation_grounds(const ContactSystem& system) {
   double faces = 0, contacts = 0;
   for (const cairn_batch& b : system.batches) {
     contacts += b.contacts;
-    if (faced(b)) faces += b.contacts;
+    if (!system.clumps && faced(b)) faces += b.contacts;
   }
   return {mass_ratio(system), contacts > 0 ? faces / contacts : 0};
 }

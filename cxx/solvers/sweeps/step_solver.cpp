@@ -113,22 +113,35 @@ public:
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
     newton_operations_ += double(report.iterations) * operations;
-    step.write(r.data());
-    system_.load(velocity_free_);
-    cairn_add_impulses(&schedule);
-    step.write_velocities(velocity_free_, report.velocity);
-    const double now = std::sqrt(measure());
-    const bool better = now < error || now <= options_.tolerance;
-    if (!better) {
-      step.write(start.data());
-      system_.load(velocity_free_);
-      cairn_add_impulses(&schedule);
-    }
+    const bool better = takes(step, start, r, report, schedule, [&] {
+      const double now = std::sqrt(measure());
+      return now < error || now <= options_.tolerance;
+    });
     if (report.status != ProblemStatus::converged) {
       if (!tries) patience_ *= follows && !began_anew_ ? 4 : 8;
       fails_from_sweeps_ = fails_from_sweeps_ || follows;
     }
     return better;
+  }
+
+  bool settles(const cairn_schedule& schedule, double error, double wanted,
+               const std::function<double()>& measure) override {
+    constexpr double most_sweeps = 4096; // as long as which it may take
+    constexpr int most = 24;             // iterations
+    if (given_up_ || !system_.condensed.empty()) return false;
+    if (!asked_) ask();
+    if (given_up_ || cost_ > most_sweeps * sweep_operations(system_)) return false;
+    StepProblem step(system_, schedule, velocity_free_);
+    Array<double> start(step.problem().unknowns());
+    step.read(start.data());
+    ProblemOptions options = problem_options(options_);
+    options.tolerance = wanted;
+    options.max_iterations = most;
+    Array<double> r(start);
+    ProximalNewton newton(step.problem(), options, r.data());
+    newton.settle_failures(1);
+    const ProblemReport report = newton.solve();
+    return takes(step, start, r, report, schedule, [&] { return std::sqrt(measure()) < error; });
   }
 
   void aim(double error) override {
@@ -140,6 +153,21 @@ public:
   int few_unknowns() const override { return 96; }
 
 private:
+  // Impulses of a solver, with records to go with them, where they are better than those it began with.
+  template <class F>
+  bool takes(StepProblem& step, const Array<double>& start, const Array<double>& r, const ProblemReport& report,
+             const cairn_schedule& schedule, F&& better) {
+    step.write(r.data());
+    system_.load(velocity_free_);
+    cairn_add_impulses(&schedule);
+    step.write_velocities(velocity_free_, report.velocity);
+    if (better()) return true;
+    step.write(start.data());
+    system_.load(velocity_free_);
+    cairn_add_impulses(&schedule);
+    return false;
+  }
+
   // What was measured of rigid bodies does not hold for meshes, whose contacts are nearly dependent on each other.
   bool in_plane() const { return system_.dim == 2 && !system_.needs_blocks(); }
 
@@ -391,6 +419,7 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
                              const ProblemSolverInfo& solver) {
   SolveReport report;
   report.penetration = system.penetration;
+  report.drift = system.drift;
   report.solver = solver.name.c_str();
   for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
   system.load(velocity_free);

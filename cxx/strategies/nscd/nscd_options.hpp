@@ -12,6 +12,7 @@ struct NscdOptions {
   SolverOptions solver{};
   double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
   bool project_positions = false;
+  double overlap = std::numeric_limits<double>::infinity(); // share of a body's size that contacts leave as it is
   bool warm_start = true;
   bool act_on_surfaces = false;   // see Interactions
   int renumber_every = 200;       // steps between renumberings along the space-filling curve

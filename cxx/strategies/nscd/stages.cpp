@@ -321,6 +321,7 @@ void Nscd::prepare_contacts(Simulation& s) {
   s.interactions.correct_meshes_by(beside ? slow : 1);
   const bool by_theta = settings.integrator.name == "theta";
   s.interactions.centre_joints(by_theta ? law_share() : 0.5, by_theta ? law_share() : 1 - ahead_ / h_);
+  s.interactions.limit_overlap(settings.overlap);
   s.interactions.pose(settings.pose);
   assemble_contacts(s);
   seat_joints(s);
@@ -398,13 +399,14 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
     strained = contacts.stored - before - contacts.stored_change;
   }
   s.energy.work_growth += contacts.grown + strained;
+  s.energy.work_projection += contacts.parted;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
   const double stiffened = energy_of_stiffened(s);
   s.energy.dissipated_integrator += by_theta + stiffened;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
-                      (contacts.stored_change + contacts.released) - contacts.grown;
+                      (contacts.stored_change + contacts.released) - contacts.grown - contacts.parted;
   s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) +
                           std::abs(contacts.normal) + std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);

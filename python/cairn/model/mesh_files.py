@@ -122,8 +122,9 @@ def _decoded(value):
         return sparse.csc_array((value["data"], value["indices"], value["indptr"]), shape=tuple(value["shape"]))
     if value["kind"] == "conductance":
         return CONDUCTANCES[value["class"]].from_values(value["values"])
-    if value["kind"] == "record" and value["module"].startswith(("cairn.model.", "cairn.networks.")):
-        found = getattr(importlib.import_module(value["module"]), value["class"])
+    if value["kind"] == "record" and value["module"].startswith(("cairn.model.", "cairn.build.", "cairn.networks.")):
+        module = value["module"].replace("cairn.build.", "cairn.model.")  # its name before version 0.2
+        found = getattr(importlib.import_module(module), value["class"])
         if dataclasses.is_dataclass(found):
             return found(**{name: _decoded(part) for name, part in value["fields"].items()})
     raise ValueError(f"kind is {value['kind']!r}: dict, list, function, sparse, bulk and records of scenes are known")

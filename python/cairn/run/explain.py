@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .. import _core
@@ -68,6 +70,7 @@ def _nscd(simulation):
         f"{'warm' if strategy.warm_start else 'cold'} start",
         *_accuracy(strategy),
         *_sweeps(simulation, solver),
+        *_enough(strategy),
         "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on "
         "many points, a wedged pile); their sums and moments on each body, and the motion, are not. cn.PPANewton shares smoothly",
     ]
@@ -81,6 +84,15 @@ def _accuracy(strategy):
         f"Accuracy {strategy.accuracy:g} of velocities: sweeps go on beyond the tolerance until their estimated error, "
         'info["velocity_error"], is as small'
     ]
+
+
+def _enough(strategy):
+    solver, lines = strategy.solver, []
+    if getattr(solver, "enough", None) is not None:
+        lines.append(f"A step that has taken {solver.patience} iterations ends at a true error of {solver.enough:g}")
+    if strategy.overlap is not None and math.isfinite(strategy.overlap):
+        lines.append(f"Overlap beyond {strategy.overlap:g} of the smaller body's size is taken back by contacts of rigid bodies")
+    return lines
 
 
 MOST_APART = 2**20  # ratio of masses up to which sweeps are extrapolated, see cxx/solvers/sweeps/extrapolation.cpp

@@ -46,7 +46,8 @@ def check(simulation, action, share):
     listed = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
     text = (
         f"{len(found)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
-        "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
+        "or shrink the radii, or set overlap='ignore' (contacts take back what is beyond NSCD(overlap=...), slowly, and "
+        "project_positions removes all)"
     )
     if action == "error":
         raise ValueError(text)

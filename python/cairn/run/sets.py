@@ -98,7 +98,7 @@ def ids_of(scene):
 def found(ids, present):
     """Which ids are among the rising `present`, and where: 0 for those that are not."""
     rows = np.minimum(np.searchsorted(present, ids), max(len(present) - 1, 0))
-    alive = present[rows] == ids if len(present) else np.zeros(len(ids), bool)
+    alive = present[rows] == ids if len(present) else np.zeros(np.shape(ids), bool)
     return alive, np.where(alive, rows, 0)
 
 
