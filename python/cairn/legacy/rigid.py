@@ -168,7 +168,7 @@ def _surface(reader, line):
     return vertices, faces
 
 
-# ------------------------------------------------------------------ what contactors make of a body
+# ------------------------------------------------------------------ mass properties from contactors
 
 
 def completed(reader, body, near=None):

@@ -277,7 +277,7 @@ class Caller:
             raise ValueError(f"{self.given_by} gives no forces at displacements of zero: give them there")
         self.gives = tuple(value is not None for value in found[2:])
 
-    # ------------------------------------------------------------------ what the core calls
+    # ------------------------------------------------------------------ calls from the core
 
     def forces(self, u, v, time, step, rate, wanted):
         """(forces (n dofs) [N], values of the tangent on the pattern or None, energy, dissipation [J] or None each). Returns None

@@ -67,9 +67,9 @@ class FaceForces:
     def tractions(self, asked, mean, held):
         """Tractions (m, k, dim) [Pa, in 2D times the thickness] at the corners of each face, on its first cell.
 
-        asked (corners, dim) [N]: result of `asked`; mean (m, dim): tractions of mean stresses; held (nodes, dim): True for dofs
-        of imposed motion, whose corners need no force of a face. The resultant of a part, due to loads, is shared evenly by its
-        corners.
+        asked (corners, dim) [N]: result of `asked`, less the forces of cohesive zones; mean (m, dim): tractions of mean stresses;
+        held (nodes, dim): True for dofs of imposed motion, whose corners need no force of a face. The resultant of a part, due to
+        loads, is shared evenly by its corners.
         """
         opening, force = self.opening, asked.copy()
         ends = opening.corners.shape[2]

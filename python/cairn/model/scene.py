@@ -171,7 +171,7 @@ class Scene(Spelt):
 
         return Running(simulation, core)
 
-    # ------------------------------------------------------------------ what the core needs
+    # ------------------------------------------------------------------ tables for the core
 
     def species(self):
         """Pairs (material, group) of contactors, in order of appearance; their numbers are the core's materials."""

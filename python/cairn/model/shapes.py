@@ -169,7 +169,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     return _body_set(3, centers, mass, inertia, contactors, quaternion, fixed, options)
 
 
-# ------------------------------------------------------------------ what they share
+# ------------------------------------------------------------------ shared helpers
 
 
 def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, depth=None):

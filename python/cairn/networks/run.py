@@ -31,7 +31,7 @@ class Running:
         for kind, settings in simulation.scene.networks.items():
             self._start(kind, settings)
 
-    # ------------------------------------------------------------------ what the core is given once
+    # ------------------------------------------------------------------ settings passed to the core once
 
     def _start(self, kind, settings):
         core, scene = self._core, self._simulation.scene

@@ -187,7 +187,7 @@ class PassedContacts:
             self.core.pass_to(core_of(self.sim), np.asarray(ids, np.int64))
 
 
-# ---------------------------------------------------------------------- of bodies
+# ---------------------------------------------------------------------- rigid bodies
 
 
 def _set_of(sim, id):
