@@ -62,7 +62,7 @@ _PARTS = {
 }
 
 
-def __getattr__(name):  # what most scenes do not use is loaded when it is asked for
+def __getattr__(name):  # names that few scenes need are imported on first use
     import importlib
 
     if name in _PARTS:
@@ -78,10 +78,10 @@ def __dir__():
     return sorted({*globals(), *_LATER, *_PARTS})
 
 
-globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
+globals().update(laws.LAWS)  # Coulomb, Restitution, ...: a class for each row of the kernels' list
 globals().update(strategies.SOLVERS)  # NLGS, Auto, PPANewton, ...
-globals().update(integrators.INTEGRATORS)  # Theta, Newmark, HHT, ...: one class for each row of the kernels' list
-globals().update(strategies.STRATEGIES)  # one class for each row of the core's list
+globals().update(integrators.INTEGRATORS)  # Theta, Newmark, HHT, ...: a class for each row of the kernels' list
+globals().update(strategies.STRATEGIES)  # a class for each row of the core's list
 
 __version__ = _core.build_info()["version"]
 __all__ = [

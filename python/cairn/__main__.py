@@ -1,4 +1,4 @@
-"""`python -m cairn` is the command `cairn`."""
+"""Runs the command `cairn` for `python -m cairn`."""
 
 import sys
 

@@ -1,8 +1,7 @@
 """Settings of the OpenMP library, made before it is loaded with the kernels.
 
-A thread that waits for another spins for a quarter of a millisecond, then sleeps. The library's own choice is to
-spin for as long as the other takes, which on a busy machine, where the other may not be running at all, made two
-threads 30 to 100 times slower than one.
+Waiting threads spin for a quarter of a millisecond, then sleep. By default the library spins without limit; on a busy
+machine, where the awaited thread may not be running, this made two threads 30 to 100 times slower than a single thread.
 """
 
 import os

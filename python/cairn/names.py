@@ -1,4 +1,4 @@
-"""Names that users type: what exists, and what was probably meant; arguments, arrays, materials, solvers, commands."""
+"""Checks of names that users type (arguments, arrays, materials, solvers, commands), with suggestions for misspelt ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 Taker = TypeVar("Taker", bound=Callable)
-# what other programs call it
+# {name in other programs: name here}
 ELSEWHERE = {
     "colormap": "cmap", "colourmap": "cmap", "color_map": "cmap", "colour_map": "cmap", "palette": "cmap", "colors": "cmap",
     "clim": "limits", "vmin": "limits", "vmax": "limits", "color_limits": "limits", "ax_title": "title", "axis": "ax",
@@ -20,7 +20,7 @@ ELSEWHERE = {
 
 
 def nearest(word, known):
-    """The known name that is most like the word, however it is written; None if none is like it."""
+    """Known name most similar to a word, ignoring case; None if none is similar."""
     by_small, word = {str(name).lower(): str(name) for name in known}, str(word).lower()
     if word not in by_small and ELSEWHERE.get(word) in by_small:
         return by_small[ELSEWHERE[word]]
@@ -31,19 +31,19 @@ def nearest(word, known):
 
 
 def meant(word, known):
-    """'; did you mean 'theta'?' for the end of a message, or nothing."""
+    """Suggestion '; did you mean 'theta'?' for the end of a message; empty without a similar name."""
     found = nearest(word, known)
     return f"; did you mean {found!r}?" if found else ""
 
 
 def listed(known, word=None):
-    """'theta, solver', or 'none'; and what may have been meant by a word that is not among them."""
+    """Known names as 'theta, solver', or 'none', followed by a suggestion for a word that is not among them."""
     known = [str(name) for name in known]
     return (", ".join(known) or "none") + ("" if word is None else meant(word, known))
 
 
 def one_of(name, value, known):
-    """The value itself; ValueError unless it is one of the known words."""
+    """Returns the value. Raises ValueError unless it is among the known words."""
     if not isinstance(value, str) or value not in known:
         words = [repr(word) for word in known]
         choice = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
@@ -52,7 +52,7 @@ def one_of(name, value, known):
 
 
 def takes(*known: str) -> Callable[[Taker], Taker]:
-    """Decorator of a function with **options: the names that these may have."""
+    """Decorator that sets the allowed names of the **options of a function."""
 
     def mark(function):
         function.known_options = known
@@ -62,9 +62,9 @@ def takes(*known: str) -> Callable[[Taker], Taker]:
 
 
 class Spelt:
-    """Base of classes whose attributes are looked at: one that is misspelt is refused and not made anew.
+    """Base of classes that refuse assignment to misspelt attributes, instead of creating new ones.
 
-    Names that are like none of the object's are the user's own, and may be set.
+    Names that are not similar to those of the object are taken for the user's own attributes, and may be set.
     """
 
     def __getattr__(self, name):
@@ -88,7 +88,7 @@ class Spelt:
         object.__setattr__(self, name, value)
 
     def _elsewhere(self, name):
-        """Where else what bears this name is found, or how it is changed: '; give ...', or nothing."""
+        """Hint where a missing or fixed attribute is found or changed: '; give ...'; empty without."""
         return ""
 
 
@@ -102,7 +102,9 @@ def _frozen(self, name, value):
 
 
 def within(what, parts, name):
-    """'; did you mean sim.bodies.velocity?' of a name that a part of an object has, or one like it; nothing else. what: 'sim'."""
+    """Suggestion '; did you mean sim.bodies.velocity?' if a part of an object has this name or a similar name; else empty.
+
+    what: name of the object, such as 'sim'; parts: {name of a part: the part}."""
     known = {}
     for part, held in parts.items():
         known |= {word: part for word in (*getattr(held, "names", ()), *dir(held)) if word[0] != "_"}
@@ -111,7 +113,8 @@ def within(what, parts, name):
 
 
 def telling(function, called=None):
-    """The function; a call with wrong arguments says what is right and what may have been meant, in a TypeError."""
+    """Wraps a function so that a call with wrong arguments raises a TypeError with the right ones and a suggestion. called: name
+    of the function in messages."""
     signature = inspect.signature(function)
     parameters = [p for p in signature.parameters.values() if p.name != "self"]
     more = getattr(function, "known_options", ())
@@ -120,7 +123,7 @@ def telling(function, called=None):
     open_ended = not more and any(p.kind == p.VAR_KEYWORD for p in parameters)
     allowed = frozenset(known)
 
-    def name(given):  # of a constructor the class at hand, which may be derived from the one that has it
+    def name(given):  # for a constructor the class of the object, which may be derived
         return type(given[0]).__name__ if function.__name__ == "__init__" else called or function.__name__
 
     @functools.wraps(function)
@@ -140,14 +143,14 @@ def telling(function, called=None):
 
 
 def by_name(parameters):
-    """The signature of a class whose parameters are given by name: rows (name, default or None, ...)."""
+    """Signature with keyword-only parameters. parameters: rows (name, default or None, ...)."""
     kind, empty = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
     words = [inspect.Parameter(row[0], kind, default=empty if row[1] is None else row[1]) for row in parameters]
     return inspect.Signature(words)
 
 
 def _unfit(signature, given, named):
-    """Why a call does not fit a signature; None if it does."""
+    """Text on why a call does not fit a signature; None if it does."""
     try:
         signature.bind(*given, **named)
     except TypeError as error:
@@ -156,7 +159,7 @@ def _unfit(signature, given, named):
 
 
 def _call(parameters):
-    """'(centers, radii, material, *, density=None)'."""
+    """Text of a signature, such as '(centers, radii, material, *, density=None)'."""
     plain = []
     for p in parameters:
         default = p.default if isinstance(p.default, (type(None), bool, int, float, str, tuple)) or p.default is p.empty else ...
@@ -165,9 +168,9 @@ def _call(parameters):
 
 
 def teach(namespace, public=None, package="cairn"):
-    """Puts `telling` around the public functions, constructors and methods of a namespace, a dict, wherever they are defined.
+    """Wraps the public functions, constructors and methods of a namespace (a dict) by `telling`, wherever they are defined.
 
-    public: their names; without it, all that the module of the namespace defines.
+    public: their names; by default all that the module of the namespace defines.
     """
     if public is None:
         own = namespace["__name__"]

@@ -1,4 +1,4 @@
-"""LMGC90 side by side: its DATBOX files become scenes and scenes DATBOX files; its stored results are read and compared."""
+"""Exchange with LMGC90: reads DATBOX folders as scenes, writes scenes as DATBOX folders, reads stored results."""
 
 from ..names import teach
 from .contact_laws import LAWS

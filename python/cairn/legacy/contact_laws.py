@@ -1,4 +1,4 @@
-"""Contact laws of TACT_BEHAV.DAT: what stands in their lines, which law of Cairn each is, what the others ask for instead."""
+"""Contact laws of TACT_BEHAV.DAT: their values in the file, the corresponding laws of Cairn, and remedies for the others."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ..model import laws
 
-# Values of a law, row by row of the file: names of ours for what stands in columns 46-59, 67-80.
+# Names of the values of a law, row by row of the file; values are in columns 46-59 and 67-80.
 _FRICTION = ("fric",)
 _TWO = ("dyfr", "stfr")
 _COHESION, _STRAIN, _SPRING = ("cohn", "coht"), ("Fstr", "prst"), ("F/gp",)
@@ -77,7 +77,7 @@ for _name, _rows in {
     LAW_VALUES |= {_name: _rows, "IQS_" + _name: _rows}
 LAW_VALUES["MP3_CZM_THER"] = (*LAW_VALUES["MP3_CZM"], ("lbds", "lbdc"))
 
-# Law of LMGC90: law of Cairn, and its parameters from those of the file.
+# {law of LMGC90: (law of Cairn, {its parameter: value of the file})}.
 _MU, _STATIC = {"mu": "fric"}, {"mu": "stfr"}
 _RESTITUTION = {"normal": "rstn", "tangential": "rstt"}
 _ROD = {"stiffness": "Fstr", "prestrain": "prst"}
@@ -154,8 +154,8 @@ _ZONES = {
 }
 _ZONES["MP3_CZM_THER"] = _ZONES["MP3_CZM"]
 LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items() if name != "MP3_CZM_THER"}
-# The law of Cairn, and its parameters, where the file tells apart what the one above has as one: static and kinetic friction, a
-# force before and after it was torn; or has a gap before the surface.
+# Other law of Cairn and its parameters, if the file has different static and kinetic friction, a different force after tearing,
+# or a shifted gap, which the law above cannot represent.
 APART = {
     "IQS_DS_CLB": ("UnilateralContact", _DRY),
     "GAP_SGR_DS_CLB": ("UnilateralContact", _DRY),
@@ -165,8 +165,8 @@ APART = {
     "IQS_WET_DS_CLB": ("AdhesiveContact", _DRY | _ATTRACTION),
     "IQS_SGR_CLB_WEAR": ("AdhesiveContact", _MU | {"force": "scoh", "torn_force": "dcoh", "reach": "Wthk"}),
 }
-# What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds;
-# zones between deformable bodies take an overlap back in a step.
+# Further parameters that make the law of Cairn equivalent to that of LMGC90, where a gap above zero keeps a contact open even
+# without restitution, and cohesive zones between deformable bodies recover an overlap within a step.
 _OPEN, _BACK, _START = {"closing": 0}, {"recovers": 1}, {"from_start": 1}
 AS_THERE = {name: _OPEN for name in ("RST_CLB", "VEL_SGR_CLB", "RST_DS_CLB", "VEL_SGR_DS_CLB", "RST_WET_CLB")}
 AS_THERE |= {"IQS_STICK": {"mu": np.inf}, "GAP_SGR_STICK": {"mu": np.inf}, "VISCO_ELASTIC_REPELL_CLB": _OPEN}
@@ -178,7 +178,7 @@ AS_THERE |= {name: {"recovery": 1} for name in _ZONES}
 AS_THERE |= {"VISCO_ELASTIC_REPELL_WET": _OPEN | {"touching": 0}, "BROKEN_DOF": {"breaks": 1}}
 AS_THERE |= {"postGAP_IQS_MAC_CZM": {"loss": 2e-3}}
 APART_THERE = {"GAP_SGR_DS_CLB": _BACK, "preGAP_SGR_CLB": _BACK, "VEL_SGR_DS_CLB": _OPEN, "RST_DS_CLB": _OPEN}
-# What is told of a law that is read otherwise than it is there.
+# Notes on laws that differ from those of LMGC90.
 NOTES = {
     "GAP_MOHR_DS_CLB": "an overlap is not taken back in a step, as it is there",
     "RST_WET_CLB": "within reach of a gap it draws alone; there what it closes to depends on values that are not set",
@@ -191,7 +191,7 @@ NOTES = {
     "BROKEN_DOF": "its limit is the impulse of a step, by which it pushes, as there; it breaks from the step after",
     "postGAP_IQS_MAC_CZM": "its sides lose 2 mm when it breaks, whatever their size, as there",
 }
-# What to say instead of a law that Cairn has no counterpart of.
+# Remedies for laws without a counterpart in Cairn.
 _LIMIT_INSTEAD = "LMGC90 has its name alone; IQS_CLB_nosldt (cairn.LimitedSlip) limits the whole slip"
 _CELLS_INSTEAD = "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)"
 REMEDIES = {
@@ -203,12 +203,12 @@ REMEDIES = {
     "GAP_SGR_CLB_noslds": _LIMIT_INSTEAD,
     "LJ_POTENTIAL": "LMGC90 has its name alone; IQS_WET_DS_CLB is its form without steepness",
 }
-HUGE = 1e99  # a value without limit, in columns that hold no more
+HUGE = 1e99  # stands for infinity in the columns of a file
 
 
 def law_of(law, alert, dim=2):
-    """The law of Cairn that a ContactLaw is, and what cannot be told by it, in words: (law, refused, notes). Bodies that see each
-    other at the first step, within the alert distance [m], are joined."""
+    """(law of Cairn for a ContactLaw or None, texts on features it cannot represent, notes). alert: distance [m] within which
+    bodies are bonded at the first step by laws that join."""
     given, refused = law.parameters, []
     split = _told_apart(given) and law.law in APART
     python, names = APART[law.law] if split else LAWS.get(law.law, (None, None))
@@ -232,7 +232,7 @@ def law_of(law, alert, dim=2):
     if python == "Wear":
         values["wear"] = given["kcdw"] + given["kanw"]
     if python == "CriticalVoigt":
-        values["ratio"] = 1 / 3 if dim == 2 else 2 / 7  # 1/W_TT over 1/W_NN of what is round and solid
+        values["ratio"] = 1 / 3 if dim == 2 else 2 / 7  # 1/W_TT over 1/W_NN of solid disks, spheres
     if python == "AdhesiveSpring" and given["kn"] > 0:
         values["damping"] = given["damp"] / (2 * np.sqrt(given["kn"]))
     elif python == "AdhesiveSpring":
@@ -256,19 +256,19 @@ def _told_apart(given):
 
 
 def _begins(python, values):
-    """Whether it asks for how bodies stood at the start."""
+    """True for a law that depends on the initial positions of bodies."""
     every = python not in ("UnilateralContact", "ElasticContact", "AdhesiveContact")
     return every or values.get("from_start", 0) == 1 or values.get("once", 0) == 1
 
 
 def told_by_alert(law):
-    """The distance [m] of a law of Cairn that a see table tells, or 0."""
+    """Distance [m] of a law of Cairn that LMGC90 takes from the alert distance of a see table; 0 for other laws."""
     values = dict(zip(law.parameter_names, law.values))
     return values["reach"] if type(law).__name__ in ("CoupledMotion", "BrittleCoating") else values.get("within", 0.0)
 
 
 def words_of(law):
-    """What the format calls a law of Cairn: (name, {name of a value: value}), or (None, why it has no word for it)."""
+    """(name of the law in the format, {name of a value: value}) for a law of Cairn, or (None, reason) without counterpart."""
     python, values = type(law).__name__, dict(zip(law.parameter_names, law.values))
     found = _NAMES.get(python)
     if found is None:
@@ -326,7 +326,7 @@ def _mohr(v):
     if not v["cohesion"] > 0:
         return "", "no cohesion"
     tip = v["cohesion"] / v["friction"]
-    whole = np.isinf(v["cap"]) and abs(v["tension"] - tip) <= 1e-7 * tip  # to the digits of a file
+    whole = np.isinf(v["cap"]) and abs(v["tension"] - tip) <= 1e-7 * tip  # precision of a file
     return "IQS_MOHR_DS_CLB" if whole else "IQS_CAP_MOHR_DS_CLB", ""
 
 

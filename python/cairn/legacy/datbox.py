@@ -1,4 +1,4 @@
-"""What a DATBOX folder holds, as plain data, before anything of it becomes a scene."""
+"""Reader of a DATBOX folder into plain data, from which a scene is made later."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .mesh import read_mesh, read_models
 from .rigid import DIMENSION, completed, read_body
 from .text import REAL, LegacyError, Reader, fortran
 
-# Materials whose first line holds no density, or none that counts.
+# Materials without a density in their first line, or with one that is not used.
 NO_DENSITY = ("DISCRETE", "JOINT_ELAS", "JOINT_MC", "JOINT_FCZM")
 
 
@@ -31,7 +31,7 @@ class Drive:
 
 @dataclass
 class BulkMaterial:
-    """A material: its law, the line where it stands, its density [kg/m3] and the (number, text) of the lines that follow."""
+    """A material: its law, its line in the file, its density [kg/m3] and (number, text) of the further lines."""
 
     name: str
     law: str
@@ -42,7 +42,7 @@ class BulkMaterial:
 
 @dataclass
 class ContactLaw:
-    """A contact law, the line where it stands and, of the laws in LAW_VALUES, the parameters."""
+    """A contact law, its line in the file and, for laws in LAW_VALUES, its parameters."""
 
     name: str
     law: str
@@ -52,7 +52,7 @@ class ContactLaw:
 
 @dataclass
 class SeeTable:
-    """Which contactors see each other: (body, contactor, colour) of both sides; line of the file."""
+    """See table: (body, contactor, colour) of both sides, their law, alert distance and halo [m]; line of the file."""
 
     candidate: tuple
     antagonist: tuple
@@ -64,7 +64,7 @@ class SeeTable:
 
 @dataclass
 class BodyState:
-    """Displacement or coordinates from BODIES.DAT, velocity, in 3D the frame (columns are the principal axes), and the line
+    """Displacement from the coordinates of BODIES.DAT, velocity, in 3D the frame (columns are the principal axes), and the line
     of the file."""
 
     displacement: np.ndarray
@@ -75,13 +75,13 @@ class BodyState:
 
 @dataclass
 class Datbox:
-    """All of a folder. notes: what was passed over, in words."""
+    """Content of a DATBOX folder. notes: texts on parts that were skipped."""
 
     folder: Path
     dim: int = 0
     gravity: tuple = (0.0, 0.0, 0.0)
     bodies: list = field(default_factory=list)
-    meshes: list = field(default_factory=list)  # of MAILx, see cairn.legacy.mesh
+    meshes: list = field(default_factory=list)  # MAILx, see cairn.legacy.mesh
     materials: dict = field(default_factory=dict)
     laws: dict = field(default_factory=dict)
     see: list = field(default_factory=list)
@@ -89,14 +89,14 @@ class Datbox:
     states: dict = field(default_factory=dict)  # (type, number): BodyState
     initial_contacts: int = 0
     state_file: str = ""
-    plane: str = "strain"  # what meshes in 2D are: no file tells
+    plane: str = "strain"  # of meshes in 2D; not in the files
     light: float | None = None  # density of meshes whose material has none [kg/m3]
-    near: float | None = None  # how far hulls may stray from polyhedra that are not cut exactly, over their size
+    near: float | None = None  # tolerance of the hulls of polyhedra that are not cut exactly, over their size
     notes: list = field(default_factory=list)
 
 
 def parse(folder, near=None):
-    """The Datbox in a folder, or in its subfolder DATBOX. near: as of cairn.pre.convex_parts. Raises LegacyError."""
+    """Datbox of a folder, or of its subfolder DATBOX. near: as for cairn.pre.convex_parts. Raises LegacyError."""
     folder = Path(folder)
     if (folder / "DATBOX").is_dir():
         folder = folder / "DATBOX"
@@ -123,7 +123,7 @@ def parse(folder, near=None):
 
 
 def read_bodies(box):
-    """BODIES.DAT. Bodies count in the order of the file, whatever their numbers; what stands outside of them is passed over."""
+    """Reads BODIES.DAT. Bodies are numbered in the order of the file, whatever their own numbers; lines outside are skipped."""
     reader = Reader(box.folder / "BODIES.DAT")
     stray = []
     while not reader.ended:
@@ -155,7 +155,7 @@ def _dimension_of_meshes(box):
 
 
 def read_bulk(box):
-    """BULK_BEHAV.DAT."""
+    """Reads BULK_BEHAV.DAT: gravity and materials."""
     reader = Reader(box.folder / "BULK_BEHAV.DAT")
     material, weighed = None, False
     while not reader.ended:
@@ -175,7 +175,7 @@ def read_bulk(box):
 
 
 def read_contact(box):
-    """TACT_BEHAV.DAT. A value is what stands in its columns, whatever its label."""
+    """Reads TACT_BEHAV.DAT: contact laws and see tables. Values are read by columns; labels are ignored."""
     reader, broken = Reader(box.folder / "TACT_BEHAV.DAT"), {}
     while not reader.ended:
         line = reader.next()
@@ -185,7 +185,7 @@ def read_contact(box):
             box.laws.setdefault(law.name, law)
             try:
                 _read_law(box, reader, line, law)
-            except LegacyError as error:  # of a law that something is to touch by
+            except LegacyError as error:  # raised below if a see table uses the law
                 broken.setdefault(law.name, error)
         elif line[1:6] == "seety":
             reader.next()
@@ -205,7 +205,7 @@ def read_contact(box):
 
 
 def _read_law(box, reader, line, law):
-    """The rows of a law into its parameters."""
+    """Reads the rows of a law into its parameters."""
     for k, names in enumerate(LAW_VALUES.get(law.law, ())):
         if k and (reader.ended or reader.line.startswith("$")):
             reader.fail(f"law {law.name} ({law.law}) ends here: a line of {', '.join(names)} was expected")
@@ -229,7 +229,7 @@ def _see(reader, line):
 
 
 def read_drives(box):
-    """DRV_DOF.DAT, with its evolution files. Of two blocks of one body the last counts."""
+    """Reads DRV_DOF.DAT with its evolution files. If a body has several blocks the last counts."""
     reader = Reader(box.folder / "DRV_DOF.DAT")
     body, wanted = None, False
     count = {"MAILx": len(box.meshes), "RBDY2": 0, "RBDY3": 0, f"RBDY{box.dim}": len(box.bodies)}
@@ -256,7 +256,7 @@ def read_drives(box):
 
 
 def read_drive(box, reader, line):
-    """One line of a driven dof."""
+    """Drive of a driven dof, from its line."""
     drive = Drive(line[1:6].strip(), reader.whole(line, 7, 13), reader.number_of_line)
     if line[14:23] == "evolution":
         drive.file = line[24:64].strip()
@@ -269,10 +269,10 @@ def read_drive(box, reader, line):
 
 
 def read_evolution(path, notes=None):
-    """(n, 2) rising times and values, in free format: the first two numbers of each line, after blanks or commas.
+    """Rising times and values (n, 2) of a file in free format: the first two numbers of each line, after blanks or commas.
 
-    A last row that goes back in time is no instant there: what comes after the row before it lies on the line through both. It is
-    put on that line as far behind that row, and notes, a list, tell so.
+    If the last row goes back in time, LMGC90 extrapolates beyond the previous row on the line through both. That row is therefore
+    mirrored to the other side of the previous row, and a text is appended to notes, a list.
     """
     rows, last, back = [], -np.inf, 0
     for number, text in enumerate(path.read_text(encoding="latin-1").split("\n"), 1):
@@ -303,7 +303,7 @@ def read_evolution(path, notes=None):
 
 
 def read_states(path):
-    """DOF.INI or DOF.OUT: step, time [s], {(type, number): BodyState} of rigid bodies."""
+    """(step, time [s], {(type, number): BodyState} of rigid bodies) from a DOF.INI or DOF.OUT file."""
     reader = Reader(path)
     step, time, states = 0, 0.0, {}
     while not reader.ended:

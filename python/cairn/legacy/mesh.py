@@ -1,4 +1,4 @@
-"""Meshed bodies (MAILx) of a DATBOX: their part of the files, and the deformable bodies they make."""
+"""Meshed bodies (MAILx) of a DATBOX: reading of their parts of the files, and conversion to deformable bodies."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ CELLS = {
     "TE4xx": "tetra", "H8xxx": "hexahedron", "TE10x": "tetra10", "H20xx": "hexahedron20",
 }  # fmt: skip
 
-# Candidate points of a face, by their type: those of Gauss's rule of this order on triangles and on quadrilaterals; CSpxx has
-# the nodes, each once, or what weights say that stand in the lines behind it.
+# Candidate points of a face by type: Gauss points of this order on triangles and quadrilaterals. CSpxx has its nodes, each once,
+# or points given by weights in the following lines.
 ORDERS = {"CSpx0": 0, "CSpx1": 1, "CSpx2": 2}
-MEAN = "Q4P0x"  # quadrilaterals whose dilatation is the mean of the cell
+MEAN = "Q4P0x"  # quadrilaterals with mean dilatation
 CONTACTORS = ("CLxxx", "ALpxx", "CSpxx", *ORDERS, "ASpxx")
 
 
 def face_points(count, order):
-    """Shape functions (k, count) at the points of Gauss's rules with 1, 3 and 6 points on a triangle (Dunavant 1985), with 1, 4
-    and 9 on a quadrilateral."""
+    """Shape functions (k, count) at Gauss points on a triangle (Dunavant 1985) or a quadrilateral. order: 0 for a single point, 1
+    for 3 or 4, 2 for 6 or 9."""
     if count == 4:
         along = ((0.0,), (-(3**-0.5), 3**-0.5), (-(0.6**0.5), 0.0, 0.6**0.5))[order]
         corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
@@ -37,8 +37,8 @@ def face_points(count, order):
 
 @dataclass
 class Mesh:
-    """A body of type MAILx, by its rank in the file. cells: [(element, nodes from 0, model, material)]; points: (m, dim) [m];
-    contactors: [(type, colour, nodes from 0, share)] with the share apab of CLxxx, or the weights of a face's point in a list;
+    """A body of type MAILx. number: its rank in the file; cells: [(element, nodes from 0, model, material)]; points (m, dim) [m];
+    contactors: [(type, colour, nodes from 0, share)], share: apab of CLxxx, or a list of the weights of a point of a face;
     line of the file."""
 
     number: int
@@ -46,11 +46,11 @@ class Mesh:
     cells: list = field(default_factory=list)
     points: list = field(default_factory=list)
     contactors: list = field(default_factory=list)
-    physics: str = ""  # of its model, MECAx or THERM
+    physics: str = ""  # MECAx or THERM, from its model
 
 
 def read_mesh(reader, number, line):
-    """From the line after the header on."""
+    """Reads a Mesh, from the line after its header on."""
     mesh, part = Mesh(number, line), ""
     while True:
         line = reader.next()
@@ -63,10 +63,10 @@ def read_mesh(reader, number, line):
             part = line.strip()
         elif part == "$blmty":
             nodes, words = _numbers(reader, line), reader.next()
-            while not words[:20].strip():  # nodes are eight on a line
+            while not words[:20].strip():  # eight nodes in a line
                 nodes, words = nodes + _numbers(reader, words), reader.next()
             element = line[1:6].strip()
-            count = int("".join(c for c in element if c.isdigit()) or 0)  # the name of an element tells how many it has
+            count = int("".join(c for c in element if c.isdigit()) or 0)  # number of nodes in its name
             if element in CELLS and len(nodes) != count:
                 reader.fail(f"element {element} has {len(nodes)} nodes, not {count}")
             mesh.cells.append((element, nodes, words[22:27].strip(), words[36:41].strip()))
@@ -86,12 +86,12 @@ def read_mesh(reader, number, line):
 
 
 def _numbers(reader, line):
-    """Nodes from 0 of one line of an element."""
+    """Nodes (from 0) in a line of an element."""
     return [reader.whole(line, c, c + 6) - 1 for c in range(21, len(line) + 1, 7) if line[c - 1 : c + 6].strip()]
 
 
 def _weights(reader, line, count):
-    """Of the nodes of a face in one of its points: three on a line."""
+    """Weights of the nodes of a face at a contact point; three in a line."""
     found = reader.values(line, min(3, count))
     while len(found) < count:
         found = [*found, *reader.values(reader.next(), min(3, count - len(found)))]
@@ -109,7 +109,7 @@ def _check_nodes(reader, mesh):
 
 
 def read_models(box):
-    """{model: (physics, {option: value})} of MODELS.DAT."""
+    """{model: {option: value}} of MODELS.DAT, with physics and finel among the options."""
     path = box.folder / "MODELS.DAT"
     models, options = {}, None
     if not path.is_file():
@@ -158,8 +158,8 @@ def read_mesh_drives(box):
 
 
 def _numbers_of(path, meshes, label, physics):
-    """{number in a DOF file: number in BODIES.DAT} of the meshes whose nodes have values of a label there, "X(1)" or "T(1)".
-    LMGC90 numbers those of one physics, MECAx or THERM, from 1 on; a file with larger numbers has those of BODIES.DAT."""
+    """{number in a DOF file: number in BODIES.DAT} of the meshes whose nodes have a label ("X(1)" or "T(1)") in the DOF file.
+    LMGC90 numbers the meshes of each physics (MECAx, THERM) from 1; if a number is larger, those of BODIES.DAT are assumed."""
     reader, body, found = Reader(path), None, set()
     while not reader.ended:
         line = reader.next()
@@ -174,7 +174,7 @@ def _numbers_of(path, meshes, label, physics):
 
 
 def read_mesh_states(path, meshes):
-    """{mesh: (displacement, velocity)}, each (n, dim), of a DOF file; what it does not list is at rest."""
+    """{mesh: (displacement [m], velocity [m/s])}, each (n, dim), of a DOF file; zero for nodes that it does not list."""
     found = {m.number: tuple(np.zeros((len(m.points), len(m.points[0]))) for _ in range(2)) for m in meshes}
     reader, numbers, body = Reader(path), _numbers_of(path, meshes, "X(1)", "MECAx"), None
     while not reader.ended:
@@ -194,7 +194,7 @@ def read_mesh_states(path, meshes):
 
 
 def deformables(box, materials, origin):
-    """Sets of the meshed bodies that map; the others are named in origin.unmapped."""
+    """Sets of the meshed bodies that can be mapped; the others are named in origin.unmapped."""
     models, drives = read_models(box), read_mesh_drives(box)
     path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
     states = read_mesh_states(path, box.meshes) if path else {}
@@ -214,7 +214,7 @@ def deformables(box, materials, origin):
 
 
 def _why_not(box, mesh, models, drives):
-    """What Cairn has nothing to map to, in words, or nothing."""
+    """Text on the part of a mesh that Cairn cannot map; empty if it can."""
     if not mesh.cells or not mesh.points:
         return "no elements or no nodes"
     for element, _, model, material in mesh.cells:
@@ -251,7 +251,7 @@ def _why_not(box, mesh, models, drives):
 
 
 def _heated(box, mesh, models, drives, origin):
-    """A body whose nodes hold still and conduct; what heats it stands in origin.heated."""
+    """Sets of a thermal mesh, whose nodes are held; its drives and temperatures are added to origin.heated."""
     from ..model.meshes import deformable
     from .networks import properties
 
@@ -271,7 +271,7 @@ def _heated(box, mesh, models, drives, origin):
 
 
 def read_temperatures(path, number, meshes):
-    """Temperatures (n,) of the nodes of a mesh, by its number, in a DOF file; 0 where it names none."""
+    """Temperatures (n,) [K] of the nodes of a mesh, by its number, in a DOF file; 0 for nodes that it does not list."""
     count = len(next(m for m in meshes if m.number == number).points)
     out, body, reader, numbers = np.zeros(count), None, Reader(path), _numbers_of(path, meshes, "T(1)", "THERM")
     while not reader.ended:
@@ -289,7 +289,7 @@ def read_temperatures(path, number, meshes):
 
 
 def _density(box, mesh, name):
-    """Of a material of a mesh [kg/m3]; `light` of one that has none."""
+    """Density of a material of a mesh [kg/m3]; box.light for a density of zero. Raises LegacyError without."""
     density = box.materials[name].density
     if density is None or density > 0 or box.light is not None:
         return density if density is None or density > 0 else float(box.light)
@@ -329,7 +329,7 @@ def _body(box, mesh, models):
 
 
 def _of_several(box, mesh, models, points, cells, given):
-    """A body of several materials: each cell has its own, and their density."""
+    """SolidBody with several materials: a material and a density for each cell."""
     from ..model.bulk import BULK_MATERIALS
     from ..model.solid import SolidBody
 
@@ -395,13 +395,13 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
 
 
 def _sides(mesh, kind):
-    """[(colour, nodes)] of the antagonists of a kind."""
+    """[(colour, nodes)] of the antagonists of a type."""
     return [(color, nodes) for k, color, nodes, _ in mesh.contactors if k == kind]
 
 
 def _sides_of_zones(box, mesh, kinds):
-    """[(None, nodes)] of the sides that candidate points lie on, each once, where a cohesive zone joins them: it needs to know
-    which part of the surface each point has. These sides meet nothing themselves."""
+    """[(None, nodes)] of the sides with candidate points of cohesive zones, each once: they give these points their tributary
+    area and have no contacts themselves."""
     zones = {name for name, law in box.laws.items() if "_CZM" in law.law or "MOHR" in law.law}
     colors = {side[2] for see in box.see if see.law in zones for side in (see.candidate, see.antagonist) if side[0] == "MAILx"}
     found = {tuple(nodes): (None, nodes) for kind, color, nodes, _ in mesh.contactors if kind in kinds and color in colors}
@@ -410,7 +410,7 @@ def _sides_of_zones(box, mesh, kinds):
 
 
 def _contact_points(mesh):
-    """[(type, colour, nodes, weights)] of its candidate points."""
+    """[(type, colour, nodes, weights)] of the candidate points of a mesh."""
     points, at_nodes = [], set()
     for kind, color, nodes, share in mesh.contactors:
         if kind == "CLxxx":
@@ -428,7 +428,7 @@ def _contact_points(mesh):
 
 
 def _padded(points):
-    """Nodes and weights, (m, k): those of a triangle are its first once more, with no weight."""
+    """Nodes and weights (m, k); shorter rows are padded by their first node with weight 0."""
     most = max(len(nodes) for _, _, nodes, _ in points)
     nodes = [[*nodes, *[nodes[0]] * (most - len(nodes))] for _, _, nodes, _ in points]
     return np.array(nodes), np.array([[*weights, *[0.0] * (most - len(weights))] for *_, weights in points])

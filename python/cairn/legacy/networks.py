@@ -6,7 +6,7 @@ import numpy as np
 
 from .text import REAL, LegacyError, Reader, fortran
 
-# Labels of materials, and the fields of cairn.Material that they are.
+# {label in a material: field of cairn.Material}.
 LABELS = {"TCnd": "conductivity", "HPse": "capacity", "Hspe": "capacity", "Eth_": "young", "Nuth": "poisson", "Eeq": "young",
           "Nueq": "poisson", "SPHV": "capacity", "COCO": "conductivity", "Dila": "expansion", "EYng": "young",
           "Epss": "poisson"}  # fmt: skip
@@ -26,7 +26,7 @@ def values_of(bulk):
 
 
 def properties(bulk):
-    """What cairn.Material takes of a material of heat or current; {} of others."""
+    """Arguments of cairn.Material for a thermal or electrical material; {} for others."""
     if bulk.law not in ("THERMO_RIGID", "ELECTRO_RIGID", "THERMO_ELAS"):
         return {}
     values = values_of(bulk)
@@ -37,7 +37,7 @@ def properties(bulk):
 
 
 def add(scene, box, origin):
-    """The networks that the files tell of; what is not mapped goes to origin.unmapped."""
+    """Adds the networks of the files to a scene; parts that cannot be mapped go to origin.unmapped."""
     if (box.folder / "MP_DEM.DAT").is_file():
         _add_grains(scene, box, origin)
     heated = getattr(origin, "heated", [])
@@ -99,7 +99,7 @@ def _number(box, text):
 
 
 def _read(box):
-    """{model: {keyword: words}}, [(body, sign)] of electrodes, [(first, last node, temperature)]."""
+    """({model: {keyword: words}}, [(body, sign)] of electrodes, [(first, last node, temperature)]) of MP_DEM.DAT."""
     reader = Reader(box.folder / "MP_DEM.DAT")
     models, bounds, sources, now = {}, [], [], None
     while not reader.ended:
@@ -117,7 +117,7 @@ def _read(box):
         elif line.startswith("$"):
             now = None
         elif now is not None and line[14:20].strip():
-            line = line.partition("!")[0].rstrip()  # what follows a value may explain it
+            line = line.partition("!")[0].rstrip()  # without a comment
             word, _, rest = line[14:].replace("=", "= ").partition(":")
             if not rest:  # T0___= 293
                 word, _, rest = line[14:].partition("=")

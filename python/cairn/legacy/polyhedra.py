@@ -1,4 +1,4 @@
-"""Closed surfaces of triangles whose faces run round in any sense."""
+"""Consistent orientation of the faces of closed triangulated surfaces."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def turned_alike(vertices, faces):
-    """Turns faces (m, 3) round in place until all look outward. Returns why this cannot be, in words, or nothing."""
+    """Orients faces (m, 3) in place so that all normals point outward. Returns a text if that is impossible, else ""."""
     if np.any((faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])):
         return "a face has one vertex twice"
     size = len(vertices)
@@ -19,7 +19,7 @@ def turned_alike(vertices, faces):
         k = int(np.argmax(count != 2))
         a, b = divmod(int(names[k]), size)
         return f"its surface is not closed: the edge of vertices {a + 1} and {b + 1} has {count[k]} faces, not 2"
-    same = start[first] == start[second]  # both faces run along their edge in one sense: one of the two looks inward
+    same = start[first] == start[second]  # both faces have the same sense along their edge: one of them points inward
     if np.any(same):
         flip, pieces = _flips(len(faces), first // 3, second // 3, same)
         if pieces != 1:
@@ -33,7 +33,7 @@ def turned_alike(vertices, faces):
 
 
 def _flips(count, one, other, same):
-    """Which faces to turn for every pair of neighbours to agree, None if there is no such choice, and the separate surfaces."""
+    """(mask of faces to flip so that all neighbours agree, or None if that is impossible; number of separate surfaces)."""
     neighbours = [[] for _ in range(count)]
     for a, b, s in zip(one.tolist(), other.tolist(), same.tolist()):
         neighbours[a].append((b, s))

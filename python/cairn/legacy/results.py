@@ -1,4 +1,4 @@
-"""Results that LMGC90 stored: OUTBOX text files and lmgc90.h5."""
+"""Reader of LMGC90's stored results: OUTBOX text files and lmgc90.h5."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .text import LegacyError, Reader
 
 @dataclass
 class Instant:
-    """One stored instant. Rigid bodies by their number - 1: displacement (n, dim) [m] from BODIES.DAT, angle (n,) in 2D or
-    frame (n, 3, 3), velocity (n, dofs) with the spin in space axes; contacts, or None if they are not stored; meshes, by their
-    number, (displacement, velocity), each (nodes, dim)."""
+    """A stored instant. Rigid bodies by their number - 1: displacement (n, dim) [m] from BODIES.DAT, angle (n,) in 2D or
+    frame (n, 3, 3), velocity (n, dofs) with the spin in space axes; contacts, or None if they are not stored; meshes: {number:
+    (displacement, velocity)}, each (nodes, dim)."""
 
     step: int
     time: float
@@ -54,7 +54,7 @@ def _instant(step, time, states, dim=2):
 
 
 def read_dof(path, meshes=()):
-    """The Instant of a DOF.OUT or DOF.INI file. meshes: of the Datbox, whose nodes are wanted."""
+    """Instant of a DOF.OUT or DOF.INI file. meshes: of the Datbox, to read their nodes as well."""
     instant = _instant(*datbox.read_states(path), len(meshes[0].points[0]) if meshes else 2)
     if meshes:
         instant.meshes = read_mesh_states(path, meshes)
@@ -62,9 +62,9 @@ def read_dof(path, meshes=()):
 
 
 def read_contacts(path):
-    """Contacts of a Vloc_Rloc file: bodies (n, 2) from 0, candidate first; meshed (n, 2), which of them are meshes; gap (n,) as
-    written; force (n, dim) on the candidate along n, t[, s]; velocity likewise; normal (n, 3); point (n, 3); kind and status,
-    lists of names."""
+    """Contacts of a Vloc_Rloc file: bodies (n, 2) from 0, candidate first; meshed (n, 2), True for meshes; gap (n,) as written;
+    force (n, 3) on the candidate along n, t, s, 0 for s in 2D; velocity likewise; normal (n, 3); point (n, 3); kind, status and
+    law, lists of names."""
     reader = Reader(path)
     rows = {
         "bodies": [],
@@ -118,7 +118,7 @@ def _take(rows, values):
 
 
 def read_outbox(folder, meshes=()):
-    """All instants of an OUTBOX folder, by rising step, with their contacts. meshes: of the Datbox, whose nodes are wanted."""
+    """All instants of an OUTBOX folder, by rising step, with their contacts. meshes: as for read_dof."""
     folder = Path(folder)
     if (folder / "OUTBOX").is_dir():
         folder = folder / "OUTBOX"
@@ -135,7 +135,7 @@ def read_outbox(folder, meshes=()):
 
 
 def read_h5(path, meshes=()):
-    """All instants in an lmgc90.h5 file, by rising step. meshes: of the Datbox, whose nodes are wanted."""
+    """All instants of an lmgc90.h5 file, by rising step. meshes: as for read_dof."""
 
     def instants(f):
         names = {int(i): n for i, n in _table(f, "inter_id")}
@@ -190,7 +190,7 @@ def _h5_instant(path, g, names, status, dim, meshes):
 
 
 def _h5_meshes(path, g, meshes, dim):
-    """{mesh: (displacement, velocity)} of the meshes that move; those of heat have no place there."""
+    """{mesh: (displacement, velocity)} of mechanical meshes; the file holds no thermal ones here."""
     if "MAILx/mecax/displacement" not in g:
         return {}
     last = np.cumsum([len(m.points) for m in meshes])
@@ -205,8 +205,8 @@ def _h5_meshes(path, g, meshes, dim):
 
 
 def read_results(path, meshes=()):
-    """Instants that LMGC90 stored: of an lmgc90.h5 file, a DOF.OUT file, or an OUTBOX folder (the .h5 of a case first).
-    meshes: of the Datbox, whose nodes are wanted."""
+    """Instants stored by LMGC90: in an lmgc90.h5 file, a DOF.OUT file, or the folder of a case (lmgc90.h5 if it has one, else its
+    OUTBOX). meshes: as for read_dof."""
     path = Path(path)
     if path.is_dir():
         return read_h5(path / "lmgc90.h5", meshes) if (path / "lmgc90.h5").is_file() else read_outbox(path, meshes)
@@ -216,7 +216,7 @@ def read_results(path, meshes=()):
 
 
 def states_of(path, step=None):
-    """{(type, number): BodyState} of one stored instant."""
+    """{(type, number): BodyState} of a stored instant. step: number of its step in an .h5 file, None for the last."""
     path = Path(path)
     if path.suffix != ".h5":
         return datbox.read_states(path)[2]

@@ -1,4 +1,4 @@
-"""Rigid bodies of BODIES.DAT, and what follows from their contactors where the file leaves it open."""
+"""Rigid bodies of BODIES.DAT; mass, centre and axes follow from the contactors where the file leaves them open."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .text import LegacyError
 
 DIMENSION = {"RBDY2": 2, "RBDY3": 3}
 
-# Sizes of contactors by their order on the line, in columns 35-48, 56-69, 77-90, whatever the labels say.
+# Sizes of contactors in their order on the line, in columns 35-48, 56-69, 77-90; labels are ignored.
 SIZES = {
     "DISKx": ("byrd",),
     "DISKb": ("byrd",),
@@ -29,34 +29,35 @@ KINDS = {
     "RBDY2": ("DISKx", "xKSID", "JONCx", "POLYG", "PT2Dx", "DISKb"),
     "RBDY3": ("SPHER", "CYLND", "DNLYC", "POLYR", "PLANx", "PT3Dx", "SPHEb", "POLYF"),
 }
-SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # named so where contactors see each other
-DIGITS = 5e-7  # of a number: what eight digits, the first of which may be 0, leave open
-FLAT = 1e-7  # of its size: what a face may bend and still be flat, as the core has it
+SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # names in see tables
+DIGITS = 5e-7  # relative rounding of numbers with eight digits, the first of which may be 0
+FLAT = 1e-7  # largest bend of a flat face over its size, as in the core
 PATCHES = "is a polyhedron in several patches, which are not read"
-ROUND = 1 - 3 / np.pi  # of a volume: what twelve flat sides take from a round cylinder, as coarse a one as is drawn
+ROUND = 1 - 3 / np.pi  # share of volume that a prism of twelve sides, the coarsest model of a cylinder, lacks
 
 
 @dataclass
 class Contactor:
-    """One contactor of a body, in the frame of the body once the body is complete; line of the file where it starts."""
+    """A contactor of a body, in the frame of the body once that is complete; line: where it starts in the file."""
 
     type: str
     color: str
     sizes: dict = field(default_factory=dict)  # byrd, axe1, ... [m]
-    offset: np.ndarray | None = None  # of its centre [m]
-    frame: np.ndarray | None = None  # (3, 3), its own axes as columns, where they are not those of the body
-    vertices: np.ndarray | None = None  # from its centre
+    offset: np.ndarray | None = None  # of its centre from that of the body [m]
+    frame: np.ndarray | None = None  # (3, 3), its own axes as columns, None if they are those of the body
+    vertices: np.ndarray | None = None  # from its centre [m]
     faces: np.ndarray | None = None  # from 0
     parts: list = field(default_factory=list)  # convex (vertices, faces) of a polyhedron that is not convex
-    note: str = ""  # what is told of it otherwise than the file says it
+    note: str = ""  # text on a difference from the file
     line: int = 0
-    side: float = 1.0  # of a PLANx: which of its faces, +axe3 or -axe3, meets something
+    side: float = 1.0  # for PLANx: +1 or -1 for the face at +axe3 or -axe3 that has contacts
 
 
 @dataclass
 class RigidBody:
-    """A body of RBDY2 or RBDY3, by its rank in the file. radius: avrd, gyration: gyrd, moments: (I1, I2, I3) per unit density,
-    of the file or, where it leaves them open, of the contactors; measure: area or volume, density times it is the mass."""
+    """A body of type RBDY2 or RBDY3. number: its rank in the file. radius: avrd [m], gyration: gyrd [m], moments: (I1, I2, I3)
+    per unit density [m5], from the file or, if it leaves them open, from the contactors; measure: area or volume, mass over
+    density."""
 
     type: str
     number: int
@@ -67,14 +68,14 @@ class RigidBody:
     moments: tuple = ()
     measure: float = 0.0
     position: tuple = ()
-    angle: float = 0.0  # of the body in 2D
+    angle: float = 0.0  # in 2D [rad]
     frame: np.ndarray | None = None  # principal axes in 3D as columns, before any motion
-    own_axes: bool = False  # these axes are no axes of the file: which is which, and their senses, are this reader's choice
+    own_axes: bool = False  # True: the axes are not from the file; their order and senses are chosen by this reader
     contactors: list = field(default_factory=list)
 
 
 def read_body(reader, kind, number, line):
-    """From the line after the header on."""
+    """Reads a RigidBody, from the line after its header on."""
     body, part = RigidBody(kind, number, line), ""
     while True:
         line = reader.next()
@@ -106,7 +107,7 @@ def _bulk(reader, line, body):
         body.radius, body.gyration = reader.values(line, 2, blank=0.0)
     else:
         body.radius = reader.number(line, 35, 48, blank=0.0)
-        # the line of the moments may be left out
+        # the line of the moments is optional
         body.moments = tuple(reader.values(reader.next(), 3)) if reader.line[29:31] == "I1" else (0.0, 0.0, 0.0)
     if body.radius < 0 or body.gyration < 0 or any(m < 0 for m in body.moments):
         reader.fail(f"{body.type} {body.number} has a radius or a moment below 0")
@@ -118,7 +119,7 @@ def _node(reader, line, body):
         reader.fail(f"node {line[1:6]!r} of {body.type} {body.number}: one {expected} was expected")
     body.position = np.array(reader.values(line, 3))
     if body.type == "RBDY3":
-        reader.next()  # angles, which do not count in 3D
+        reader.next()  # angles, not used in 3D
 
 
 def _contactor(reader, line, body):
@@ -167,12 +168,12 @@ def _surface(reader, line):
     return vertices, faces
 
 
-# ------------------------------------------------------------------ what contactors make of a body
+# ------------------------------------------------------------------ mass properties from contactors
 
 
 def completed(reader, body, near=None):
-    """The body with centre, mass and principal axes as LMGC90 has them after reading. Its contactors are in these axes. near: as
-    of cairn.pre.convex_parts."""
+    """Completes a body with centre, mass and principal axes as LMGC90 does after reading, and moves its contactors into these
+    axes. near: as for cairn.pre.convex_parts."""
     patches = next((c for c in body.contactors if c.type == "POLYF"), None)
     if patches is not None and (body.radius == 0 or len(body.contactors) > 1):
         _refuse(reader, body, patches, f"{PATCHES}, nor what they weigh; give POLYR")
@@ -194,7 +195,7 @@ def _refuse(reader, body, c, text):
 
 
 def _centre_polygon(reader, body, c):
-    """Vertices from their centroid, which becomes the offset."""
+    """Moves the origin of the vertices to their centroid, which becomes the offset. Raises LegacyError for a wrong polygon."""
     if len(c.vertices) < 3:
         _refuse(reader, body, c, f"has {len(c.vertices)} vertices; three or more were expected")
     try:
@@ -211,7 +212,7 @@ def _centre_polygon(reader, body, c):
 
 
 def _flat_measures(c):
-    """Area of the disk of equal area and polar moment of a contactor in 2D, as LMGC90 has them."""
+    """(area [m2], polar moment [m4]) of a contactor in 2D, as in LMGC90."""
     if c.type == "DISKx":
         area = np.pi * c.sizes["byrd"] ** 2
         return area, area * c.sizes["byrd"] ** 2 / 2
@@ -231,7 +232,7 @@ def _complete_2d(body):
     measures = np.array([_flat_measures(c) for c in parts])
     shifts = np.array([c.offset for c in parts])
     if len(parts) == 1:
-        # a centre off the node by less than a millimetre is taken for rounding
+        # LMGC90 takes an offset of the centre below a millimetre for rounding
         if unplaced or shifts[0] @ shifts[0] >= 1e-6:
             center = center + shifts[0]
         shifts = np.zeros((1, 2))
@@ -251,7 +252,8 @@ def _complete_2d(body):
 
 
 def _centre_polyhedron(reader, body, c, near):
-    """Faces turned outward, vertices from their centre, which becomes the offset; convex parts of one that is not convex."""
+    """Orients faces outward, moves the origin of the vertices to their centre, which becomes the offset, and cuts a polyhedron
+    that is not convex into convex parts. Raises LegacyError if that fails."""
     if len(c.vertices) < 4 or len(c.faces) < 4:
         text = f"has {len(c.vertices)} vertices and {len(c.faces)} faces; four or more of each were expected"
         _refuse(reader, body, c, text)
@@ -277,7 +279,7 @@ def _centre_polyhedron(reader, body, c, near):
 
 
 def _hulled(c, rounding):
-    """Whether the digits of the file [m] alone keep a polyhedron from being convex; it is then its hull."""
+    """True if a polyhedron is not convex by rounding of the file [m] alone; it is then replaced by its hull."""
     points, faces = mesh.hull(c.vertices)
     a, b, d = (points[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, d - a), axis=1).sum() / 2
@@ -289,10 +291,10 @@ def _hulled(c, rounding):
 
 
 def _stretched(c, rounding):
-    """Whether all vertices of a polyhedron lie on their hull, to the digits of the file [m], so that only its faces between them
-    run within, as those of a cylinder do whose triangles were drawn across its lines: it is then its hull, with the mass of the
-    file's faces. A frame has its vertices there, too: nothing may go through (Euler's number of a ball), and the faces take no
-    more from the hull than its facets take from what is round."""
+    """True if all vertices of a polyhedron lie on their hull to rounding [m], and only its faces run inside, as for a cylinder
+    with badly chosen triangles. It is then replaced by its hull, with the mass of the faces of the file. To exclude frames, whose
+    vertices are on their hull too, the surface must have no hole (Euler characteristic 2), and must not lack more of the hull's
+    volume than ROUND."""
     if len(np.unique(c.faces)) - len(c.faces) // 2 != 2:
         return False
     points, faces = mesh.hull(c.vertices)
@@ -311,7 +313,7 @@ def _stretched(c, rounding):
 
 
 def _solid_measures(c):
-    """Volume, moments about its own axes and those axes of a contactor in 3D, as LMGC90 has them."""
+    """(volume [m3], moments about its own axes [m5], these axes) of a contactor in 3D, as in LMGC90."""
     axes = np.eye(3) if c.frame is None else c.frame
     if c.type == "POLYR":
         return c.sizes["volume"], c.sizes["moments"], c.sizes["axes"]
@@ -329,7 +331,7 @@ def _solid_measures(c):
 
 
 def _moved(c, turn, offset):
-    """The contactor in axes that are the columns of `turn`, with its centre at an offset in these."""
+    """Moves a contactor into axes that are the columns of `turn`, with its centre at an offset in these [m]."""
     c.offset = offset
     if c.vertices is not None:
         c.vertices = c.vertices @ turn

@@ -1,4 +1,4 @@
-"""A DATBOX folder as a scene of Cairn."""
+"""Conversion of a DATBOX folder to a scene."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .text import LegacyError
 
 
 class UnmappedWarning(UserWarning):
-    """A legacy file or a scene holds what the other has no word for: it was left out, as asked, or made what is nearest."""
+    """A part of a file or scene has no counterpart in the other: it was left out, as requested, or replaced by the nearest."""
 
 
 @dataclass
 class Origin:
-    """Where a scene came from. unmapped: what was left out; notes: what is told otherwise than the file says it;
-    alert: largest alert distance [m]; datbox: the file's own content."""
+    """Origin of a scene. unmapped: texts on parts that were left out; notes: texts on differences from the files; alert: largest
+    alert distance [m]; datbox: content of the files."""
 
     datbox: datbox.Datbox
     unmapped: list = field(default_factory=list)
@@ -50,16 +50,16 @@ class Origin:
 
 
 def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None, near=None):
-    """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.
+    """Reads an LMGC90 DATBOX folder as a scene. Bodies keep their order: body k of the file has the id k - 1.
 
-    unmapped: what to do with what Cairn cannot map, "error" (refuse, naming all of it) or "skip" (leave it out and warn,
-    naming all of it). state: a DOF.OUT file or an lmgc90.h5 to take positions and velocities from, instead of DOF.INI; step:
-    which of the instants of the .h5, None the last. plane: what meshes in 2D are, which no file tells: "strain", "stress" or
-    "axisymmetric" (round y, x the radius). light: density [kg/m3] of meshed bodies whose material has none; LMGC90 finds such a
-    body at rest in each step, which is where a light one is with theta=1, where dt is long beside its periods. near: polyhedra
-    that are not cut exactly into convex parts become hulls that stray by this share of their size, 0.01 to 1, as of
-    cairn.pre.convex_parts. Scene.legacy tells what was left out (`unmapped`), what is told in another way (`notes`) and the alert
-    distance; a time step and theta are not in a DATBOX.
+    unmapped: for parts that Cairn cannot map: "error": raise LegacyError naming all of them, or "skip": leave them out with a
+    warning that names all of them. state: a DOF.OUT file or an lmgc90.h5 with positions and velocities, instead of DOF.INI; step:
+    number of the step in the .h5, None: the last. plane: kind of meshes in 2D, which is not in the files: "strain", "stress" or
+    "axisymmetric" (about y, x the radius). light: density [kg/m3] of meshed bodies whose material has zero density: LMGC90 solves
+    such a body in static equilibrium in each step, which a light body approaches with theta=1 and dt long against its periods.
+    near: tolerance of the hulls of polyhedra that cannot be cut exactly into convex parts, over their size, 0.01 to 1, as for
+    cairn.pre.convex_parts. Scene.legacy holds texts on parts that were left out (`unmapped`) and on differences (`notes`), and
+    the alert distance; a DATBOX holds no time step and no theta.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
@@ -118,7 +118,8 @@ def _check_extras(origin):
 
 
 def _choose_sides(box, origin):
-    """A slab meets what is on either of its sides, a plane without end what is on one: the side where all is that it sees."""
+    """Chooses the face of each PLANx that becomes an unbounded plane: the side of all bodies that it sees. A PLANx with bodies on
+    both sides goes to origin.unmapped."""
     planes = [(b, c) for b in box.bodies for c in b.contactors if c.type == "PLANx"]
     centers = {}
     for body in box.bodies if planes else ():
@@ -154,7 +155,7 @@ def _pose(box, body):
 
 
 def _groups(box, origin):
-    """Bodies one after the other that are driven alike: each makes a set."""
+    """[(bodies, drives)], each for a set: consecutive bodies without drives, or a single driven body."""
     groups = []
     for body in box.bodies:
         drives = box.drives.get((body.type, body.number), [])
@@ -192,7 +193,7 @@ def _set_of(box, group, materials, origin):
         velocity[k] = state.velocity
         if dim == 2:
             rotation[k] += state.displacement[2]
-        elif body.own_axes and still:  # it stands as its contactors do, whichever axes the file has for it
+        elif body.own_axes and still:  # it cannot rotate: keeps the axes of its contactors
             rotation[k] = quaternion_of(body.frame)
         elif body.own_axes:
             raise LegacyError(
@@ -224,13 +225,13 @@ def _place(box, body):
 
 
 def _cannot_turn(drives, dim):
-    """Whether all rotations are held at rest."""
+    """True if all rotations are held at zero."""
     held = {d.component for d in drives if d.kind == "vlocy" and d.table is None and d.numbers[0] == 0 and d.numbers[1] == 0}
     return held >= ({3} if dim == 2 else {4, 5, 6})
 
 
 def _mass(box, body, still):
-    """Mass and moments of a body. still: it cannot turn, and needs no moments."""
+    """(mass [kg], moments [kg m2]) of a body. still: it cannot rotate, so that moments may be missing."""
     if body.material not in box.materials:
         raise LegacyError(
             f"{_place(box, body)}: {body.type} {body.number} is of {body.material!r}, which BULK_BEHAV.DAT does not have; "
@@ -315,8 +316,8 @@ def _function(d):
 
 
 def _going_on(table):
-    """The table with its first and last pieces lengthened a thousandfold, back to the start at most, where they are not level:
-    LMGC90 goes on along them."""
+    """Table (n, 2) with its first and last pieces extended if they are not level, since LMGC90 extrapolates along them: back to
+    t = 0, and forward by a thousand times the last interval."""
     t, v = table.T
     rows = list(table)
     if t[0] > 0 and v[1] != v[0]:
@@ -334,7 +335,7 @@ def _together(parts):
 
 
 def _contactors(box, members, materials, origin):
-    """Contactor sets of the members: one for each shape, material and colour."""
+    """Contactor sets of the members, for each shape, material and colour."""
     found = {}
     for k, body in enumerate(members):
         for c in body.contactors:
@@ -387,7 +388,7 @@ def _contactors(box, members, materials, origin):
 
 
 def _hulls(box, parts):
-    """Shapes of POLYG and POLYR, in the axes of their bodies; those that the core does not take are refused by name."""
+    """Hulls of POLYG and POLYR, in the axes of their bodies. Raises LegacyError naming a shape that the core refuses."""
     corners = [vertices for vertices, *_ in parts]
     faces = [[] if faces is None else [np.asarray(f, np.int64) for f in faces] for _, faces, *_ in parts]
     flat = [f for each in faces for f in each]
@@ -414,7 +415,7 @@ def _hulls(box, parts):
 
 
 def _shape(c):
-    """(shape, radius, offset, direction), or None if there is none."""
+    """(shape, radius [m], offset [m], direction) of a contactor, or None without a counterpart."""
     offset, axis = c.offset, np.array([0.0, 0.0, 1.0]) if c.frame is None else c.frame[:, 2]
     if c.type in ("DISKx", "SPHER"):
         return "disk" if c.type == "DISKx" else "sphere", c.sizes["byrd"], offset, None
@@ -449,7 +450,7 @@ def _add_laws(scene, box, materials, origin):
         if made is not None:
             mapped[name] = made
     known = set()
-    for see in box.see:  # of several that see two contactors the first counts
+    for see in box.see:  # the first see table for a pair of contactors counts
         pairs = _sides(see, materials)
         if see.law in mapped and pairs:
             origin.alert = max(origin.alert, see.alert)
@@ -461,7 +462,8 @@ def _add_laws(scene, box, materials, origin):
 
 
 def _check_meets(origin, see, one, other):
-    """Sides of meshes meet round bodies, polygons, polyhedra and points of other meshes alone."""
+    """Adds contacts of sides of meshes with other shapes than round bodies, polygons, polyhedra and points of meshes to
+    origin.unmapped."""
     for side, (_, kind, _) in ((one, other), (other, one)):
         if side[1] in ("ALpxx", "ASpxx") and kind not in ("DISKx", "SPHER", "POLYG", "POLYR", "CLxxx", "CSxxx"):
             text = f"contacts of {kind} with {side[1]} of a mesh (TACT_BEHAV.DAT, line {see.line})"
@@ -470,7 +472,7 @@ def _check_meets(origin, see, one, other):
 
 
 def _sides(see, materials):
-    """Pairs of materials that a see table tells of: its bodies, its contactors and its colours, each in either order."""
+    """Pairs of materials to which a see table applies, by bodies, contactors and colours, in either order."""
     wanted = [{one, other} for one, other in zip(_plain(see.candidate), _plain(see.antagonist))]
     fit = [n for n, key in materials.items() if all(word in w for word, w in zip(key, wanted))]
     pairs = [(a, b) for k, a in enumerate(fit) for b in fit[k:]]

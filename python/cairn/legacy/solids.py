@@ -1,12 +1,12 @@
-"""Materials of meshed bodies (MAILx): what a model of MODELS.DAT and a material of BULK_BEHAV.DAT are in Cairn."""
+"""Materials of meshed bodies (MAILx): conversion of a model of MODELS.DAT and a material of BULK_BEHAV.DAT."""
 
 from __future__ import annotations
 
 from .networks import values_of
 from .text import LegacyError
 
-# By kine_ and mater of the model and the law of the material: the class of Cairn, None for ElasticBody. LMGC90's elas_ with large
-# kinematics is Hooke's law on Green's strain; of a metal it takes the elastic constants alone.
+# {(kine_ and mater of the model, law of the material): class of Cairn, None for ElasticBody}. LMGC90's elas_ with large
+# kinematics is Hooke's law on Green's strain; for ELAS_PLAS it uses the elastic constants alone.
 KINDS = {
     ("small", "elas_", "ELAS"): None,
     ("small", "elas_", "ELAS_PLAS"): None,
@@ -21,8 +21,8 @@ KINDS = {
 
 
 def asked(options, material):
-    """What decides: (kine_, mater, law). Without a library of materials (isext no___) LMGC90 takes a metal at large strains
-    by its plasticity, whatever mater says."""
+    """Key of KINDS: (kine_, mater, law). Without a library of materials (isext no___) LMGC90 uses plasticity for ELAS_PLAS at
+    large strains, and ignores mater."""
     kinematics, law = options.get("kine_", "small"), material.law
     if kinematics == "large" and options.get("isext") == "no___" and law == "ELAS_PLAS":
         return kinematics, "J2iso", law
@@ -30,7 +30,7 @@ def asked(options, material):
 
 
 def why_not(model, options, material):
-    """What Cairn has nothing to map to, in words, or nothing."""
+    """Text on a material that Cairn cannot map; empty if it can."""
     words = *asked(options, material)[:2], options.get("aniso", "iso__")
     if asked(options, material) in KINDS and words[2] == "iso__":
         return ""
@@ -38,7 +38,7 @@ def why_not(model, options, material):
 
 
 def solid_material(box, options, material):
-    """The material of solids, None where the body is linear and elastic: its matrices are made by what `elastic` gives."""
+    """Material of solids; None for a linear elastic body, whose constants `elastic` returns."""
     kind = KINDS[asked(options, material)]
     if kind is None:
         return None
@@ -67,7 +67,7 @@ def solid_material(box, options, material):
 
 
 def _hardening(path, material):
-    """Of a metal: linear, or by Swift's law, sigma_y = C0 (EPS0 + p)^n."""
+    """Parameters of isotropic hardening: linear, or by Swift's law, sigma_y = C0 (EPS0 + p)^n."""
     found = _values(material, _section(material, "crit"), _section(material, "cinh"))
     word = _of_word(material, "isoh")
     if word == "Swift":
@@ -84,7 +84,7 @@ def _hardening(path, material):
 
 
 def _back_stress(path, material):
-    """Of a metal of J2mix, by Prager's law: the back stress is 2/3 K of the plastic strain (J2PlasticityMixed of MatLib)."""
+    """Kinematic modulus K [Pa] of J2mix by Prager's law: back stress 2/3 K times plastic strain (J2PlasticityMixed of MatLib)."""
     modulus = _one(path, material, _values(material, _section(material, "cinh"), _section(material, "visc")), "K___")
     if modulus < 0:
         what = f"material {material.name} has K___={modulus:g} behind cinh: give 0 or more"
@@ -93,7 +93,7 @@ def _back_stress(path, material):
 
 
 def elastic(box, material):
-    """Young's modulus [Pa] and Poisson's ratio of an elastic part that is standard and isotropic."""
+    """(Young's modulus [Pa], Poisson's ratio). Raises LegacyError for an elastic part that is not standard and isotropic."""
     path = box.folder / "BULK_BEHAV.DAT"
     rows = [text[40:59].split() for _, text in material.parts[:2]] + [[], []]
     if (rows[0], rows[1]) != (["elas:", "standard"], ["ani_:", "isotropic"]):
@@ -105,19 +105,19 @@ def elastic(box, material):
 
 
 def _values(material, first, last=None):
-    """{label in small letters: number} of some of the lines of a material."""
+    """{label in small letters: number} of the lines first to last of a material."""
     part = type(material)(material.name, material.law, material.line, material.density, material.parts[first:last])
     return {label.lower(): value for label, value in values_of(part).items()}
 
 
 def _section(material, word):
-    """Which of its lines begins with a word, or the one behind the last."""
+    """Index of the line of a material that begins with a word; the number of lines without such a line."""
     rows = (k for k, (_, text) in enumerate(material.parts) if text[40:].split(":")[0].strip() == word)
     return next(rows, len(material.parts))
 
 
 def _of_word(material, word):
-    """What stands behind a word: "linear" of "isoh: linear", or nothing."""
+    """Text behind a word in a material: "linear" for "isoh: linear"; empty without."""
     k = _section(material, word)
     return material.parts[k][1][40:].partition(":")[2].strip() if k < len(material.parts) else ""
 

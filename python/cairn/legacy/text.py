@@ -1,4 +1,4 @@
-"""LMGC90's text files: blocks that start with $, values cut by columns. Errors name file, line and column."""
+"""Reader of LMGC90's text files: blocks that start with $, values in fixed columns. Errors name file, line and column."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from pathlib import Path
 
 from ..post.errors import ContentError
 
-# A number of Fortran: its mantissa and its exponent, whose letter may be left out before a sign.
+# A Fortran number: mantissa and exponent, whose letter is optional before a sign.
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeEqQ]?([+-]\d+)|[dDeEqQ](\d+))?")
 
 
 def fortran(found):
-    """The value of a match of REAL."""
+    """Value of a match of REAL."""
     return float(f"{found[1]}e{found[2] or found[3] or 0}")
 
 
 class LegacyError(ContentError):
-    """A legacy file that cannot be read or mapped; says file, line, what was found and the remedy."""
+    """Error for a legacy file that cannot be read or mapped; tells file, line, content and remedy."""
 
 
 class Reader:
-    """Lines of one file that carry something: comments (! or # in column 1) and blank lines are passed over."""
+    """Lines of a file without blank lines and comments (! or # in column 1)."""
 
     def __init__(self, path):
         self.path = Path(path)
@@ -35,16 +35,16 @@ class Reader:
 
     @property
     def line(self):
-        """The line at hand, "" past the end."""
+        """Current line, "" past the end."""
         return self.lines[self.at][1] if self.at < len(self.lines) else ""
 
     @property
     def ended(self):
-        """Nothing is left."""
+        """True past the last line."""
         return self.at >= len(self.lines)
 
     def next(self):
-        """The line at hand, and go on."""
+        """Returns the current line and advances. Raises LegacyError at the end of the file."""
         if self.ended:
             raise LegacyError(f"{self.path}: ends in the middle of a block; is the file complete?")
         line = self.line
@@ -57,12 +57,12 @@ class Reader:
         return self.lines[min(self.at, len(self.lines)) - 1][0] if self.at else 0
 
     def fail(self, text):
-        """Refuses the line just read."""
+        """Raises LegacyError for the line just read."""
         raise LegacyError(f"{self.path}, line {self.number_of_line}: {text}")
 
     def number(self, line, first, last, blank=None):
-        """The real number in columns first to last, from 1, as the Fortran format D14.7 takes it. blank: what an empty field
-        stands for; None refuses it."""
+        """Real number in columns first to last, from 1, as read by the Fortran format D14.7. blank: value of an empty field, None
+        to refuse it."""
         text = line[first - 1 : last].replace(" ", "").replace("\t", "")
         if not text and blank is not None:
             return blank
@@ -77,18 +77,18 @@ class Reader:
         return value
 
     def whole(self, line, first, last):
-        """The whole number that starts in columns first to last, from 1."""
+        """Whole number that starts in columns first to last, from 1."""
         text = line[first - 1 : last].strip()
         if not re.match(r"[+-]?\d+(\s|$)", text):
             self.fail(f"columns {first}-{last} hold {text!r}, not a whole number")
         return int(text.split()[0])
 
     def values(self, line, count, columns=(30, 51, 72), blank=None):
-        """The first `count` numbers of the line, whatever their labels: it is the columns that count."""
+        """First `count` numbers of a line, by columns; labels are ignored."""
         return [self.number(line, c + 5, c + 18, blank) for c in columns[:count]]
 
     def header(self, line):
-        """Type and number of a body line."""
+        """(type, number) of a body from its header line."""
         kind, number = line[1:6].strip(), line[8:15].replace(" ", "")
         if not kind or not re.fullmatch(r"\d+", number):
             self.fail(f"{line.strip()!r} is no header of a body: its type in columns 2-6 and number in 9-15 were expected")
@@ -96,7 +96,7 @@ class Reader:
 
 
 def real(value):
-    """A number as LMGC90 reads it, 14 columns."""
+    """Text of a number in 14 columns, for LMGC90."""
     return f"{value:14.7E}"
 
 

@@ -1,4 +1,4 @@
-"""A scene of Cairn as a DATBOX folder."""
+"""Writer of a scene as a DATBOX folder."""
 
 from __future__ import annotations
 
@@ -20,14 +20,13 @@ TYPES = {"disk": "DISKx", "sphere": "SPHER", "segment": "JONCx", "plane": "PLANx
 
 
 def write_datbox(scene, folder, unmapped="error"):
-    """Writes a scene as LMGC90's DATBOX text files; the inverse of read_datbox to the 8 digits that they hold.
+    """Writes a scene as LMGC90's DATBOX text files, the inverse of read_datbox to their 8 digits. Returns the folder.
 
-    unmapped: "error" refuses a scene with something that the format, or this writer, has no word for, naming all of it;
-    "skip" leaves it out and warns, naming all of it. A law that is read again with other values (Restitution with closing=1,
-    zones that join bodies within=0: LMGC90 has no such choice) is written as the nearest, with a warning that names them.
-    Infinite masses become those of a disk or ball of radius 1 (their dofs are driven). In 3D planes without end become
-    slabs as large as the scene; in 2D the format has no such thing: give cairn.segment in the place of a wall. Returns the
-    folder.
+    unmapped: for parts without counterpart in the format, or in this writer: "error": raise LegacyError naming all of them, or
+    "skip": leave them out with a warning that names all of them. A law that would be read back with other values (Restitution
+    with closing=1, cohesive zones with within=0, which LMGC90 does not have) is written as the nearest law, with a warning that
+    names these values. Infinite masses become those of a disk or ball of radius 1 (their dofs are driven). In 3D unbounded planes
+    become slabs as large as the scene; in 2D the format has none: use cairn.segment instead of a wall.
     """
     if unmapped not in ("error", "skip"):
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
@@ -49,7 +48,7 @@ def write_datbox(scene, folder, unmapped="error"):
 
 
 class _Writer:
-    """Collects the lines of all files of one scene."""
+    """Collects the lines of all files of a scene."""
 
     def __init__(self, scene):
         self.scene, self.dim = scene, scene.dim
@@ -74,7 +73,7 @@ class _Writer:
         return self.names[key]
 
     def _species(self, contactors, group):
-        """Names of bulk material and colour; those that read_datbox made are found again."""
+        """(name of the bulk material, colour) of contactors; names made by read_datbox are recognised."""
         material = contactors.material.name
         words = material.split(" ")
         if not group and len(words) == 3 and all(len(word) == 5 for word in words):
@@ -84,7 +83,7 @@ class _Writer:
     # -------------------------------------------------------------- bodies
 
     def collect(self):
-        """Lines of all files."""
+        """Collects the lines of all files."""
         s = self.scene
         if s.periodic is not None:
             self.missed.append("the periodic cell")
@@ -159,7 +158,7 @@ class _Writer:
         return np.cbrt(mass / (4 / 3 * np.pi * density)), moments / density
 
     def _frame(self, b, row, parts):
-        """Orientation of the body such that segments lie along local x and planes face local z; shift of its centre."""
+        """(orientation of a body with segments along local x and normals of planes along local z, shift of its centre [m])."""
         turn = _matrix(self.dim, None if b.rotation is None else b.rotation[row])
         shift = np.zeros(self.dim)
         local = np.eye(self.dim)
@@ -320,7 +319,7 @@ class _Writer:
                 ]
 
     def files(self):
-        """{name: text}."""
+        """{name: text} of the files of the folder."""
         gravity = np.zeros(3)
         if not callable(self.scene.gravity):
             gravity[: self.dim] = self.scene.gravity
@@ -339,7 +338,7 @@ class _Writer:
 
 
 def _changed(law, name, given, alert, dim):
-    """What is read again otherwise than it is, to the digits of a file, in words."""
+    """Texts on values of a law that would be read back differently, beyond the precision of a file."""
     back, _, _ = law_of(ContactLaw(name, name, parameters=given), alert, dim)
     pairs = zip(law.parameter_names, law.values, back.values)
     return [

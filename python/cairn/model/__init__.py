@@ -1,1 +1,1 @@
-"""What a scene is made of: bodies, shapes, materials, laws, meshes and surfaces."""
+"""Contents of a scene: bodies, shapes, materials, laws, meshes and surfaces."""

@@ -1,4 +1,4 @@
-"""What meshio does not know of Abaqus's files: names of most elements, several blocks of nodes, and the sets that these name."""
+"""Extends meshio's reader of Abaqus files: names of most elements, several blocks of nodes, and the node sets that these name."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 
 import numpy as np
 
-# families of elements, by how many nodes they have; what letters behind tell (reduced integration, hybrid, modified, ...) changes
-# no node
+# Kind of cells of each family of elements, by number of nodes. Letters behind the number (reduced integration, hybrid, modified,
+# ...) change no node.
 FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 SOLID = {4: "tetra", 6: "wedge", 8: "hexahedron", 10: "tetra10", 15: "wedge15", 20: "hexahedron20"}
 FAMILIES = {
@@ -20,11 +20,11 @@ NAME = re.compile(rf"({'|'.join(FAMILIES)})(\d+)([A-Z]*)")
 
 
 class UnknownType(ValueError):
-    """An element of which no kind of cells is known."""
+    """The name of an element that has no kind of cells here."""
 
 
 class _Kinds:
-    """Kinds of cells by names of elements, as meshio asks for them: by the families, else by its own table."""
+    """Kinds of cells by names of elements, in place of meshio's table: looked up in FAMILIES first, then in that table."""
 
     def __init__(self, known):
         self._known = known
@@ -33,7 +33,7 @@ class _Kinds:
         return self
 
     def __contains__(self, name):
-        return True  # an unknown one is told where it is asked for
+        return True  # an unknown name is refused by __getitem__
 
     def __getitem__(self, name):
         name = name.upper()
@@ -45,7 +45,7 @@ class _Kinds:
 
 
 class _Nodes:
-    """Reads a block of nodes as meshio asks for it, after those that the file had before, which meshio lets go."""
+    """Reads a block of nodes and appends it to the earlier blocks of the file, which meshio would forget."""
 
     def __init__(self, own):
         self._own, self._before = own, {}
@@ -62,7 +62,7 @@ class _Nodes:
 
 @contextlib.contextmanager
 def known():
-    """Meanwhile meshio reads .inp files with elements of all of these families, and with all of their nodes."""
+    """Lets meshio read all FAMILIES of elements, and all blocks of nodes, of .inp files inside the `with` block."""
     from meshio.abaqus import _abaqus
 
     own = _abaqus.abaqus_to_meshio_type, _abaqus._read_nodes
@@ -74,7 +74,7 @@ def known():
 
 
 def sets_of_blocks(path):
-    """{name: places of its nodes} of the sets that blocks of nodes name, as in *NODE, NSET=FOOT."""
+    """{name: rows of its nodes} of the sets named by blocks of nodes, such as *NODE, NSET=FOOT."""
     out, count, name, in_nodes = {}, 0, None, False
     with open(path, errors="replace") as file:
         for line in file:
@@ -93,7 +93,7 @@ def sets_of_blocks(path):
 
 
 def read(path, by):
-    """What meshio's `by` reads of an .inp file. Raises UnknownType with a message that names file and element."""
+    """Mesh of an .inp file, by meshio's reader `by`. Raises UnknownType with a message that names file and element."""
     with known():
         try:
             found = by(path)

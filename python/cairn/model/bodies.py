@@ -21,9 +21,9 @@ DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 
 @dataclass
 class ContactorSet:
-    """Contactors of one shape. body: (m,) row of the body in its set; radius (m,) [m]; offset (m, dim) [m] or None;
-    direction (m, dim + 1) unit vector and half length, or None; of polygons and polyhedra hull (m,), which of `hulls` each
-    is, whose radius is found."""
+    """Contactors of one shape. body: (m,) row of the body in its set; radius (m,) [m], found from the hull if there is one;
+    offset (m, dim) from the centre of mass [m], or None; direction (m, dim + 1) unit vector and half length [m], or None;
+    hull (m,): number of each in `hulls`, for polygons, polyhedra and other shapes stored as hulls."""
 
     shape: str
     material: Material
@@ -40,7 +40,7 @@ class ContactorSet:
             raise ValueError(f"material is {self.material!r}: give a cairn.Material")
 
     def species(self, group):
-        """(material, group) by which rules know it: ends of joints are no part of the group of their body."""
+        """(material, group) by which rules name it. Ends of joints are not in the group of their body."""
         return self.material.name, self.material.name if self.joint else group or ""
 
 
@@ -48,8 +48,8 @@ class ContactorSet:
 class BodySet(Spelt):
     """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
     or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
-    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: of bodies in 2D whose
-    mass is of it [m], None: the mass was given."""
+    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: thickness from which
+    the mass of bodies in 2D was computed [m], None if the mass was given."""
 
     dim: int
     position: np.ndarray
@@ -63,10 +63,10 @@ class BodySet(Spelt):
     drive: object = None
     force: object = None
     damping: float | np.ndarray | None = None
-    ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene: of the bodies, then of the parts
+    ids: np.ndarray | None = field(default=None, compare=False)  # given by Scene.add: bodies first, then parts
     mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
     depth: float | None = None
-    parts: int = 0  # points, edges or faces of it without a body: contactors on them name rows after those of the bodies
+    parts: int = 0  # points, edges or faces of the mesh, which have no mass: their rows follow those of the bodies
 
     def __post_init__(self):
         self._made = True
@@ -96,7 +96,7 @@ class BodySet(Spelt):
 
 
 def checked(s: BodySet) -> BodySet:
-    """The set itself, its options refused when wrong."""
+    """Checks the options of a set and returns the set. Raises ValueError naming option, value and remedy."""
     names = DOFS[s.dim]
     s.driven = (s.driven,) if isinstance(s.driven, str) else tuple(s.driven)
     for name in s.driven:
@@ -131,7 +131,7 @@ def checked(s: BodySet) -> BodySet:
 
 
 def _refuse_force_on_held(s):
-    """A force on bodies that nothing can move, or a Servo whose normal lies along no free dof, would be without effect."""
+    """Raises ValueError for a force without effect: on bodies that are held, or by a Servo whose normal has no free dof."""
     names, normal = DOFS[s.dim], getattr(s.force, "normal", None)
     if getattr(s.force, "needs_simulation", False) and np.shape(normal) == (s.dim,):
         free = [name for name in names[: s.dim] if name not in s.driven]
@@ -145,12 +145,12 @@ def _refuse_force_on_held(s):
 
 
 def rows(name, value, n, dim):
-    """(n, dofs) from what a user gave for n bodies."""
+    """A user's value for n bodies as an array (n, dofs)."""
     return _spread(name, value, n, len(DOFS[dim]), dim)
 
 
 def driven_at(dofs, velocity, n, dim):
-    """Velocities of all dofs, or a function of time, from what Simulation.drive was given: of one dof a number is enough."""
+    """Velocities of all dofs, or a function of time, from the arguments of Simulation.drive; a number suffices for one dof."""
     if velocity is None or callable(velocity) or np.ndim(velocity):
         return velocity if velocity is None or callable(velocity) else rows("velocity", velocity, n, dim)
     named = [dofs] if isinstance(dofs, str) else list(dofs)
@@ -158,14 +158,14 @@ def driven_at(dofs, velocity, n, dim):
         told = f"one number is of one dof, and {len(named)} are named" if named else "no dof is named"
         raise ValueError(f"velocity is {velocity!r}: {told}; give ({len(DOFS[dim])},) of all dofs")
     if named[0] not in DOFS[dim]:
-        return None  # which the set refuses by its name
+        return None  # the set refuses the unknown name later
     out = np.zeros(len(DOFS[dim]))
     out[DOFS[dim].index(named[0])] = checks.number("velocity", velocity)
     return out
 
 
 def _spread(name, value, n, components, dim):
-    """(n, components) from one row or n rows; translations alone get zero rotations."""
+    """(n, components) from a row or n rows; rows of translations alone are padded with zero rotations."""
     array = checks.reals(name, value, f"give ({components},) or ({n}, {components})")
     if array.shape[-1:] == (dim,) and array.ndim in (1, 2):
         array = np.concatenate([array, np.zeros(array.shape[:-1] + (components - dim,))], axis=-1)
@@ -176,12 +176,12 @@ def _spread(name, value, n, components, dim):
             f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
             f"or translations only, ({dim},) or ({n}, {dim})"
         )
-    # a copy, which no later change of the user's array reaches
+    # copied, so that a later change of the user's array has no effect
     return checks.real_array(name, np.array(array, dtype=array.dtype, order="C"), (n, components))
 
 
 def _per_body(name, value, shape):
-    """An array of the shape from one number, one row or all of it."""
+    """An array of the given shape from a number, a row or a whole array."""
     array = checks.reals(name, value, f"give a number or an array of shape {checks.shape_text(shape)}")
     try:
         if array.shape == shape[:1] and len(shape) == 2 and shape[1] == 1:
@@ -214,14 +214,14 @@ def _points(centers, radii, dim):
 
 @takes(*OPTIONS)
 def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> BodySet:
-    """Disks in 2D. centers (n, 2) [m]; radii (n,) or one [m]; mass = density pi r^2 depth. Options: those of BodySet.
+    """Disks in 2D. centers (n, 2) [m]; radii [m]: a number or (n,); mass = density pi r^2 depth. Options: those of BodySet.
 
     >>> rock = Material("rock", density=2800.0)
     >>> len(disks([[0, 0], [1, 0]], 0.5, rock))
     2
     """
     centers, radii = _points(centers, radii, 2)
-    with np.errstate(over="ignore"):  # what is too much is refused by name
+    with np.errstate(over="ignore"):  # an overflow is refused below, by positive_array
         mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
     mass = checks.positive_array("mass", mass)
     contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
@@ -230,7 +230,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
 
 @takes(*OPTIONS)
 def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
-    """Spheres in 3D. centers (n, 3) [m]; radii (n,) or one [m]; mass = 4/3 density pi r^3. Options: those of BodySet."""
+    """Spheres in 3D. centers (n, 3) [m]; radii [m]: a number or (n,); mass = 4/3 density pi r^3. Options: those of BodySet."""
     centers, radii = _points(centers, radii, 3)
     with np.errstate(over="ignore"):
         mass = _density(material, density) * 4 / 3 * np.pi * radii**3
@@ -272,7 +272,7 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
 
 
 def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, options):
-    """One body that is held but for its free dofs; velocity drives what is held, and free dofs begin with it."""
+    """A body held except for its free dofs. velocity drives the held dofs, and is the initial velocity of the free ones."""
     names = DOFS[dim]
     free = (free,) if isinstance(free, str) else tuple(free or ())
     for name in free:
@@ -308,8 +308,8 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
 def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
     """A half-plane (2D) or plane (3D): solid behind, free in front of it, where normal points.
 
-    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given. Free dofs
-    begin with it; a function leaves them at rest.
+    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given. It is the
+    initial velocity of free dofs as well; if it is a function they begin at rest.
     mass, free, force: a wall pushed by a force instead, e.g. `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
     """
     point = checks.real_array("point", point, (None,))
@@ -386,8 +386,8 @@ def tube(
 
 @takes(*OF_BOUNDARIES)
 def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; all outside is solid. It is held, or moves as a wall
-    does: velocity (3,) with its spin, mass, inertia, free, force."""
+    """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; everything outside is solid. It is held, or moves as a
+    wall does: velocity (3,) with its spin, mass, inertia, free, force."""
     center = checks.real_array("center", center, (2,))
     contactor = ContactorSet("ring", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]))
     return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
@@ -395,7 +395,7 @@ def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, fr
 
 @takes(*OF_BOUNDARIES)
 def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
-    """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low and at its high end."""
+    """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low end, then at its high end."""
     low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))
     if low.shape != high.shape or low.shape not in ((2,), (3,)) or not np.all(low < high):
         raise ValueError(f"low is {low} and high {high}: give two corners (dim,), low below high in each coordinate")

@@ -33,7 +33,7 @@ class BulkMaterial:
         return hash((type(self).__name__, self.values))
 
 
-# of those whose parameters a name does not tell
+# texts for help() on materials whose parameters need more than their names
 SAID = {
     "ogden": """W = sum over k of shear_k/power_k (l1^power_k + l2^power_k + l3^power_k - 3) + bulk/2 (J - 1)^2, of the stretches
 without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2, and
@@ -64,7 +64,7 @@ def _stiff_in_shear(ogden):
         )
 
 
-CHECKED = {"ogden": _stiff_in_shear}  # what ranges of parameters, each by itself, do not tell
+CHECKED = {"ogden": _stiff_in_shear}  # conditions on several parameters together, beyond the range of each
 
 
 def _material_class(description):
@@ -121,8 +121,8 @@ class Umat(BulkMaterial):
 
 
 def plugged_material(library, symbol, name, states, plane_stress, time_limit):
-    """Takes in a UMAT; returns a function that makes a material of its PROPS. time_limit: of a call in a process of its own [s],
-    0 in this one."""
+    """Registers a UMAT; returns a function that makes a material from its PROPS. time_limit: limit of a call [s] if the routine
+    runs in a process of its own; 0: it runs in this process."""
     _core.plug_umat(str(library), symbol, name, int(states), plane_stress, time_limit)
     state = next(d["state"] for d in _core.bulk_materials() if d["name"] == name)
     return lambda *props: Umat(name, props, state)

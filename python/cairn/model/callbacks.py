@@ -1,4 +1,4 @@
-"""A deformable body whose forces another finite element code finds: a Python callable, or a routine of a library (cairn.plug).
+"""A deformable body with forces from another finite element code: a Python callable, or a routine of a library (cairn.plug).
 
 body = CallbackBody(points, mass, forces, groups={"left": nodes}, edges=edges)
 scene.add(cn.deformable(body, rubber, contact="right", fixed={"left": "xy"}))
@@ -19,15 +19,15 @@ from .meshes import GivenBody
 
 
 class BodyStep(NamedTuple):
-    """Where the forces of a body are asked for."""
+    """Arguments of an evaluation of the internal forces of a body."""
 
     displacement: np.ndarray  #: of the nodes (n, dim) [m]
-    velocity: np.ndarray  #: of the nodes there (n, dim) [m/s]
-    time: float  #: there [s]
-    step: float  #: length of the step at hand [s]
-    #: derivative of velocities by displacements along the step [1/s]: the tangent of forces that know a velocity is K + rate C
+    velocity: np.ndarray  #: of the nodes at that displacement (n, dim) [m/s]
+    time: float  #: at that displacement [s]
+    step: float  #: length of the current step [s]
+    #: derivative of velocities by displacements over the step [1/s]: with viscous forces the tangent is K + rate C
     rate: float
-    tangent: bool  #: whether the tangent is asked for
+    tangent: bool  #: True if the tangent is needed
 
 
 class CalledRoutine:
@@ -41,24 +41,26 @@ class CalledRoutine:
 
 
 class CallbackBody(GivenBody):
-    """A body whose internal forces, and their tangent, another code finds.
+    """A deformable body whose internal forces and tangent come from another code.
 
-    points (n, dim) places of the nodes [m]; mass: of the nodes (n,) [kg], or a symmetric matrix (n dim, n dim), dof `dim i + k`
-    the displacement of node i along axis k. forces: a function of a BodyStep `at` that gives the forces (n, dim) [N] which the
-    body opposes to its displacements, their derivative (n dim, n dim) by these [N/m] (scipy.sparse or dense; of one that is not
-    symmetric the symmetric part counts), and if it knows them the energy that is stored there and what is dissipated in the step
-    [J]: (forces, tangent), (forces, tangent, energy) or (forces, tangent, energy, dissipated); None where it finds none, and
-    Cairn tries a smaller change. Python runs in every pass of a step then; a compiled routine of a library,
-    cairn.plug("libmine.so", body="mine", params=...), does not.
-    Or an object with a method `forces` of that kind, that keeps a history: `commit()` after a step that is accepted, whose end
-    was the last call, and, if it has them, `rollback()` after one that is undone, `state()`, numbers (k,) for a checkpoint, and
-    `restore(numbers)`. A call always begins from the last commit.
-    pattern: scipy.sparse matrix (n dim, n dim) that holds the places of all entries of the tangent, of which the library takes
-    those of the columns one after the other; without it that of the tangent at rest, with all axes of nodes that it couples.
-    damping (n dim, n dim) [N s/m], or
-    rayleigh: (a, b) of C = a M + b K at rest [1/s, s]. groups, edges, faces: as of LinearBody. large: rotations are of any size,
-    so that rigid parts turn with them. thickness [m], plane ("strain", "stress", "axisymmetric"): in 2D, what a pressure on its
-    edges takes them for. Raises ValueError naming what is wrong and the remedy.
+    points (n, dim): places of the nodes [m].
+    mass: masses of the nodes (n,) [kg], or a symmetric matrix (n dim, n dim); dof `dim i + k` is the displacement of node i along
+    axis k.
+    forces: a function of a BodyStep `at` that returns (forces, tangent), (forces, tangent, energy) or (forces, tangent, energy,
+    dissipated). forces (n, dim) [N]: internal forces, which oppose the displacement; tangent (n dim, n dim) [N/m]: their
+    derivative by the displacement, scipy.sparse or dense (only its symmetric part is used); energy: stored energy [J];
+    dissipated: energy dissipated in the step [J]. It returns None if it finds no forces; Cairn then tries a smaller change.
+    A Python function runs in every iteration of a step; a compiled routine, cairn.plug("libmine.so", body="mine", params=...),
+    avoids that.
+    Instead of a function, an object with such a method `forces` that keeps a history: `commit()` is called after an accepted
+    step, which ended at the last call of `forces`. Optional: `rollback()`, called after a step that is undone; `state()`, which
+    returns numbers (k,) for a checkpoint; `restore(numbers)`. Every call of `forces` starts from the last commit.
+    pattern: scipy.sparse matrix (n dim, n dim) with an entry wherever the tangent may have one; a routine of a library writes
+    its values in this order, column by column. Without it: the pattern of the tangent at rest, with all axes of coupled nodes.
+    damping (n dim, n dim) [N s/m], or rayleigh: (a, b) of C = a M + b K at rest [1/s, s].
+    groups, edges, faces: as for LinearBody. large: True if rotations may be large, so that rigid parts rotate with them.
+    thickness [m], plane ("strain", "stress", "axisymmetric"): in 2D, used for the area of edges under pressure.
+    Raises ValueError naming the wrong value and the remedy.
     """
 
     def __init__(self, points, mass, forces, *, pattern=None, damping=None, rayleigh=(0.0, 0.0), groups=None, edges=None,
@@ -94,7 +96,7 @@ class CallbackBody(GivenBody):
         self._lower_pattern = np.ascontiguousarray(start, np.int64), np.ascontiguousarray(row, np.int32)
         self._taken = None
         _, k, *known = self.tangent(np.zeros_like(self.points))
-        #: whether energy and dissipation are told
+        #: True for each of energy and dissipation that the code returns
         self.tells = tuple(value is not None for value in known)
         a, b = checks.rayleigh(rayleigh)
         self.lower = start, row, m, k, c + a * m + b * k
@@ -127,7 +129,7 @@ class CallbackBody(GivenBody):
         return a
 
     def _of_sides(self):
-        """Places of what a pressure on edges or faces adds to the tangent: all pairs of dofs of a side."""
+        """Pattern of the tangent of a pressure on edges or faces: all pairs of dofs of a side."""
         from scipy import sparse
 
         n, rows, columns = self.points.size, [], []
@@ -152,7 +154,7 @@ class CallbackBody(GivenBody):
     # ------------------------------------------------------------------ calls
 
     def model(self):
-        """The calls as the core makes them, of their own: see _core.CalledForces."""
+        """A new _core.CalledForces, through which the core calls the code."""
         start, row = np.asarray(self.pattern.indptr, np.int64), np.asarray(self.pattern.indices, np.int32)
         if self._routine:
             params = list(self._routine.params.values())
@@ -164,12 +166,12 @@ class CallbackBody(GivenBody):
         return made
 
     def model_of(self, simulation, name):
-        """The calls for a simulation, of the name of the mesh there. Raises ValueError where what the code keeps between steps is
-        of another one."""
+        """The _core.CalledForces for a simulation; name: of the mesh in it. Raises ValueError if the code keeps a history that
+        belongs to another simulation."""
         c = self._caller
         if c and c.keeps:
             if self._held_by(simulation):
-                gc.collect()  # of a circle in Python, a traceback say; a code that holds its simulation keeps it for good
+                gc.collect()  # a reference cycle (a traceback) may keep the other simulation alive
             if self._held_by(simulation):
                 text = f"{c.given_by} keeps a history between steps, which is of another simulation"
                 raise ValueError(f"{text}: give the mesh {name!r} a CallbackBody with an object of its own")
@@ -184,13 +186,13 @@ class CallbackBody(GivenBody):
         return self.model()
 
     def _held_by(self, simulation):
-        """Whether this simulation, or another one that came to be, has what the code keeps."""
+        """True if the history kept by the code belongs to this simulation, or to another that was completely built."""
         holder = None if self._taken is None else self._taken()
         return holder is not None and (holder is simulation or "_made" in vars(holder))
 
     def tangent(self, displacement, velocity=None, *, time=0.0, step=1.0, rate=0.0, model=None):
-        """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement (n, dim), energy
-        and what is dissipated [J], None if not told. Raises ValueError naming what is wrong."""
+        """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement (n, dim) [m], then
+        stored and dissipated energy [J], None if the code does not return them. Raises ValueError naming the cause."""
         u = np.ascontiguousarray(displacement, float).ravel()
         v = np.zeros_like(u) if velocity is None else np.ascontiguousarray(velocity, float).ravel()
         if u.size != self.points.size or v.size != u.size:
@@ -205,11 +207,10 @@ class CallbackBody(GivenBody):
         return force, values, *told
 
     def tangent_error(self, displacement=None, *, size=None, seed=0):
-        """How far the tangent is from differences of the forces, at a displacement (n, dim) [m] along a few random directions,
-        relative to its largest product: 1e-6 or less where it is right, and where forces know no velocity.
+        """Error of the tangent against central differences of the forces, relative to their largest entry: at a displacement
+        (n, dim) [m], along four random directions. A right tangent has 1e-6 or less, if forces do not depend on velocity.
 
-        size: of the differences [m]; by the extent of the body when not given, which nodes at one place have none of: a
-        ValueError tells of it."""
+        size: length of the differences [m]; 1e-6 of the extent of the body when not given. Raises ValueError if that is zero."""
         u = np.zeros_like(self.points) if displacement is None else np.array(displacement, float).reshape(self.points.shape)
         step = 1e-6 * np.ptp(self.points, axis=0).max() if size is None else checks.positive("size", size)
         if not step > 0:
@@ -226,7 +227,7 @@ class CallbackBody(GivenBody):
 
 
 class Caller:
-    """A Python function, or object, as the core calls it: sizes and places are looked at, and what it raises names the mesh."""
+    """Calls a user's Python function or object for the core: checks shapes and pattern, and names the mesh in exceptions."""
 
     def __init__(self, body, given):
         call = given if callable(given) else getattr(given, "forces", None)
@@ -251,7 +252,7 @@ class Caller:
         self.gives = None
 
     def pattern(self):
-        """That of the tangent at rest, with all axes of the nodes that it couples; all places of a dense one."""
+        """Pattern of the tangent at rest: all axes of nodes that it couples, or all entries if it is dense."""
         from scipy import sparse
 
         found = self._found(np.zeros(self._shape), np.zeros(self._shape), 0.0, 1.0, 0.0, True)
@@ -267,7 +268,7 @@ class Caller:
         return sparse.csc_array(sparse.kron(nodes, np.ones((dim, dim))))
 
     def take_pattern(self, pattern):
-        """Places of entries from now on; what a call at rest gives says whether energy and dissipation are told."""
+        """Sets the pattern of later tangents, and finds from a call at rest if energy and dissipation are returned."""
         n = pattern.shape[0]
         self._pattern = pattern
         self._code = np.repeat(np.arange(n, dtype=np.int64) * n, np.diff(pattern.indptr)) + pattern.indices
@@ -276,10 +277,11 @@ class Caller:
             raise ValueError(f"{self.given_by} gives no forces at displacements of zero: give them there")
         self.gives = tuple(value is not None for value in found[2:])
 
-    # ------------------------------------------------------------------ what the core calls
+    # ------------------------------------------------------------------ calls from the core
 
     def forces(self, u, v, time, step, rate, wanted):
-        """Forces (n dofs), values of the tangent on the pattern or None, energy and dissipation or None; None: there are none."""
+        """(forces (n dofs) [N], values of the tangent on the pattern or None, energy, dissipation [J] or None each). Returns None
+        if the code finds no forces."""
         found = self._found(u.reshape(self._shape), v.reshape(self._shape), time, step, rate, wanted)
         if found is None:
             return None
@@ -301,7 +303,7 @@ class Caller:
             self._guarded("rollback", self._given.rollback)
 
     def save(self):
-        """What is kept, (k,) numbers."""
+        """History of the object, numbers (k,)."""
         kept = self._guarded("state", self._given.state)
         out = np.asarray(kept)
         if out.ndim != 1 or out.dtype.kind not in "fiub":
@@ -309,7 +311,7 @@ class Caller:
         return np.ascontiguousarray(out, float)
 
     def load(self, state):
-        """Goes back, or on, to what was kept."""
+        """Restores a history that `save` returned."""
         self._guarded("restore", lambda: self._given.restore(np.array(state)))
 
     def _guarded(self, what, call):
@@ -339,7 +341,7 @@ class Caller:
         return np.ascontiguousarray(force, float).ravel(), tangent, energy, dissipated
 
     def _values(self, tangent):
-        """Values of a tangent on the pattern; what stands elsewhere is refused unless it is zero."""
+        """Values of a tangent on the pattern. Raises Error for a non-zero entry outside of it."""
         from scipy import sparse
 
         n = self._pattern.shape[0]

@@ -1,4 +1,4 @@
-"""Loads of a body that deforms which keep their way as it moves: tractions on its boundary, and forces of its volume."""
+"""Dead loads of deformable bodies, whose direction is fixed in space: surface tractions and body forces."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .pressure import areas, pressed_sides
 
 
 def dead_loads(body, traction, body_force):
-    """[(name, weights of the nodes (n,), load (dim,) or a function of time)] of what `cairn.deformable` was given: weights are
-    integrals of the shape functions where the body is at the start, over sides [m2] or the volume [m3]. Raises ValueError for
-    loads of another shape, and bodies whose sides or cells are not known."""
+    """[(name, weights of the nodes (n,), load (dim,) or a function of time)] for the arguments of `cairn.deformable`. Weights are
+    integrals of the shape functions over the sides [m2] or the volume [m3] of the initial configuration. Raises ValueError for
+    loads of another shape, and for bodies without known sides or cells."""
     out = []
     if traction is not None:
         if not isinstance(traction, dict):
@@ -32,7 +32,7 @@ def dead_loads(body, traction, body_force):
 
 
 def volumes(body):
-    """Integrals of the shape functions of the nodes over a body, (n,) [m3]. Raises ValueError where its cells are not known."""
+    """Integrals of the shape functions of the nodes over a body, (n,) [m3]. Raises ValueError if its cells are not known."""
     cells = getattr(body, "cells", None)
     if isinstance(body, GivenBody) or not isinstance(cells, dict) or any(kind not in ELEMENTS for kind in cells):
         told = f"body_force: the cells of a {type(body).__name__} are not known, and what volume each node has"
@@ -49,6 +49,6 @@ def volumes(body):
 
 
 def at_time(loads, t, out):
-    """Adds what loads are at a time to forces of nodes (n, dim) [N]."""
+    """Adds the loads at time t [s] to the nodal forces `out` (n, dim) [N]."""
     for name, weights, given in loads:
         out += weights[:, None] * checks.real_array(name, given(t) if callable(given) else given, out.shape[1:])

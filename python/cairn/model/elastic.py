@@ -18,7 +18,7 @@ from . import initial_stress as initially
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 
-# Edges or faces of a cell, anticlockwise from outside; those of second order cut along their middle nodes.
+# Edges or faces of a cell, anticlockwise from outside; sides of second order are cut at their mid-side nodes.
 SIDES = {cell: np.array(e["sides"])[:, : 2 * e["dim"] - 2] for cell, e in ELEMENTS.items()}
 
 
@@ -28,16 +28,16 @@ def _checked_cells(cells):
 
 
 class ElasticBody:
-    """Small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
+    """A linear elastic body: small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
 
     points (n, dim) [m]; cells: {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" |
     "hexahedron20" | "hexahedron27": (m, nodes) whole numbers, in the order of meshio}; groups: {name: nodes};
-    young, poisson; density [kg/m3], or {kind: (m,)} of each cell; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh:
-    (a, b) of C = a M + b K [1/s, s]. initial_stress: of the body before it moves [Pa], as `cairn.deformable` takes it.
-    Raises ValueError naming what is wrong, the cell and the remedy.
+    young [Pa], poisson; density [kg/m3], or {kind: (m,)} of each cell; plane: "strain" or "stress" in 2D, thickness [m];
+    rayleigh: (a, b) of C = a M + b K [1/s, s]. initial_stress: stress in the undeformed body [Pa], as for `cairn.deformable`.
+    Raises ValueError naming the wrong value, the cell and the remedy.
     """
 
-    #: (m, points, 6) of each kind of cells, 11 22 33 12 13 23 [Pa]; its forces (n dofs) [N]; the energy it stores [J]
+    #: initial stress {kind: (m, points, 6)}, 11 22 33 12 13 23 [Pa]; its nodal forces (n dofs) [N]; its stored energy [J]
     initial_stress = initial_force = None
     initial_energy = 0.0
 
@@ -46,7 +46,7 @@ class ElasticBody:
         lumped=False, rayleigh=(0.0, 0.0), initial_stress=None,
     ):  # fmt: skip
         _checked_cells(cells)
-        #: what it was made of, as scene files hold it
+        #: arguments of the constructor, which scene files store
         self.given = {name: value for name, value in locals().items() if name != "self"}
         self.points = np.ascontiguousarray(points, float)
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3):
@@ -89,7 +89,7 @@ class ElasticBody:
             self.cells[kind] = nodes
         start, row, (k, m) = _core.assembled(n, unknown, [stiffness, mass])
         self._mass = _row_sums(start, row, m)
-        #: whether a sum of a row of its mass can be zero, so that its nodes have masses of their own
+        #: True with cells of second order: row sums of their mass may vanish, so that the diagonal is scaled instead
         self.second_order = any(ELEMENTS[kind]["order"] > 1 for kind in self.cells)
         if self.second_order:
             self._mass = self._lumped(mass)
@@ -104,7 +104,7 @@ class ElasticBody:
             self.initial_force, self.initial_energy = initially.forces(self)
 
     def _take_stress(self, given):
-        """Keeps an initial stress at the points of the cells, and in what scene files hold, where no function can be."""
+        """Evaluates an initial stress at the integration points, and keeps the values for scene files, which hold no function."""
         self.initial_stress = initially.at_points(given, self.points, self.cells, self.groups)
         self.given["initial_stress"] = self.initial_stress
 
@@ -132,7 +132,7 @@ class ElasticBody:
         return (below + sparse.tril(below, -1).T).tocsc()
 
     def _lumped(self, mass):
-        """Masses of dofs from those of each kind of cells: sums of rows, or diagonals scaled to the mass of the cell."""
+        """Lumped masses of dofs (n dofs,) [kg]: row sums, or for second order diagonals scaled to the mass of the cell."""
         out = np.zeros(self.points.size)
         for (kind, nodes), m in zip(self.cells.items(), mass):
             second = ELEMENTS[kind]["order"] > 1
@@ -142,15 +142,15 @@ class ElasticBody:
         return out
 
     def nodal_mass(self):
-        """Mass of each node, (n,) [kg]: the sum of its row; of cells of second order the diagonal of their mass, scaled to the
-        mass of the cell (Hinton, Rock & Zienkiewicz 1976)."""
+        """Lumped mass of each node, (n,) [kg]: the row sum; for cells of second order the diagonal of the consistent mass, scaled
+        to the mass of the cell (Hinton, Rock & Zienkiewicz 1976)."""
         return self._mass.reshape(-1, self.dim)[:, 0]
 
     @classmethod
     def read(cls, path, **options):
-        """From a file that meshio reads, a meshio.Mesh or the module gmsh; what it names becomes groups of nodes: see
-        cairn.model.mesh_sources. options: as of the class. Raises FileError for a file that is not there, or that holds no
-        such mesh (a ValueError, too)."""
+        """Makes a body from a file that meshio reads, a meshio.Mesh or the module gmsh. Named sets become groups of nodes: see
+        cairn.model.mesh_sources. options: those of the class. Raises FileError (a ValueError) if the file is missing or holds no
+        such mesh."""
         from . import mesh_sources
 
         points, cells, groups = mesh_sources.read(path)
@@ -169,7 +169,7 @@ class ElasticBody:
         return nodes.astype(np.int64)
 
     def boundary_edges(self):
-        """Edges (m, 2) of the boundary in 2D, the body on their left: those of one cell alone."""
+        """Boundary edges (m, 2) in 2D, with the body on their left: edges of a single cell."""
         edges = np.concatenate([cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in self.cells.items()])
         if sum(len(cells) for cells in self.cells.values()) == 1:
             return edges
@@ -177,19 +177,19 @@ class ElasticBody:
         return edges[np.sort(first[count == 1])]
 
     def boundary_faces(self):
-        """Faces (m, 3 | 4) of the boundary in 3D, anticlockwise from outside: those of one cell alone; the fourth node
-        of a triangle is -1."""
+        """Boundary faces (m, 3 | 4) in 3D, anticlockwise from outside: faces of a single cell; the fourth node of a triangle
+        is -1."""
         parts = [np.where(SIDES[kind] < 0, -1, cells[:, SIDES[kind]]) for kind, cells in self.cells.items()]
         faces = np.concatenate([part.reshape(-1, 4) for part in parts])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         return faces[np.sort(first[count == 1])]
 
     def nodal_stress(self, displacement):
-        """Mean of the stresses of the cells round each node, (n, 3 | 6) [Pa]."""
+        """Mean stress of the cells round each node, (n, 3 | 6) [Pa]."""
         return self.nodal_mean(self.stress(displacement))
 
     def nodal_mean(self, of_cells):
-        """Mean round each node of what cells have, {kind: (m, k)}: (n, k)."""
+        """Mean (n, k) over the cells round each node of values of cells {kind: (m, k)}."""
         total = np.zeros((len(self.points), next(iter(of_cells.values())).shape[1]))
         count = np.zeros(len(self.points))
         for kind, stress in of_cells.items():
@@ -220,8 +220,9 @@ class ElasticBody:
         return out
 
     def solve(self, fixed, force=None, displacement=None):
-        """Displacement at rest (n, dim) [m]. fixed: {group: axes}; force: {group: total} or (n dofs); displacement (n, dim) of
-        the fixed dofs: zero. Raises RuntimeError where nothing holds the body."""
+        """Displacement in static equilibrium (n, dim) [m]. fixed: {group: axes}; force: {group: total} or (n dofs) [N];
+        displacement (n, dim): imposed on the fixed dofs [m], zero when not given. Raises RuntimeError for a singular stiffness:
+        a rigid motion is not held."""
         from scipy.sparse.linalg import spsolve
 
         held = self.dofs(fixed)
@@ -234,7 +235,7 @@ class ElasticBody:
             f = f - self.initial_force
         right = (f - self.K @ u)[free]
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a singular matrix: what is left tells
+            warnings.simplefilter("ignore")  # a singular matrix shows in the residual, which is checked below
             u[free] = spsolve(self.K[free][:, free], right)
         left, size = np.abs((f - self.K @ u)[free]), np.abs(right)
         if not left.max(initial=0) <= 1e-6 * size.max(initial=0):
@@ -255,8 +256,8 @@ class ElasticBody:
         return {kind: stress + initially.shown(self, kind) for kind, stress in found.items()}
 
     def stress_across(self, stress):
-        """Of a body in 2D, stress zz in the middle of each cell, {kind: (m,)} [Pa], from what `stress` found: none in plane
-        stress."""
+        """Out-of-plane stress zz in the middle of each cell of a body in 2D, {kind: (m,)} [Pa]; zero in plane stress. stress: the
+        result of `stress`."""
         if self.plane == "stress":
             return {kind: np.zeros(len(found)) for kind, found in stress.items()}
         straight, other = self.elasticity[0, :2]
@@ -270,7 +271,7 @@ class ElasticBody:
 
 
 def _row_sums(start, row, value):
-    """Of a symmetric matrix by its lower triangle."""
+    """Row sums of a symmetric matrix given by its lower triangle."""
     n = len(start) - 1
     column = np.repeat(np.arange(n), np.diff(start))
     above = np.where(row == column, 0.0, value)
@@ -278,7 +279,7 @@ def _row_sums(start, row, value):
 
 
 def _elasticity(dim, young, poisson, plane):
-    """Isotropic elasticity on engineering strains."""
+    """Isotropic elasticity matrix for engineering strains [Pa]."""
     if not -1 < poisson < 0.5 and not (plane == "stress" and poisson == 0.5):
         raise ValueError(f"poisson is {poisson}: give a value above -1 and below 1/2")
     shear = young / (2 * (1 + poisson))

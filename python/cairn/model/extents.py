@@ -1,4 +1,4 @@
-"""How large bodies are where they stand: against the overlaps of the start, and beside a periodic cell."""
+"""Sizes of bodies in their current position, for checks of initial overlaps and of the width of a periodic cell."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))
 
 
 class Placed:
-    """Contactors of a core scene that bodies carry: `shape` (m,) names, `owner` (m,) rows of these in the order of insertion."""
+    """Contactors of rigid bodies in a core scene: `shape` (m,) names, `owner` (m,) row of the body in the order of insertion."""
 
     def __init__(self, core):
         self.core, self.dim = core, core.dim
@@ -24,7 +24,7 @@ class Placed:
         self.hull = hull if len(hull) == len(self.owner) else np.full(len(self.owner), -1)
 
     def field(self, name):
-        """An array of the contactors; empty where there is none."""
+        """A field of the contactors; empty if the scene has no such field."""
         values = self.core.contactor(name)
         return values[self.kept] if len(values) else values
 
@@ -33,7 +33,7 @@ class Placed:
         return np.reshape(self.hulls["vertex"], (-1, self.dim))[first[hull] : first[hull + 1]]
 
     def planes(self, hull):
-        """Normals (f, dim) and offsets (f,) [m] of the faces of a hull, or what stands in their place for a round shape."""
+        """Normals (f, dim) and offsets (f,) [m] of the faces of a hull; for a round shape its axes, radii and exponents."""
         first = self.hulls["first_face"]
         mine = slice(first[hull], first[hull + 1])
         return np.reshape(self.hulls["normal"], (-1, self.dim))[mine], self.hulls["offset"][mine]
@@ -48,7 +48,7 @@ class Placed:
         return offset[0] if shape == "capsule" else min(offset[0], np.abs(self.vertices(hull)[:, 2]).max())
 
     def sizes(self, bodies):
-        """(n,) [m] of all bodies: of the given ones with hulls half the least width of their largest, zero for other bodies."""
+        """Half the least width [m] of the largest hull of the given bodies, (n,) over all bodies; zero for the others."""
         out = np.zeros(len(self.ids))
         wanted = np.zeros(len(self.ids), bool)
         wanted[bodies] = True
@@ -60,9 +60,10 @@ class Placed:
         return out
 
     def bounds(self):
-        """Lowest and highest coordinates (n, dim) [m] of each body from its centre of mass, without walls; inf, -inf of none.
+        """Lowest and highest coordinates (n, dim) [m] of each body from its centre of mass, without walls; inf, -inf for a body
+        without a bounded contactor.
 
-        Of a superquadric those of its half axes, which may be less than all of it.
+        Superquadrics count by the ends of their half axes, which underestimates them if they are rotated or box-like.
         """
         m, dim, core = len(self.owner), self.dim, self.core
         rotation = core.body("rotation")
@@ -99,7 +100,7 @@ class Placed:
         return np.concatenate([axes, -axes])
 
     def _around(self, shape, hull, ends):
-        """How far a round shape reaches beyond its axis along the coordinates, (dim,) [m]."""
+        """Extent of a round shape beyond its axis along the coordinates, (dim,) [m]."""
         if shape not in ("capsule", "cylinder"):
             return 0.0
         radius, axis = self.planes(hull)[1][0], ends[1] - ends[0]
@@ -109,8 +110,8 @@ class Placed:
 
 
 def refuse_narrow_cell(core, periodic, vectors, meshes=()):
-    """Raises ValueError if a body is wider than the periodic cell, where it would lie in its own image. meshes: (name, places of
-    nodes) of those that deform."""
+    """Raises ValueError if a body is wider than the periodic cell and so overlaps its own image. meshes: (name, places of the
+    nodes (n, dim) [m]) of deformable bodies."""
     axes = [k for k in range(core.dim) if periodic[k]]
     if not axes:
         return

@@ -1,9 +1,9 @@
-"""Tractions on faces between cells that share their nodes, by the forces of these nodes.
+"""Tractions on faces between cells that share their nodes, from the nodal forces of the cells.
 
-What a cell asks of its corner, K u + C v + M (a - g) and the forces of its initial stress, less what zones on open faces bear,
-its faces there give it. Round a node on the border this says what each of them bears; round one inside they may bear something
-more in a ring, and the least change from the mean stresses of both cells is taken, over the lengths of the faces: with uniform
-stress none.
+Each corner of a cell needs the force K u + C v + M (a - g), plus that of its initial stress; its faces supply it, less the force
+of cohesive zones on open faces. Around a boundary node this determines the force of every face. Around an inner node the faces
+form a closed ring, whose forces are determined up to a self-equilibrated part: the solution nearest to the mean stress of both
+cells is taken, weighted by the lengths of the faces. Uniform stress is reproduced exactly.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from . import initial_stress as initially
 
 def cell_matrices(body):
     """Stiffness, damping and mass (m, dofs, dofs) of the cells of each kind, and forces (m, dofs) [N] of their initial stress,
-    nought where there is none."""
+    0.0 without one."""
     out = []
     forces = [0.0] * len(body.cells) if body.initial_stress is None else initially.forces_of_cells(body)
     for (kind, nodes), initial in zip(body.cells.items(), forces):
@@ -33,7 +33,7 @@ def cell_matrices(body):
 
 
 class FaceForces:
-    """Of an OpeningFaces as it stands."""
+    """Face tractions for the current nodes of an OpeningFaces; built anew whenever faces open."""
 
     def __init__(self, opening, matrices):
         from scipy import sparse
@@ -47,7 +47,7 @@ class FaceForces:
         face, end = np.nonzero(self.joined)
         i, j, size = corners[face, 0, end], corners[face, 1, end], corners.shape[2] * opening.share[face, end]
         self._part = parts_of(np.stack([i, j], 1), n)
-        grounded = np.zeros(n)  # a corner of each part stands still: forces on a part are in balance
+        grounded = np.zeros(n)  # one corner of each part is held: forces on a part are self-equilibrated
         grounded[np.unique(self._part, return_index=True)[1]] = size.mean() if len(size) else 1.0
         entries = np.concatenate([size, size, -size, -size, grounded])
         every = np.arange(n)
@@ -55,8 +55,8 @@ class FaceForces:
         self._springs = splu(sparse.coo_array((entries, (rows, columns)), shape=(n, n)).tocsc())
 
     def asked(self, u, v, a):
-        """What cells ask of their corners (corners, dim) [N], of displacements, velocities and accelerations (nodes, dim)
-        less that of gravity."""
+        """Forces that cells need at their corners (corners, dim) [N], for displacements, velocities and accelerations (nodes,
+        dim); gravity is subtracted from the accelerations."""
         out = []
         for (k, c, m, initial), nodes in zip(self._matrices, self.opening.body.cells.values()):
             parts = ((k, u), (c, v), (m, a))
@@ -67,8 +67,9 @@ class FaceForces:
     def tractions(self, asked, mean, held):
         """Tractions (m, k, dim) [Pa, in 2D times the thickness] at the corners of each face, on its first cell.
 
-        asked (corners, dim); mean (m, dim): tractions of mean stresses; held (nodes, dim): dofs whose motion is given, which
-        need no face to go together. What is left of the balance of a part, of loads, is shared evenly by its corners.
+        asked (corners, dim) [N]: result of `asked`, less the forces of cohesive zones; mean (m, dim): tractions of mean stresses;
+        held (nodes, dim): True for dofs of imposed motion, whose corners need no force of a face. The resultant of a part, due to
+        loads, is shared evenly by its corners.
         """
         opening, force = self.opening, asked.copy()
         ends = opening.corners.shape[2]

@@ -1,5 +1,5 @@
-"""Meshes that may crack along every side between their cells: each cell a body of its own, each inner side cohesive, or one body
-whose sides open by threshold."""
+"""Meshes that may crack along the sides between their cells: every cell a separate body with cohesive sides, or a single body
+whose sides open at a threshold of traction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import bodies, opening_faces
 from .elastic import ElasticBody
 from .meshes import _group, deformable
 
-# laws that press alone: what touches by them is a heap of cells
+# laws without tensile strength: cells joined by them would be a loose heap
 PRESS_ALONE = (
     "Coulomb", "Restitution", "Frictionless", "GapCoulomb", "LinearSpring", "HertzMindlin", "Rolling", "Wear",
     "UnilateralContact", "ElasticContact", "GapRescue", "LimitedSlip", "CriticalVoigt",
@@ -22,8 +22,8 @@ PRESS_ALONE = (
 
 @dataclass
 class Pieces:
-    """The cells of a mesh as bodies, or as one that may crack: `sets` for Scene.add, `name` of their group. cell: of each body,
-    (kind, number); of one that may crack, of each cell."""
+    """The cells of a mesh as separate bodies, or as a body that may crack: `sets` for Scene.add, `name` of their group. cell:
+    (kind, number) of the cell of each body, or of each cell of the body that may crack."""
 
     sets: list
     name: str
@@ -32,32 +32,32 @@ class Pieces:
     sides: str
 
     def add_to(self, scene):
-        """Adds them to a scene, with their law; returns their ids, as Scene.add does."""
+        """Adds the bodies and their law to a scene; returns their ids, as Scene.add does."""
         ids = scene.add(*self.sets)
         scene.interact(f"{self.name} {self.sides}", self.name, self.law)
         return ids
 
 
 def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocity=None, opens=None, threshold=0.7):
-    """Every cell of a body one of its own, joined to its neighbours by a law that keeps pairs; or, with opens="threshold", one
-    body, each side of which between two cells opens to a zone of that law where its traction reaches a threshold.
+    """Splits a mesh for fracture: every cell a separate body, bonded to its neighbours by a cohesive law. With opens="threshold"
+    the mesh stays a single body, and a side between two cells opens to a cohesive zone when its traction reaches a threshold.
 
-    body: ElasticBody. law: cairn.MAL(...) or another that joins what touches, on two points of each edge (2D), three of a
-    triangle or four of a quadrilateral (3D). material: of the contacts. fixed, drive: as of `deformable`, by groups of the body.
-    velocity: (dim,) or (n, dim), of its nodes [m/s]. Returns Pieces. Stiffnesses below some 50 E/size of a cell make the body
-    softer and its waves slower, by 1/(1 + E/(stiffness size)). In 2D stiffnesses, strengths and works are those of the material
-    times the thickness. Where quadrilaterals are warped the law joins what stands apart by that, too: its `within` is as large
-    as it takes.
+    body: ElasticBody. law: cairn.MAL(...) or another cohesive law, applied at two points of each edge (2D), three of a triangle
+    or four of a quadrilateral (3D). material: of the contacts. fixed, drive: as for `deformable`, by groups of the body.
+    velocity: (dim,) or (n, dim), of its nodes [m/s]. Returns Pieces. Bonds in series make the body softer and its waves slower,
+    by 1/(1 + E/(stiffness size)): give stiffnesses above some 50 E/size of a cell. In 2D stiffnesses, strengths and works are
+    those of the material times the thickness. Points on warped quadrilaterals have an initial gap; `within` of the law is
+    raised to bridge it.
 
-    opens: None, or "threshold", of triangle and quad cells, or of tetra or hexahedron cells. threshold: share of the strength
+    opens: None, or "threshold", for triangle and quad cells, or for tetra or hexahedron cells. threshold: share of the strength
     of the law at which a side opens, from 0 (all sides, after the first step) to inf (none): (t_N+ / s_N)^2 + (t_T / s_T)^2
-    >= threshold^2, looked at after each step. Tractions are those of nodal forces, nearest to the mean stress of both cells
-    (Camacho & Ortiz 1996). Cells share their nodes until then; a node stands twice or more once open sides separate the cells
+    >= threshold^2, checked after each step. Tractions follow from nodal forces, and are the nearest to the mean stress of both
+    cells (Camacho & Ortiz 1996). Cells share their nodes until then; a node is duplicated once open sides separate the cells
     round it (Pandolfi & Ortiz 2002).
 
-    Raises ValueError when there is nothing to join, where a side of a tetrahedron is half of one of a hexahedron, where sides
-    of hexahedra are warped by more than a fifth of their size, for a law that joins nothing, groups that the body does not
-    have, and for cells or laws whose sides cannot open by threshold.
+    Raises ValueError if no cells share a side, if a side of a tetrahedron is half of a side of a hexahedron, if sides of
+    hexahedra are warped by more than a fifth of their size, for a law without tensile strength, for unknown groups, and for
+    cells or laws whose sides cannot open by threshold.
     """
     _check(body, law, {"fixed": fixed, "drive": drive})
     if opens is not None:
@@ -83,7 +83,7 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
             key = tuple(np.sort(nodes[side]))
             if key in owner:
                 points[owner[key][0]].append(owner[key][1])
-                faced[owner[key][0]].append(owner[key][1])  # by which its points know their part of the surface
+                faced[owner[key][0]].append(owner[key][1])  # gives the points on it their tributary area
                 faced[piece].append(side)
                 joined += 1
             else:
@@ -104,8 +104,8 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
 
 
 def _check(body, law, given):
-    """Raises ValueError for bodies that are not linear, laws that join nothing, and groups that the body does not have."""
-    if not isinstance(body, ElasticBody) or hasattr(body, "blocks") or hasattr(body, "parts"):  # such are solids, too
+    """Raises ValueError for bodies that are not linear, laws without tensile strength, and unknown groups."""
+    if not isinstance(body, ElasticBody) or hasattr(body, "blocks") or hasattr(body, "parts"):  # solids, tied bodies
         told = f"body is a {type(body).__name__}, whose cells cannot be parted"
         raise ValueError(f"{told}: give a cairn.ElasticBody, of Hooke's law at small displacements")
     if type(law).__name__ in PRESS_ALONE:
@@ -120,7 +120,7 @@ def _check(body, law, given):
 
 
 def _check_whole_sides(sides):
-    """Raises where a triangle of one cell is half of a quadrilateral of another: sides by their nodes, in their order."""
+    """Raises ValueError if a triangle of a cell is half of a quadrilateral of another. sides: keyed by their sorted nodes."""
     halves = {half: quad for quad in sides if len(quad) == 4 for half in itertools.combinations(quad, 3)}
     for side in sides:
         if side in halves:
@@ -130,8 +130,8 @@ def _check_whole_sides(sides):
 
 
 def _across_warps(law, faces):
-    """The law whose pairs reach across faces (m, 4, 3): points of these stand off the two facets on the other side by up to a
-    tenth of what the faces are warped."""
+    """The law with `within` raised so that pairs bridge warped faces (m, 4, 3): points on them are off the two facets across by
+    up to a tenth of the warp."""
     warp = opening_faces.warps_of(np.array(faces)).max() if faces else 0.0
     if not warp > 0:
         return law
@@ -143,7 +143,7 @@ def _across_warps(law, faces):
 
 
 def _opening(body, law, material, name, threshold, given):
-    """One body whose sides open."""
+    """Pieces of a single body whose sides open at a threshold."""
     opening = opening_faces.checked(body, law, threshold)
     nodes, *_ = deformable(body, material, name=name, **given)
     attach(nodes, opening)
@@ -152,7 +152,7 @@ def _opening(body, law, material, name, threshold, given):
 
 
 def attach(nodes, opening):
-    """Makes the mesh of a set of nodes one whose faces may open."""
+    """Lets the faces of the mesh of a set of nodes open."""
     d = nodes.mesh
     d.opening, d.self_contact = opening, True
     none = np.zeros(0)
@@ -160,7 +160,7 @@ def attach(nodes, opening):
 
 
 def sides_of(nodes):
-    """The set that sides of faces that open come in with: none at the start."""
+    """The set to which the sides of opened faces are added; empty at the start."""
     from .meshes import part_set
 
     none, dim = np.zeros(0), nodes.mesh.body.dim
@@ -169,7 +169,7 @@ def sides_of(nodes):
 
 
 def _points(sides, dim):
-    """Nodes (m, k) and weights (m, k) of the points of some sides."""
+    """Nodes (m, k) and weights (m, k) of the contact points on sides."""
     most = max((len(side) for side in sides), default=2)
     nodes, weights = [], []
     for side in sides:
@@ -180,7 +180,7 @@ def _points(sides, dim):
 
 
 def _padded(sides):
-    """Faces (m, 3 | 4), -1 where there is no fourth node."""
+    """Faces (m, 3 | 4) as an array, -1 for the fourth node of a triangle."""
     if not sides:
         return ()
     most = max(len(side) for side in sides)

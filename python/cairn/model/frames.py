@@ -1,4 +1,4 @@
-"""Bars and beams as deformable bodies: frames, rods, strings of nodes that rigid bodies meet.
+"""Bars and beams as deformable bodies, whose nodes touch rigid bodies: trusses, frames, strings.
 
 frame = cn.beams(points, cells, young=2e11, area=1e-4, inertia=1e-9, density=7800.0, groups={"foot": [0]})
 scene.add(cn.deformable(frame, steel, contact="tip", fixed={"foot": "xy"}))
@@ -35,7 +35,7 @@ def _each(name, value, n):
 
 
 def _masses(points, cells, mass):
-    """Half the mass of each cell at each of its nodes, of every axis."""
+    """Lumped mass matrix: half the mass of each cell at each of its nodes, for every axis."""
     from scipy import sparse
 
     of_nodes = np.bincount(cells.ravel(), np.repeat(mass / 2, 2), len(points))
@@ -43,7 +43,7 @@ def _masses(points, cells, mass):
 
 
 def _tension(stress, area, young, length):
-    """Forces along bars (m,) of a stress that they have before they move [N], and the energy that they store [J]."""
+    """Axial forces (m,) of an initial stress [N], and their stored energy [J]."""
     given = checks.reals("initial_stress", stress, f"give a number, or one for each of the {len(area)} cells [Pa]")
     if given.shape not in ((), area.shape):
         told = f"initial_stress has shape {given.shape}"
@@ -53,7 +53,7 @@ def _tension(stress, area, young, length):
 
 
 def _held_apart(points, cells, length, pull):
-    """Forces (n, dim) of bars that are pulled, on nodes that hold them so."""
+    """Nodal forces (n, dim) [N] that hold bars under their initial tension."""
     along = (points[cells[:, 1]] - points[cells[:, 0]]) * (pull / length)[:, None]
     out = np.zeros(points.shape)
     np.add.at(out, cells[:, 1], along)
@@ -64,13 +64,13 @@ def _held_apart(points, cells, length, pull):
 def bars(
     points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0), initial_stress=None, kinematics="small",
 ):  # fmt: skip
-    """A truss: bars (m, 2) between points (n, 2 | 3) [m] that turn freely about their nodes, masses at the nodes.
+    """A truss: bars (m, 2) between points (n, 2 | 3) [m], hinged at their nodes, with lumped masses.
 
-    young [Pa], area [m2], density [kg/m3]: numbers, or one for each bar. groups: {name: nodes}; rayleigh: (a, b) of
-    C = a M + b K [1/s, s]. initial_stress [Pa], a number or one for each bar: along it before it moves, tension positive; it
-    pulls its nodes back across as well, so that a string sounds by it. kinematics: "small", a LinearBody; "corotational", forces
-    by the change of length, or "total_lagrangian", by Green's strain and the second stress of Piola and Kirchhoff, a FrameBody
-    whose bars move and turn as far as they like. Raises ValueError naming cell and remedy.
+    young [Pa], area [m2], density [kg/m3]: numbers, or (m,) of the bars. groups: {name: nodes}; rayleigh: (a, b) of
+    C = a M + b K [1/s, s]. initial_stress [Pa], a number or (m,): axial stress in the undeformed truss, tension positive. It adds
+    its geometric stiffness across the bar, so that a string vibrates. kinematics: "small" gives a LinearBody; "corotational"
+    (forces by the change of length) and "total_lagrangian" (Green's strain, second Piola-Kirchhoff stress) give a FrameBody with
+    displacements and rotations of any size. Raises ValueError naming cell and remedy.
     """
     kinematics = one_of("kinematics", kinematics, ("small", "corotational", "total_lagrangian"))
     points, cells, length = _cells(points, cells)
@@ -95,22 +95,24 @@ def beams(
     points, cells, *, young, area, inertia, density, poisson=0.3, shear_area=None, torsion=None, up=(0.0, 0.0, 1.0), clamped=None,
     groups=None, rayleigh=(0.0, 0.0), initial_stress=None, kinematics="small",
 ):  # fmt: skip
-    """A frame: beams (m, 2) between points (n, 2 | 3) [m], stiffly joined; masses at the nodes.
+    """A frame: beams (m, 2) between points (n, 2 | 3) [m], rigidly connected at their nodes, with lumped masses.
 
-    young [Pa], area [m2], density [kg/m3], inertia [m4] (in 3D (m, 2) or a pair: of bending along the second axis of the section,
-    which lies in the plane of `up` and the beam, and along the third), torsion [m4], shear_area [m2] (None: Bernoulli's beams,
-    which do not shear): numbers, or one for each beam. clamped: group or nodes that do not turn. Rotations have no inertia, and
-    follow the displacements (Guyan 1965): the stiffness is full, for frames of some hundred nodes. initial_stress [Pa], a number
-    or one for each beam: the mean along it before it moves, tension positive, which makes it stiffer or softer against bending
-    (by Bernoulli's deflections). kinematics: "small", a LinearBody; "corotational", a FrameBody whose beams move and turn as far
-    as they like while each bends little. Raises ValueError naming cell and remedy.
+    young [Pa], area [m2], density [kg/m3], inertia [m4], torsion [m4], shear_area [m2]: numbers, or (m,) of the beams.
+    inertia in 3D: a pair or (m, 2), for deflections along the second axis of the section, which lies in the plane of `up` and the
+    beam, and along the third. shear_area None: Bernoulli beams, without shear strain.
+    clamped: group or nodes whose rotation is held. Rotations have no inertia and are eliminated by static condensation (Guyan
+    1965): the stiffness is a full matrix, suited to frames of some hundred nodes.
+    initial_stress [Pa], a number or (m,): mean axial stress in the undeformed frame, tension positive; adds the geometric
+    stiffness of Bernoulli's cubic deflections.
+    kinematics: "small" gives a LinearBody; "corotational" gives a FrameBody, with displacements and rotations of any size while
+    each beam bends little. Raises ValueError naming cell and remedy.
     """
     kinematics = one_of("kinematics", kinematics, ("small", "corotational"))
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
     both = np.asarray(inertia, float)
-    one = both.shape == () or (both.shape == (n,) and (dim == 2 or n != 2))  # each has, in 3D two numbers are a pair
+    one = both.shape == () or (both.shape == (n,) and (dim == 2 or n != 2))  # no pair given: same inertia on both axes
     both = np.broadcast_to(both[..., None] if one else both, (n, 2))
     for column in both.T:
         _each("inertia", column, n)

@@ -1,5 +1,5 @@
-"""Stress of a deformable body before it moves: given as a tensor, by groups or cells, or as a function of position; kept at the
-points of the cells where stresses are found."""
+"""Initial stress of a deformable body: given as a tensor, by groups or cells, or as a function of position; stored at the
+integration points of the cells."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..names import listed
 from ..pre import checks
 
 ORDER = "11 22 33 12 13 23"
-SHOWN = {2: [0, 1, 3], 3: [0, 1, 2, 3, 5, 4]}  # of these, as stresses of a linear body are shown
+SHOWN = {2: [0, 1, 3], 3: [0, 1, 2, 3, 5, 4]}  # components in the order of ElasticBody.stress
 
 
 @cache
@@ -21,7 +21,7 @@ def _shapes():
 
 
 def at_points(given, points, cells, groups):
-    """{kind: (m, points of a cell, 6)} of an initial stress as `cn.deformable` takes it; None of none.
+    """{kind: (m, points of a cell, 6)} [Pa] of an initial stress in any form that `cn.deformable` takes; None for None.
     Raises ValueError naming field, value and remedy."""
     if given is None:
         return None
@@ -54,7 +54,7 @@ def at_points(given, points, cells, groups):
 
 
 def _of_cells(what, value, points, kind, nodes):
-    """Of some cells of a kind, something that fits (m, points, 6)."""
+    """Initial stress of cells of a kind, broadcastable to (m, points, 6) [Pa]."""
     shapes = _shapes()[kind]
     if callable(value):
         places = np.einsum("pa,mak->mpk", shapes, points[nodes])
@@ -76,7 +76,7 @@ def _of_cells(what, value, points, kind, nodes):
 
 
 def linear_blocks(part):
-    """What the core keeps of the cells of an ElasticBody, a dict of each kind."""
+    """Blocks of the core's BulkModel for an ElasticBody, a dict for each kind of cells."""
     if part.plane == "stress" and part.dim == 3:
         raise ValueError("plane stress is for two dimensions")
     return [
@@ -90,13 +90,13 @@ def linear_blocks(part):
 
 
 def of_block(body, kind, rows=slice(None)):
-    """Of some cells of a kind, as the core takes it; nothing where there is no stress."""
+    """Entry of a core block with the initial stress of cells of a kind; an empty dict without stress."""
     found = None if body.initial_stress is None else body.initial_stress[kind][rows]
     return {} if found is None or not np.any(found) else {"initial_stress": np.ascontiguousarray(found)}
 
 
 def forces(body):
-    """Forces (n dofs) [N] of the initial stress of an ElasticBody, and the energy that it stores [J]."""
+    """Nodal forces (n dofs) [N] of the initial stress of an ElasticBody, and its stored energy [J]."""
     model = _core.BulkModel(body.dim, body.points.ravel(), linear_blocks(body))
     force, _, wrong, energy, _ = model.evaluate(np.zeros(body.points.size), 1.0, 1.0)
     if wrong is not None:
@@ -105,7 +105,7 @@ def forces(body):
 
 
 def forces_of_cells(body):
-    """Forces (m, n dofs) [N] of the initial stress of an ElasticBody on the corners of the cells of each kind, a list."""
+    """Forces [N] of the initial stress of an ElasticBody on the corners of its cells: a list of (m, dofs of a cell) by kind."""
     corners = np.concatenate([nodes.ravel() for nodes in body.cells.values()])
     blocks, first = linear_blocks(body), 0
     for block in blocks:
@@ -122,12 +122,12 @@ def forces_of_cells(body):
 
 
 def shown(body, kind):
-    """Means over the cells of a kind of an ElasticBody, as its stresses are shown, (m, 3 | 6) [Pa]."""
+    """Mean initial stress of the cells of a kind, in the order of ElasticBody.stress, (m, 3 | 6) [Pa]."""
     return body.initial_stress[kind].mean(axis=1)[:, SHOWN[body.dim]]
 
 
 def stressed(body, given):
-    """A body as `body` with an initial stress. Raises ValueError for one that has no cells of its own."""
+    """A copy of a body with an initial stress. Raises ValueError for a body without known cells."""
     if not hasattr(type(body), "initial_stress"):
         raise ValueError(
             f"initial_stress is of cells, which a {type(body).__name__} does not tell: give an ElasticBody or a SolidBody; of "

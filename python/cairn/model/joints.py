@@ -1,10 +1,11 @@
 """Joints between two bodies, nodes of meshes or the world: `scene.join(a, b, cn.Hinge(point=(0, 0, 1), axis=(0, 1, 0)))`.
 
-Points and axes are where bodies stand when the joint is made, in space. The coordinate of a joint is that of the first body
-against the second: an angle about the axis by the right hand [rad], a way along it [m], a length [m]; 0 where it begins, but of a
-length. Limits keep it between two values, a motor drives it with a bounded torque or force, a spring draws it to where it is at
-rest; beyond its strength [N] a joint is gone from the next step on. Nodes of meshes have a place and no axes: what joins them
-holds displacements alone, a Fixed or a Slider does not ask how the other body turns.
+Points and axes are given in space, for the positions of the bodies when the joint is made. The joint coordinate is the motion of
+the first body relative to the second: an angle about the axis by the right-hand rule [rad], a displacement along it [m], or a
+length [m]. Angles and displacements begin at 0. Limits bound the coordinate, a motor drives it with a bounded torque or force, a
+spring pulls it towards its rest value. A joint whose force exceeds its strength [N] is removed from the next step on. Nodes of
+meshes have no rotation: joints on them hold displacements alone, and a Fixed or a Slider leaves the rotation of the other body
+free.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from . import bodies
 from .laws import BY_NAME
 from .materials import Material
 
-END = 0.1  # radius of the mark of an end, of its body's size
-ROWS = _core.joint_kinds()  # of cxx/scene/joints.def
+END = 0.1  # radius of the contactor at an end of a joint, over the size of its body
+ROWS = _core.joint_kinds()  # rows of cxx/scene/joints.def
 
 
 @dataclass(frozen=True)
 class Motor:
-    """Drives the coordinate of a joint at a speed [rad/s, m/s], with at most an effort [N m, N]."""
+    """Drives the coordinate of a joint at a speed [rad/s, m/s], with a torque or force up to `effort` [N m, N]."""
 
     speed: float
     effort: float
@@ -37,8 +38,8 @@ class Motor:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring with a dashpot along the coordinate of a joint: stiffness [N/m, N m/rad], damping [N s/m, N m s/rad], rest: the
-    coordinate at which it is slack [m, rad]; None: where the joint begins."""
+    """A spring with a dashpot along the coordinate of a joint: stiffness [N/m, N m/rad], damping [N s/m, N m s/rad]; rest:
+    coordinate without force [m, rad], None for the initial coordinate."""
 
     stiffness: float
     damping: float = 0.0
@@ -60,7 +61,7 @@ def _two(name, values):
 
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
-    """What all joints take. strength [N]: the force at which it breaks."""
+    """Base of all joints. strength [N]: force at which the joint breaks."""
 
     strength: float = np.inf
 
@@ -69,23 +70,23 @@ class JointKind:
             self.axis_of(len(self.axis))
 
     def bits(self, dim):
-        """Which components are blocked, as bits n, t [, s], rotations; which is the coordinate, from 1, 0 none."""
+        """(blocked components as bits: n, t [, s], then rotations; number of the free coordinate from 1, 0 without)."""
         row = ROWS[type(self).__name__]
         if row["blocked"][dim - 2] < 0:
             raise ValueError(f"{type(self).__name__} is a joint of {5 - dim}D: in {dim}D give {row['instead']}")
         return row["blocked"][dim - 2], row["coordinate"][dim - 2]
 
     def ends(self, dim):
-        """Points of both ends (2, dim) [m]; of a Cable that of its pulley between them, (3, dim)."""
+        """Points of both ends (2, dim) [m]; for a Cable (3, dim), with its pulley in the middle."""
         point = checks.real_array(f"point of {type(self).__name__}", self.point, (dim,))
         return np.array([point, point])
 
     def begins_at(self, dim):
-        """The coordinate when the joint is made [m, rad]."""
+        """Initial value of the coordinate [m, rad]."""
         return 0.0
 
     def axis_of(self, dim):
-        """Of unit length."""
+        """Unit vector (dim,) of the axis of the joint."""
         if not hasattr(self, "axis"):
             return np.eye(dim)[-1 if dim == 3 else 0]
         axis = checks.real_array(f"axis of {type(self).__name__}", self.axis, (dim,))
@@ -95,8 +96,8 @@ class JointKind:
         return axis / size
 
     def law(self, dim, swapped, on_mesh=False, marks=(0, 0)):
-        """The law between its ends; swapped: the core sees the second body as the first; on_mesh: an end is a node; marks: of a
-        Cable, which of its three marks is at the pulley and which at the end that is no side of the contact, from 1."""
+        """Contact law between the ends. swapped: the core takes the second body as the first; on_mesh: an end is a node of a
+        mesh; marks: for a Cable, the numbers from 1 of its contactors at the pulley and at the end beyond the contact."""
         own = type(self).__name__
         blocked, coordinate = self.bits(dim)
         if on_mesh:
@@ -138,14 +139,14 @@ class JointKind:
 
 @dataclass(frozen=True, kw_only=True)
 class Ball(JointKind):
-    """Two points stay together, 3D."""
+    """Spherical joint in 3D: two points stay together."""
 
     point: object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hinge(JointKind):
-    """Two points and an axis through them stay together, 3D. limits: angles from -pi to pi."""
+    """Hinge in 3D: two points and an axis through them stay together. limits: angles from -pi to pi [rad]."""
 
     point: object
     axis: object
@@ -156,7 +157,7 @@ class Hinge(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Pivot(JointKind):
-    """Two points stay together, 2D. limits: angles, whole turns counted."""
+    """Hinge in 2D: two points stay together. limits: angles, counting whole turns [rad]."""
 
     point: object
     limits: object = None
@@ -166,14 +167,15 @@ class Pivot(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Fixed(JointKind):
-    """Bodies move as one; point: where force and strength are taken."""
+    """Rigid connection of two bodies; point: where its force is evaluated, against strength."""
 
     point: object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slider(JointKind):
-    """The first body slides along an axis of the second and does not turn against it. limits: ways from where it begins."""
+    """Prismatic joint: the first body slides along an axis of the second, without relative rotation. limits: displacements from
+    the initial position [m]."""
 
     point: object
     axis: object
@@ -184,8 +186,8 @@ class Slider(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(JointKind):
-    """Two points, of the first body and of the second, keep their distance; with limits it stays between two lengths, with a
-    spring it is drawn to the length at rest."""
+    """Keeps the distance of a point of the first body and a point of the second. limits: bounds the distance instead [m]; spring:
+    pulls it towards a rest length instead."""
 
     points: object
     limits: object = None
@@ -209,12 +211,13 @@ class Distance(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(JointKind):
-    """A rope over a pulley, a point without mass or friction: it bears no more than its length [m] from its end on the first body
-    to the pulley and on to its end on the second, pulls both ends alike and the pulley by both, and is slack otherwise.
+    """An inextensible rope over a pulley without mass or friction: the path from its end on the first body over the pulley to its
+    end on the second is at most `length`. Its tension is the same on both sides, pulls the pulley by their sum, and is zero
+    while the rope is slack.
 
-    points: on the first body, of the pulley, on the second, (3, dim) [m]; length: None, as long as it then is; pulley: the
-    number of the body that carries it, None: the world. strength: the tension at which it breaks. One of the two ends may be a
-    node of a mesh."""
+    points (3, dim) [m]: on the first body, at the pulley, on the second body; length [m], None: the initial length of the path;
+    pulley: number of the body that carries it, None: the world. strength: tension at which it breaks [N]. An end may be a node
+    of a mesh, but not both."""
 
     points: object
     length: float | None = None
@@ -228,7 +231,7 @@ class Cable(JointKind):
         return points
 
     def spanned(self, dim):
-        """Its length now, along a straight line on each side [m], or what it was given."""
+        """Length of the rope [m]: as given, or that of the initial path, straight on each side of the pulley."""
         span = float(np.linalg.norm(np.diff(self.ends(dim), axis=0), axis=1).sum())
         if self.length is None:
             return span
@@ -241,7 +244,7 @@ KINDS = (Ball, Hinge, Pivot, Fixed, Slider, Distance, Cable)
 
 
 def joined(scene, a, b, kind):
-    """Puts the ends of a joint on two bodies of a scene, b None: the world. Its name."""
+    """Adds a joint to a scene: contactors at its ends and a law between them; b None: the world. Returns its name."""
     if not isinstance(kind, JointKind):
         raise ValueError(f"joint is {kind!r}: give one of {', '.join('cairn.' + k.__name__ for k in KINDS)}")
     dim = scene.dim
@@ -259,7 +262,7 @@ def joined(scene, a, b, kind):
     law = kind.law(dim, places[-1] is not None and places[0][0] > places[-1][0], any(mesh is not None for mesh in meshes), marks)
     name = f"joint {sum(law is not None and law.name == 'joint' for _, _, law in scene.rules)}"
     mark = Material(name)
-    for place, point in zip(places, ends):  # all ends, before the first is put: a joint that is refused leaves nothing behind
+    for place, point in zip(places, ends):  # checks all ends first, so that a refused joint leaves the scene unchanged
         if place is not None and scene.sets[place[0]].mesh is not None:
             _check_on_node(scene, place, point)
     for place, point in zip(places, ends):
@@ -278,9 +281,9 @@ def joined(scene, a, b, kind):
 
 
 def _marks_of_cable(scene, places):
-    """Which of its marks, by the order of their bodies from 1, is at the pulley, and which at the end beyond it. The other end
-    and the pulley are the sides of the contact, one of which moves. Beyond its pulley a rope pulls rigid bodies alone, so that a
-    node of a mesh is a side of the contact."""
+    """Numbers from 1, in the order of their bodies, of the contactors at the pulley and at the end beyond it. The near end and
+    the pulley are the two sides of the contact; at least one of them moves. The end beyond the pulley must be on a rigid body, so
+    a node of a mesh is taken as the near end."""
     sets = [None if place is None else scene.sets[place[0]] for place in places]
     nodes = [s is not None and s.mesh is not None for s in sets]
     if nodes[1]:
@@ -295,13 +298,13 @@ def _marks_of_cable(scene, places):
     if not any(moves):
         raise ValueError("a, b and the pulley of Cable do not move: give one that does")
     far = 0 if nodes[2] or not (moves[0] or moves[1]) else 2
-    # the world's marks come after all others, in this order
+    # contactors on the world are inserted after all others, in this order
     order = sorted(range(3), key=lambda k: (places[k] is None, places[k] or (), k))
     return order.index(1) + 1, order.index(far) + 1
 
 
 def _place(scene, side, number):
-    """Set and row of a body, or of a node of a mesh."""
+    """(number of the set, row in it) of a body or of a node of a mesh."""
     if isinstance(number, (int, np.integer)) and not isinstance(number, bool):
         for k, s in enumerate(scene.sets):
             row = np.flatnonzero(s.own_ids == number)
@@ -315,7 +318,7 @@ def _size_of_mesh(s):
 
 
 def _check_on_node(scene, place, point):
-    """Raises ValueError for an end that is not where its node is."""
+    """Raises ValueError if the end of a joint is not at the position of its node."""
     k, row = place
     s = scene.sets[k]
     if np.abs(point - s.position[row]).max() > 1e-9 * _size_of_mesh(s):
@@ -326,7 +329,7 @@ def _check_on_node(scene, place, point):
 
 
 def _put_on_node(scene, place, mark):
-    """Adds an end to a node of a mesh; the radius of a mark of the world beside it."""
+    """Adds the end of a joint to a node of a mesh; returns the radius [m] for a contactor on the world at the other end."""
     k, row = place
     s = scene.sets[k]
     s.mesh.joints.append((mark.name, row))
@@ -336,12 +339,13 @@ def _put_on_node(scene, place, mark):
 
 
 def end_on_node(dim, mark, row):
-    """The mark of a joint on a node of a mesh."""
+    """Contactor of a joint on a node of a mesh."""
     return bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([row]), np.zeros(1), joint=True)
 
 
 def _put(scene, place, point, mark, turns):
-    """Adds an end to a body; the radius of its mark. turns: the joint asks how its bodies have turned, round ones too."""
+    """Adds the end of a joint to a body; returns the radius of its contactor [m]. turns: the joint needs the rotation of its
+    bodies, so that disks and spheres get a rotation as well."""
     k, row = place
     s = scene.sets[k]
     size = 0.0

@@ -1,7 +1,7 @@
-"""Units and meanings of the parameters of contact laws: for help() and for the tables of the documentation.
+"""Units and meanings of the parameters of contact laws, for help() and for the tables of the documentation.
 
-Laws share names, and a name means the same in all of them but for those that stand under ONE_LAW. A row of
-core_f90/contact_laws/laws.def that brings in a name wants a line here; tests/python/test_law_parameters.py asks for it.
+Laws share the names in SHARED; ONE_LAW holds the names that mean something else in a particular law. A new name in
+core_f90/contact_laws/laws.def needs a line here, which tests/python/test_law_parameters.py checks.
 """
 
 SHARED = {
@@ -115,5 +115,5 @@ ONE_LAW = {
 
 
 def told(law, parameter):
-    """Unit and meaning of a parameter of a law of Cairn's own; None of one that is not known."""
+    """(unit, meaning) of a parameter of a built-in law; None for an unknown parameter."""
     return ONE_LAW.get((law, parameter)) or SHARED.get(parameter)

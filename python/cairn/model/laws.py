@@ -17,16 +17,16 @@ from .materials import OfTemperature
 
 
 class Law:
-    """Parameters of a contact law. `name` is the kernel's, `row` its place in the list of laws.
+    """Parameters of a contact law. `name`: of the kernel; `row`: its row in the list of laws.
 
-    A parameter may be a cairn.networks.OfTemperature, of the mean temperature of both sides at the begin of the step: `values`
-    has its largest value then, `of_temperature` its place and itself.
+    A parameter may be a cairn.networks.OfTemperature, evaluated at the mean temperature of both sides at the beginning of the
+    step: `values` then holds its largest value, and `of_temperature` its index and the curve.
     """
 
     name: str
     row: int
     parameter_names: tuple[str, ...] = ()
-    bonds: bool = False  # whether it may hold bodies together, at points that they carry
+    bonds: bool = False  # True for cohesive laws, whose contact points are fixed to the bodies
 
     def __init__(self, values, of_temperature=()):
         object.__setattr__(self, "values", tuple(values))
@@ -58,7 +58,7 @@ class Law:
 
 
 def _line(own, name, default, low, high):
-    """One parameter in help(): its meaning and unit, where it is one of Cairn's own laws, its range and its default."""
+    """Line of help() on a parameter: meaning and unit (of built-in laws only), range and default."""
     unit, meaning = own and told(own, name) or ("", "")
     about = f"{meaning} [{unit}], " if meaning else ""
     return f"    {name}: {about}from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
@@ -95,7 +95,7 @@ def _law_class(row, description, plugged=False):
                 raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
             values.append(value)
         Law.__init__(self, values, curves)
-        # what parameters must be to each other
+        # lets the kernel check conditions on several parameters together
         of_temperature = [(k, list(of.temperatures), list(of.values)) for k, of in curves]
         _core.LawTable([], []).rule("*", "*", row, list(self.values), of_temperature)
 
@@ -103,12 +103,12 @@ def _law_class(row, description, plugged=False):
     doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
     members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
     members["bonds"] = description["bonds"]
-    members["__signature__"] = by_name(parameters)  # of what reads signatures: help(), notebooks, documentation
+    members["__signature__"] = by_name(parameters)  # for help(), notebooks, documentation
     return type(description["python_name"], (Law,), members)
 
 
 def plugged_class(row, description):
-    """The class of a law that a library brought in; known by its name to files from then on."""
+    """Makes and registers the class of a law from a library, so that files can name it."""
     made = _law_class(row, description, plugged=True)
     BY_NAME[made.name] = made
     return made
@@ -122,7 +122,8 @@ __all__ = ["Law", *LAWS]
 
 
 def law_from(name, values, of_temperature=None):
-    """The law of the kernel's `name` with parameters in their order, some of temperature {place: curve}; for files."""
+    """Makes a law read from a file. name: of the kernel; values: parameters in their order; of_temperature: {index: curve} of
+    parameters that depend on temperature."""
     if name not in BY_NAME:
         raise ValueError(
             f"there is no contact law {name!r}; there are {listed(BY_NAME, name)}; "

@@ -35,18 +35,18 @@ class OfTemperature:
         return float(np.interp(temperature, self.temperatures, self.values))
 
     def to_dict(self):
-        """What a file holds of it."""
+        """Content of a scene file for this curve."""
         return {"kind": "of_temperature", "temperatures": np.array(self.temperatures), "values": np.array(self.values)}
 
 
 @dataclass(frozen=True)
 class Material:
-    """What a body is made of.
+    """The material of a body.
 
-    name: what laws refer to. density: mass per volume [kg/m3]; only needed by bodies whose mass is not given.
-    Of networks of heat and current alone, see cairn.networks: conductivity [W/(m K)], capacity [J/(kg K)], resistivity [ohm m],
-    each a number or an OfTemperature; latent (heat [J/kg], from, to [K]) that is taken up between two temperatures; young [Pa],
-    poisson and hardness [Pa] of the spots where bodies touch; expansion [1/K].
+    name: referred to by contact laws. density: mass per volume [kg/m3]; only needed by bodies whose mass is not given.
+    The others are used by networks of heat and current alone, see cairn.networks. conductivity [W/(m K)], capacity [J/(kg K)],
+    resistivity [ohm m]: each a number or an OfTemperature; latent: (heat [J/kg], from, to [K]) absorbed between two temperatures;
+    young [Pa], poisson and hardness [Pa]: of the contact spots; expansion: thermal [1/K].
 
     >>> Material("rock", density=2800.0).name
     'rock'
@@ -83,12 +83,12 @@ class Material:
             object.__setattr__(self, "latent", (float(heat), float(begin), float(end)))
 
     def beside_density(self):
-        """{field: value} of what networks ask for, None where it says nothing of that."""
+        """{field: value} of the given properties for networks; None without any."""
         told = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("name", "density")}
         return {name: value for name, value in told.items() if value is not None} or None
 
     def with_(self, other):
-        """This material with what another of its name says besides; None where they say different things."""
+        """This material completed by the properties of another of the same name; None if they contradict each other."""
         told = {}
         for field in fields(self):
             mine, theirs = getattr(self, field.name), getattr(other, field.name)

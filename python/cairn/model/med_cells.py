@@ -1,10 +1,10 @@
-"""Cells of MED files: numbered the other way round than meshio has them, which reads them as they stand."""
+"""Cells of MED files: their nodes have the opposite orientation, which meshio does not convert."""
 
 from __future__ import annotations
 
 import numpy as np
 
-# corners of MED's cells by ours, and the edges whose middles follow in both, by corners
+# corners of MED cells in our order, and the edges, by corners, in the order of their middle nodes (the same in both)
 CORNERS = {"tetra": [0, 2, 1, 3], "hexahedron": [0, 3, 2, 1, 4, 7, 6, 5]}
 EDGES = {
     "tetra": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
@@ -14,7 +14,7 @@ WITHOUT_MIDDLES = {"tetra": "tetra", "hexahedron": "hexahedron", "tetra10": "tet
 
 
 def turned(kind):
-    """Places of the nodes of a kind of cells among those of a MED file."""
+    """Index of each node of a kind of cells in the order of a MED file."""
     base = WITHOUT_MIDDLES[kind]
     corners, edges = CORNERS[base], EDGES[base]
     if kind == base:
@@ -24,8 +24,8 @@ def turned(kind):
 
 
 def read(path, by):
-    """What meshio's `by` reads of a MED file, its cells turned as ours are. A file whose cells are that already, as meshio
-    writes them, stays as it is."""
+    """Mesh of a MED file, by meshio's reader `by`, with the nodes of its cells in our order. Cells with positive volume, as
+    meshio writes them, are not changed."""
     from meshio.med import _med
 
     known = _med.med_to_meshio_type
@@ -41,7 +41,7 @@ def read(path, by):
 
 
 def _volumes(points, cells, kind):
-    """Of the corner of each cell that stands first, six times over."""
+    """Six times the signed volume of the tetrahedron at the first corner of each cell (m,) [m3]: negative if inside out."""
     third, fourth = (2, 3) if WITHOUT_MIDDLES[kind] == "tetra" else (3, 4)
     first, second, third, fourth = (np.asarray(points, float)[cells[:, k]] for k in (0, 1, third, fourth))
     return np.einsum("mk,mk->m", np.cross(second - first, third - first), fourth - first)

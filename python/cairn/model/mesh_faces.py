@@ -1,7 +1,7 @@
-"""Faces of deformable bodies in 3D as antagonists: a facet of a surface for every triangle of them, which follows its nodes.
+"""Faces of deformable bodies in 3D as antagonists: a triangular facet contactor for every triangle, which moves with its nodes.
 
-A face of four nodes makes two facets, which give normal and gap; the velocity of a point on it is the bilinear one of the element
-behind it, so that the work of a contact is that of the nodal forces it makes.
+A face of four nodes has two facets, which give normal and gap. The velocity of a point on it is interpolated by the bilinear
+shape functions of the face, so that the work of a contact equals the work of its nodal forces.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from .surfaces import with_neighbours
 
 
 def whole_sides(body, pieces):
-    """Nodes (m, 9) of the side of a cell that each flat piece (m, 2 | 4) of the boundary is a part of, -1 where fewer: corners,
-    the middles of edges, the middle. Empty where no cell is of second order."""
+    """Nodes (m, 9) of the whole side of a cell to which each flat piece (m, 2 | 4) of the boundary belongs: corners, mid-side
+    nodes, middle node, padded by -1. Empty if no cell is of second order."""
     from .elastic import ELEMENTS
 
     cells = getattr(body, "cells", None)
@@ -39,9 +39,9 @@ def whole_sides(body, pieces):
 
 
 def outwards(body, sides):
-    """Sides (m, 2 | 3 | 4) that were given as arrays, those which bound a cell of the body the other way round turned over.
+    """Sides (m, 2 | 3 | 4) given as arrays, reversed if they are sides of the boundary with the opposite orientation.
 
-    Of what no cell knows, as parts of a body of matrices alone, the order is the user's word.
+    Sides that belong to no known cell, such as those of a body given by matrices, keep the user's order.
     """
     if not len(sides) or not isinstance(getattr(body, "cells", None), dict):
         return sides
@@ -60,14 +60,14 @@ def _nodes_of(side):
 
 
 def _same_way(side, other):
-    """Whether two sides of the same nodes go round them the same way."""
+    """True if two sides of the same nodes have the same orientation."""
     if len(side) == 2:
         return side == other
     return other[(other.index(side[0]) + 1) % len(other)] == side[1]
 
 
 class Faces:
-    """nodes (m, 3): of each facet; faces (m, 4): of the face it is a part of, the fourth -1 in a triangle."""
+    """Facets of faces. nodes (m, 3): of each facet; faces (m, 4): nodes of its face, -1 for the fourth node of a triangle."""
 
     def __init__(self, faces):
         faces = np.asarray(faces, int)
@@ -76,13 +76,13 @@ class Faces:
         wide = faces[:, 3] >= 0
         self.nodes = np.concatenate([faces[:, [0, 1, 2]], faces[wide][:, [0, 2, 3]]])
         self.faces = np.concatenate([faces, faces[wide]])
-        self.around = [np.zeros(0, int)] * len(self.nodes)  # nodes of the surface that each facet sees, its own first
+        self.around = [np.zeros(0, int)] * len(self.nodes)  # nodes of each facet and of its neighbours, its own first
 
     def __len__(self):
         return len(self.nodes)
 
     def part_set(self, places, material, d):
-        """A contactor for each facet. material: of all, or a list with one for each face, whose two facets share it."""
+        """Set with a contactor for each facet. material: of all, or a list over the faces; both facets of a face share it."""
         from .meshes import part_set, rows_by_material
 
         corners = places[self.nodes]
@@ -102,14 +102,15 @@ class Faces:
         return part_set(3, contactors, "faces", d)
 
 
-# Of a face with three or four corners alone: its facets, and the corners of each, its own first.
+# Facets of a single face with three or four corners: _HALVES their corners, _AROUND all corners of the face with those of the
+# facet first, _FANS the triangles of the face in that order.
 _HALVES = {3: [[0, 1, 2]], 4: [[0, 1, 2], [0, 2, 3]]}
 _AROUND = {3: [[0, 1, 2]], 4: [[0, 1, 2, 3], [0, 2, 3, 1]]}
 _FANS = {3: [[[0, 1, 2]]], 4: [[[0, 1, 2], [0, 2, 3]], [[0, 3, 1], [0, 1, 2]]]}
 
 
 class LoneFaces(Faces):
-    """Faces (m, 3 | 4) that see no others, the facets of each next to each other."""
+    """Facets of faces (m, 3 | 4) without neighbours; the facets of a face follow each other."""
 
     def __init__(self, faces):
         self.corners = faces.shape[1]
@@ -119,9 +120,9 @@ class LoneFaces(Faces):
         self.around = faces[:, _AROUND[self.corners]].reshape(-1, self.corners)
 
     def hulls(self, places):
-        """Of the facets, by the places of the nodes (n, 3)."""
+        """Hulls of the facets for positions of the nodes (n, 3) [m]."""
         x, m = places[self.around] - places[self.nodes].mean(axis=1)[:, None], len(self.nodes)
-        fans = np.array(_FANS[self.corners])  # of each facet of a face
+        fans = np.array(_FANS[self.corners])
         fans = np.tile(fans, (m // len(fans), 1, 1, 1))
         each = fans.shape[1]
         return Hulls(x.reshape(-1, 3), self.corners * np.arange(m + 1), each * np.arange(m + 1), 3 * np.arange(m * each + 1),

@@ -1,4 +1,4 @@
-"""Deformable bodies and networks in scene files: what they were called with, not what follows from it."""
+"""Deformable bodies and networks in scene files, stored by the arguments from which they are built again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BODIES = {cls.__name__: cls for cls in (ElasticBody, FrameBody, LinearBody, Line
 
 
 def encoded(given):
-    """What a file holds of arguments by name."""
+    """Content of a scene file for arguments {name: value}. Raises ValueError for a value that no file can hold."""
     return {name: _encoded(name, value) for name, value in given.items()}
 
 
@@ -34,7 +34,7 @@ def decoded(content):
 
 
 def to_dict(d):
-    """What a file holds of a Deformable. Raises ValueError for what no file can hold, such as a solver of another code."""
+    """Content of a scene file for a Deformable. Raises ValueError for a part that no file can hold, such as a user's solver."""
     d = d.whole or d
     kind = type(d.body).__name__
     if BODIES.get(kind) is not type(d.body):
@@ -49,7 +49,7 @@ def to_dict(d):
 
 
 def from_dict(content):
-    """The sets of bodies that show it, as `deformable` gives them."""
+    """Sets of bodies of a Deformable, as `deformable` returns them, from the content of a file."""
     body = BODIES[content["class"]](**{name: _decoded(value) for name, value in content["body"].items()})
     made = deformable(body, **{name: _decoded(value) for name, value in content["given"].items()})
     if "opening" in content:

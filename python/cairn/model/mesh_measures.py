@@ -1,4 +1,4 @@
-"""Strains of cells and parts of surfaces of bodies that deform, from the displacements of their nodes."""
+"""Strains of cells, tributary areas and nodal pressures of deformable bodies, from the displacements of their nodes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from .. import _core
 
 
 def displacement_gradients(body, displacement):
-    """Derivatives of the displacement by the place at the start in the middle of each cell, {kind: (m, dim, dim)}."""
+    """Displacement gradient du/dX in the middle of each cell, {kind: (m, dim, dim)}; X: initial position."""
     u, dim = np.asarray(displacement, float).reshape(body.points.shape), body.dim
     sizes, out = np.eye(3 * dim - 3), {}
-    shear = {(0, 1): 2} if dim == 2 else {(0, 1): 3, (1, 2): 4, (0, 2): 5}  # where strains have twice the shear
+    shear = {(0, 1): 2} if dim == 2 else {(0, 1): 3, (1, 2): 4, (0, 2): 5}  # components that hold twice the shear strain
     for kind, nodes in body.cells.items():
         h = np.zeros((len(nodes), dim, dim))
-        for k in range(dim):  # of one component alone: its derivatives are the strains
+        for k in range(dim):  # a displacement along axis k alone: its strains are its derivatives
             only = np.zeros((len(nodes), nodes.shape[1], dim))
             only[:, :, k] = u[nodes][:, :, k]
             found = _core.element_stress(kind, np.ascontiguousarray(body.points[nodes]), sizes, only)
@@ -25,8 +25,8 @@ def displacement_gradients(body, displacement):
 
 
 def mean_strain(body, displacement, large):
-    """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], shear halved. large: Hencky's
-    ln V = ln(F F') / 2, else the symmetric part of the gradient."""
+    """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], tensor shear. large: Hencky's
+    ln V = ln(F F') / 2; else the symmetric part of the displacement gradient."""
     out, dim = {}, body.dim
     rows, columns = ([0, 1, 0], [0, 1, 1]) if dim == 2 else ([0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2])
     for kind, h in displacement_gradients(body, displacement).items():
@@ -40,13 +40,13 @@ def mean_strain(body, displacement, large):
 
 
 def pressure_of(body, displacement, force):
-    """Pressure (n,) [Pa] of forces (n, dim) [N] on nodes, over the parts of the surface that they stand for where it is now: the
-    integrals of their shape functions. Zero of bodies whose surface is not known.
+    """Pressure (n,) [Pa] of nodal forces (n, dim) [N] over the tributary areas of the nodes in the deformed configuration, which
+    are integrals of the shape functions. Zero for bodies whose surface is not known.
 
-    Sides that a force does not push on, more than 60 degrees from its way, are no part of it, so that at an edge of the body only
-    the side counts that is pushed. Corners of sides of six and eight nodes bear nothing where the pressure is uniform, or pull:
-    forces and parts of the surface go from them to the middles beside them, of which they have the mean; so do nodes of
-    parabolic edges on an axis of symmetry."""
+    Only sides whose inward normal is within 60 degrees of the force count, so that at an edge of the body the loaded side alone
+    does. In sides of six and eight nodes a uniform pressure has zero or negative forces at the corners: forces and areas of
+    corners are moved to the adjacent mid-side nodes, and corners get the mean pressure of these. The same mean is given to nodes
+    of parabolic edges on an axis of symmetry."""
     x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
     sides = _sides_pushed(body, x, force)
     areas = np.zeros(x.shape)
@@ -65,12 +65,12 @@ def pressure_of(body, displacement, force):
     return np.divide(total, count, out=out, where=count > 0)
 
 
-CORNERS = {6: 3, 8: 4}  # of sides whose corners bear nothing, or pull, by their nodes
+CORNERS = {6: 3, 8: 4}  # corners of sides by number of nodes, where the shape functions of corners integrate to <= 0
 
 
 def surface_vectors(body, displacement):
-    """Of each node the integral of its shape function over the surface where that is now, by the outward normal, (n, dim) [m2];
-    zero inside, and of bodies whose surface is not known."""
+    """Tributary area vector of each node (n, dim) [m2]: integral of its shape function times the outward normal over the deformed
+    surface; zero for inner nodes, and for bodies whose surface is not known."""
     x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
     out = np.zeros(x.shape)
     for nodes, own in _sides(body, x):
@@ -79,8 +79,8 @@ def surface_vectors(body, displacement):
 
 
 def _sides(body, x):
-    """Of the sides of the boundary, those of one form together: nodes (m, k), and the integrals of their shape functions by the
-    outward normal (m, k, dim) [m2]."""
+    """Yields for each form of boundary sides their nodes (m, k), and the integrals of the shape functions times the outward
+    normal (m, k, dim) [m2], at positions x (n, dim) [m]."""
     from .pressure import boundary_sides, samples
 
     try:
@@ -98,12 +98,13 @@ def _sides(body, x):
 
 
 def _sides_pushed(body, x, force):
-    """[(nodes (m, k), integrals (m, k, dim) [m2])] of the sides that forces push on, zero of nodes that do not push on a side."""
+    """[(nodes (m, k), integrals (m, k, dim) [m2])] of the sides under compression by nodal forces (n, dim) [N]; the integrals are
+    zero at nodes whose force does not push on the side."""
     out = []
     for nodes, own in _sides(body, x):
         corners = CORNERS.get(nodes.shape[1], 0)
         way, of = force[nodes], own
-        if corners:  # which may pull: the middles tell for the whole side
+        if corners:  # forces of corners may pull: the sum over the mid-side nodes decides for the whole side
             way, of = way[:, corners:].sum(axis=1, keepdims=True), own.sum(axis=1, keepdims=True)
         pushed = -np.einsum("mak,mak->ma", way, of)
         on = (pushed > 0) & (pushed >= 0.5 * np.linalg.norm(way, axis=2) * np.linalg.norm(of, axis=2))
@@ -113,7 +114,8 @@ def _sides_pushed(body, x, force):
 
 
 def _off_corners(sides, of_nodes):
-    """What nodes have (n, dim), that of the corners of sides (nodes, sizes) moved to the middles beside them, by the sizes."""
+    """Nodal values (n, dim) with those of corners moved to the adjacent mid-side nodes, in proportion to the areas of the sides.
+    sides: [(nodes (m, k), areas (m,) [m2])]."""
     weight, out = np.zeros(len(of_nodes)), of_nodes.copy()
     for nodes, size in sides:
         corners = CORNERS[nodes.shape[1]]
@@ -128,7 +130,7 @@ def _off_corners(sides, of_nodes):
 
 
 def _beside(body, sides):
-    """(node (m,), one beside it (m,)) of those that have the mean of nodes beside them."""
+    """Yields (nodes (m,), adjacent nodes (m,)) for nodes whose pressure is the mean over adjacent nodes."""
     radius = np.abs(body.points[:, 0]) if getattr(body, "plane", "") == "axisymmetric" else np.ones(len(body.points))
     on_axis = radius <= 1e-12 * radius.max()
     for nodes, _ in sides:

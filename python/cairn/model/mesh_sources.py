@@ -1,8 +1,8 @@
-"""Meshes of bodies that deform from elsewhere: files that meshio reads (gmsh, MED, VTK, Abaqus's .inp, ...), meshio's own,
-gmsh's API.
+"""Meshes of deformable bodies from other programs: files that meshio reads (gmsh, MED, VTK, Abaqus's .inp, ...), objects of
+meshio, gmsh's API.
 
-Names become groups of nodes: physical groups of gmsh, families of MED, sets of nodes and of elements of Abaqus. Of its elements
-(CPE4R, CAX8, ...) the cells are taken alone: plane strain, plane stress or axisymmetry is what `plane` of the body says.
+Names become groups of nodes: physical groups of gmsh, families of MED, sets of nodes and of elements of Abaqus. Types of Abaqus
+elements (CPE4R, CAX8, ...) give the shape of cells only: `plane` of the body selects plane strain, plane stress or axisymmetry.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .. import _core
 from . import abaqus_types, med_cells
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
-# Kinds of cells by gmsh's numbers, and the places of our nodes among its own where the order is not the same.
+# Kinds of cells by gmsh's numbers, and indices of our nodes in gmsh's order where the orders differ.
 OF_GMSH = {1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 8: "line3", 9: "triangle6", 10: "quad9",
            11: "tetra10", 12: "hexahedron27", 15: "vertex", 16: "quad8", 17: "hexahedron20"}  # fmt: skip
 _EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
@@ -36,7 +36,7 @@ class Mesh(NamedTuple):
 
 
 def is_source(mesh):
-    """Whether `read` knows what to do with it."""
+    """True for arguments that `read` takes: a path, a Mesh, the module gmsh or a meshio.Mesh."""
     return isinstance(mesh, (str, Path, Mesh)) or _of_gmsh(mesh) or _of_meshio(mesh)
 
 
@@ -49,12 +49,11 @@ def _of_gmsh(mesh):
 
 
 def read(mesh, model=None):
-    """Mesh (points (n, dim), cells {kind: (m, nodes)}, groups {name: nodes}) of a file, a meshio.Mesh, or the module gmsh with a
-    model that is meshed: its current one, or that of the name `model`. A name in the place of a file is such a model, too, where
-    there is no such file.
+    """Mesh (points (n, dim) [m], cells {kind: (m, nodes)}, groups {name: nodes}) of a file, a meshio.Mesh, or the module gmsh
+    after meshing: of its current model, or the model named `model`. A path that is no file may be the name of a gmsh model.
 
-    Cells of the largest dimension are kept, and the nodes that they have. Raises FileError for a file that is not there or holds
-    no such mesh (a ValueError, too)."""
+    Keeps the cells of the largest dimension and their nodes. Raises FileError (a ValueError) if the file is missing or holds no
+    such mesh."""
     from ..post.errors import MissingFile
     from ..pre.importing import by_library, told_of
     from ..pre.mesh import library
@@ -82,7 +81,7 @@ def read(mesh, model=None):
 
 
 def _by_meshio(path, meshio, unknown):
-    """The mesh of a file; an error that needs no more words of where it was is put among `unknown`."""
+    """Mesh of a file by meshio. An UnknownType, whose message is complete, is appended to `unknown` instead of raised."""
     if path.suffix.lower() == ".med":
         return med_cells.read(path, meshio.read)
     if path.suffix.lower() != ".inp":
@@ -94,7 +93,7 @@ def _by_meshio(path, meshio, unknown):
 
 
 def _of_model(gmsh, name):
-    """The mesh of a model of gmsh, the current one if name is None. The one that was current stays so."""
+    """Mesh of a gmsh model, the current one if name is None. Does not change the current model."""
     if not gmsh.isInitialized():
         raise ValueError("gmsh is not initialised, and holds no model: call gmsh.initialize() and make one")
     current = gmsh.model.getCurrent()
@@ -112,8 +111,8 @@ def _of_model(gmsh, name):
 
 
 def _blocks(gmsh):
-    """What meshio would read of the file that gmsh writes of its current model: blocks of cells of each entity, of those in
-    physical groups alone where there are such, unless Mesh.SaveAll; names as sets of their rows."""
+    """Blocks of cells of gmsh's current model, as meshio would read them from its file: one block for each entity; only entities
+    in physical groups, if there are any and Mesh.SaveAll is off; names of the groups as sets of rows."""
     tags, places, _ = gmsh.model.mesh.getNodes()
     place = np.zeros(int(tags.max(initial=0)) + 1, np.int64)
     place[tags] = np.arange(len(tags))
@@ -139,7 +138,7 @@ def _blocks(gmsh):
 
 @contextlib.contextmanager
 def told_of_contents(source, points, cells):
-    """Where a body cannot be made of what a file holds, whatever its material, that is a FileError of the file."""
+    """Turns an error of a body made from a file into a FileError, if the mesh is at fault and not the material."""
     try:
         yield
     except (ValueError, TypeError, ArithmeticError):
@@ -153,7 +152,7 @@ def told_of_contents(source, points, cells):
 
 
 def parts(mesh):
-    """The same of a meshio.Mesh, or of what has its fields."""
+    """Mesh of a meshio.Mesh, or of an object with its fields."""
     found = {c.type for c in mesh.cells} & set(ELEMENTS)
     if not found:
         there = ", ".join(sorted({c.type for c in mesh.cells})) or "none"
@@ -185,13 +184,13 @@ def _named(mesh):
     for name, nodes in mesh.point_sets.items():
         yield name, np.asarray(nodes, int)
     per_block = {name: rows for name, rows in mesh.cell_sets.items() if not name.startswith("gmsh:")}
-    for name, entry in mesh.field_data.items():  # as version 2 of gmsh's format has them; MED has names of its fields there
+    for name, entry in mesh.field_data.items():  # from gmsh format 2; MED files hold names of fields here
         if np.shape(entry) != (2,) or np.asarray(entry).dtype.kind not in "iu":
             continue
         tag, dim = entry
         tags = zip(mesh.cell_data.get("gmsh:physical", ()), mesh.cells)
         per_block.setdefault(name, [np.flatnonzero((found == tag) & (c.dim == dim)) for found, c in tags])
-    families = getattr(mesh, "cell_tags", {})  # as MED has them: a number may have several names
+    families = getattr(mesh, "cell_tags", {})  # from MED: a number may have several names
     for tag, names in families.items():
         rows = [np.flatnonzero(found == tag) for found in mesh.cell_data.get("cell_tags", ())]
         for name in names:

@@ -1,4 +1,4 @@
-"""Bodies that deform, in a scene: their nodes move as the mesh does; points, edges and faces are contactors mapped from nodes.
+"""Deformable bodies in a scene: nodes are bodies moved by the mesh; points, edges and faces are contactors that follow nodes.
 
 body = ElasticBody(points, cells, young=200e9, poisson=0.3, density=7800.0, groups={"top": nodes}, lumped=True)
 scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
@@ -19,14 +19,14 @@ from .ways_through import ways_through
 
 
 class GivenBody:
-    """What bodies of given matrices and of another code's forces have alike: M (n dim, n dim) [kg], edges and faces as given."""
+    """Base of bodies with matrices or forces from another code: M (n dim, n dim) [kg], boundary edges and faces as given."""
 
     def nodal_mass(self):
         """Sum of the row of each node along the first axis, (n,) [kg]."""
         return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
 
     def _sides(self, name, given, widths):
-        """Edges or faces as they were given, (m, one of widths), -1 for the fourth node of a triangle; None: not given."""
+        """Checked edges or faces (m, k), k in widths, -1 for the fourth node of a triangle; None if not given."""
         if given is None:
             return None
         sides = np.asarray(given)
@@ -57,21 +57,21 @@ class GivenBody:
 
 
 class LinearBody(GivenBody):
-    """A body whose matrices another finite element code made.
+    """A linear body given by matrices of another finite element code.
 
-    points (n, dim) places of the nodes [m]; mass, stiffness, damping (n dim, n dim), scipy.sparse or dense, dof `dim i + k` the
-    displacement of node i along axis k; groups: {name: nodes}; edges (m, 2) of the boundary in 2D, the body on their left; faces
-    (m, 3 | 4) of the boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle. initial_force (n dofs):
-    of stresses that it has before it moves, which K of a displacement comes on top of [N]; initial_energy: what they store [J].
+    points (n, dim): places of the nodes [m]. mass [kg], stiffness [N/m], damping [N s/m]: (n dim, n dim), scipy.sparse or dense;
+    dof `dim i + k` is the displacement of node i along axis k. groups: {name: nodes}. edges (m, 2): boundary in 2D, with the body
+    on their left. faces (m, 3 | 4): boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
+    initial_force (n dofs): internal force at zero displacement, of an initial stress [N]; initial_energy: its stored energy [J].
     stiffness and damping may be operators (scipy.sparse.linalg.LinearOperator) if `solver` is given: solver(h, theta, held)
-    returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the dofs that are not held, (m,) or (m, k).
+    returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the free dofs, (m,) or (m, k).
     """
 
     def __init__(
         self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None, initial_force=None,
         initial_energy=0.0,
     ):  # fmt: skip
-        #: what it was made of, as scene files hold it
+        #: arguments of the constructor, which scene files store
         self.given = {name: value for name, value in locals().items() if name != "self"}
         from scipy import sparse
         from scipy.sparse.linalg import LinearOperator
@@ -99,12 +99,12 @@ class LinearBody(GivenBody):
 
 
 def is_linear(body):
-    """Whether its matrices are all that it is: no material of solids, and no forces of another code."""
+    """True for a body fully described by its matrices, without a material of solids or forces of another code."""
     return not (hasattr(body, "blocks") or hasattr(body, "model_of"))
 
 
 class Deformable:
-    """A linear body as scenes have it; made by `deformable`."""
+    """A deformable body in a scene, with its boundary conditions and loads; made by `deformable`."""
 
     def __init__(self, body, fixed, drive, force, points, edges, faces, storage, name):
         self.body, self.fixed, self.drive, self.force = body, fixed, drive, force
@@ -112,13 +112,13 @@ class Deformable:
         self.faces = faces  # a Faces, or None
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
-        self.pressed = []  # sides, and the pressure on them
-        self.loads = []  # tractions and forces of the volume, see dead_loads.py
+        self.pressed = []  # (sides, pressure on them)
+        self.loads = []  # surface tractions and body forces, see dead_loads.py
         self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
-        self.modal_damping = None  # a ratio, or those of the first modes (n,)
+        self.modal_damping = None  # damping ratio of all modes, or (n,) of the first n
         self.joints = []  # (name of the joint, node)
-        self.carried = None  # what it was given as a rigid body, see run/carried_forces.py
-        self.opening, self.whole = None, None  # faces that open by threshold, see opening_faces.py; what it was before any did
+        self.carried = None  # loads it had as a rigid body, see run/carried_forces.py
+        self.opening, self.whole = None, None  # faces that open by threshold, see opening_faces.py; the mesh before any opened
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
@@ -126,38 +126,45 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
                displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
                bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, modal_damping=None,
                traction=None, body_force=None, **options):  # fmt: skip
-    """A deformable body for a scene: list of the sets of its nodes, edges and faces.
+    """A deformable body for a scene: returns the list of the sets of its nodes, edges and faces, for Scene.add.
 
-    body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
-    was meshed, whose names become groups; it is of `bulk`, a material of solids (cairn.NeoHookean(...), ...) with the density
-    of material, and of `options`, which are those of SolidBody (plane, kinematics, mean_dilatation, lumped, rayleigh, ...). Or a
-    body made before: SolidBody, ElasticBody, LinearBody with matrices of your own, cairn.bars, cairn.beams.
-    material: of its contacts. contact: names of groups
-    (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
-    of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
-    boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left (if it has cells, either way): they meet
-    disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes
-    (m, 3 | 4), anticlockwise from outside (of bodies with cells either way): they meet spheres, and points of other meshes.
-    fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
-    time. displace: {group: {"x": u}} their displacement [m], a function of time, where steps end from the second on. rigid: names
-    of groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
-    {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict.
-    pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their
-    normals where these are at the begin and, by the velocities of the nodes, at the end of each step. traction: {group: (dim,)}
-    on these sides where they are at the start [Pa], which keeps its way, and body_force: (dim,) of the volume there [N/m3], each
-    or a function of time giving it, as forces of nodes by shape functions. velocity, displacement: (dim,) or (n, dim) at the
-    start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
-    contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
-    point_material, edge_material, face_material: in place of material, of its points (those of contact, in the order of their
-    numbers, then points), of edges and of faces; one for all of them or a list with one for each.
-    self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
-    itself. mortar: its contact nodes meet edges or faces of other meshes on average over its own, by dual multipliers; for the
-    side of the finer cells. initial_stress: true (Cauchy's) stress of the body where it lies, before it moves [Pa], 11 22 33 12
-    13 23: (6,) for all; a function of places (n, dim) [m] that gives (n, 6); or {name: one of these} of groups, whose cells are
-    those with all nodes in them, and of kinds of cells, of which (m, 6) of each cell is taken, too. The load, or what holds the
-    body, need not be in balance with it. modal_damping: of a linear body, the damping ratio of all modes that vibrate, or a list
-    of those of the first ones; C = M Phi diag(2 zeta omega) Phi' M besides that of the body, of the velocities of the dofs that
-    are not held.
+    body: a mesh: a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after meshing; its
+    named sets become groups. Or a body made before: SolidBody, ElasticBody, LinearBody with your own matrices, cairn.bars,
+    cairn.beams.
+    material: of its contacts, and the density of a mesh [kg/m3]. bulk: material of solids of a mesh (cairn.NeoHookean(...), ...).
+    options: for a mesh, those of SolidBody (plane, kinematics, mean_dilatation, lumped, rayleigh, ...).
+
+    Contact:
+    contact: names of groups, or numbers of nodes, that are candidate points; they touch disks, spheres, walls, polygons,
+    polyhedra, and the edges and faces of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes.
+    edges: in 2D, names of groups whose boundary edges are antagonists, or pairs of nodes (m, 2) with the body on their left (any
+    order if the body has cells); they touch disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces
+    are antagonists, or their nodes (m, 3 | 4), anticlockwise from outside (any order if the body has cells); they touch spheres,
+    and points of other meshes.
+    name: of the group of its nodes, for interaction rules; its edges and faces have the groups "NAME edges", "NAME faces".
+    point_material, edge_material, face_material: instead of material, for its points (nodes of contact by number, then points),
+    edges and faces: a Material, or a list of the right length.
+    self_contact: True: its points also touch its own edges or faces, except adjacent ones. mortar: True: contact of its nodes
+    with edges or faces of other meshes is enforced weakly, by dual mortar multipliers; set it on the side with finer cells.
+
+    Boundary conditions and loads:
+    fixed: {group: "x" | "xy" | ...}, held dofs. drive: {group: {"x": v}}, imposed velocity [m/s], a number or a function of time.
+    displace: {group: {"x": u}}, imposed displacement [m], a function of time, met at the ends of steps from the second step on.
+    rigid: names of groups whose nodes move as a rigid body; it rotates as far as the kinematics of the body allow.
+    force: {group: (dim,)}, total force, spread evenly over the nodes [N], or a function of time giving that dict.
+    pressure: {group: p} on boundary sides with all nodes in the group [Pa], a number or a function of time, along their normals
+    at the beginning of the step and, extrapolated by the velocities of the nodes, at its end.
+    traction: {group: (dim,)} on such sides, per initial area and of fixed direction [Pa]; body_force: (dim,) per initial volume
+    [N/m3]; each a vector or a function of time giving it, integrated with the shape functions.
+
+    Others:
+    velocity [m/s], displacement [m]: initial values, (dim,) or (n, dim). Displacements of linear bodies must stay small.
+    storage: of the system of equations, see cairn.soe.
+    initial_stress: Cauchy stress in the initial configuration [Pa], 11 22 33 12 13 23: (6,) for all cells; a function of places
+    (n, dim) [m] that gives (n, 6); or {name: such a value} by groups (cells with all nodes in the group) or by kinds of cells,
+    where (m, 6) is allowed, too. It need not be in equilibrium with loads and supports.
+    modal_damping: for a linear body, the damping ratio [-] of all vibration modes, or a list for the first modes. It adds
+    C = M Phi diag(2 zeta omega) Phi' M, on the velocities of free dofs, to the damping of the body.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options", "initial_stress")}
     body = _made(body, material, bulk, options)
@@ -236,7 +243,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
 
 
 def _made(body, material, bulk, options):
-    """The body of a mesh from elsewhere; one that is a body already is taken as it is."""
+    """Body from a mesh of another program and its material; a body made before is returned unchanged."""
     from . import mesh_sources
 
     if not mesh_sources.is_source(body):
@@ -263,7 +270,7 @@ def _made(body, material, bulk, options):
 
 
 def _of_nodes(name, given, n, dim):
-    """What all nodes have at the start, (n, dim), of (dim,) for all of them or (n, dim); None: nought."""
+    """Initial values of the nodes (n, dim), from (dim,) or (n, dim); zero for None."""
     given = np.zeros(dim) if given is None else checks.reals(name, given)
     if given.shape not in ((), (dim,), (1, dim), (n, dim)):
         raise ValueError(f"{name} has shape {given.shape}: give ({dim},), or ({n}, {dim}) of the nodes")
@@ -271,7 +278,7 @@ def _of_nodes(name, given, n, dim):
 
 
 def checked_mortar(wanted, dim, nodes, pairs, patches):
-    """Whether contact nodes of a mesh meet other meshes on average; refused where their sides are not known."""
+    """True if contact is enforced by dual mortar multipliers. Raises ValueError without contact nodes or sides."""
     if wanted and (not len(nodes) or not (len(pairs) if dim == 2 else patches)):
         sides = "edges" if dim == 2 else "faces"
         raise ValueError(f"mortar is of contact nodes and the {sides} between them: give contact and {sides} of that side")
@@ -279,7 +286,7 @@ def checked_mortar(wanted, dim, nodes, pairs, patches):
 
 
 def checked_modal_damping(ratios, body, rigid):
-    """None, or the damping ratios of the modes of a body; refused where it has none."""
+    """Checked damping ratios of the modes of a body, or None. Raises ValueError if it is not linear or has rigid parts."""
     if ratios is None:
         return None
     from .modal_damping import checked
@@ -290,14 +297,14 @@ def checked_modal_damping(ratios, body, rigid):
 
 
 def checked_self_contact(wanted, nodes, between, pairs, patches):
-    """Whether points of a mesh meet its own sides; refused where it has none of either."""
+    """True for self-contact of a mesh. Raises ValueError if it has no points or no sides."""
     if wanted and not ((len(nodes) or len(between)) and (len(pairs) or patches)):
         raise ValueError("self_contact is of points and sides of one mesh: give contact (or points), and edges or faces")
     return bool(wanted)
 
 
 def checked_displacements(body, displace, drive):
-    """{group: {axis: function of time}}; of no dof that is driven, too."""
+    """Checked {group: {axis: function of time}} of imposed displacements. Raises ValueError for a dof imposed twice."""
     out, taken = dict(displace or {}), {}
     for what, of in (("drive", drive), ("displace", out)):
         for group, by_axis in of.items():
@@ -362,8 +369,8 @@ def _faces(body, groups):
 
 
 def _edge_set(places, pairs, material, d):
-    """Bars between two nodes: half as thick, inside the body, as a twentieth of the shortest is long, so that a point that went
-    in is still pushed out; of what is thinner no more than half, so that none reaches out of the other side."""
+    """Segment contactors on edges, with a thickness inside the body of a twentieth of the shortest edge, so that points which
+    penetrated are still pushed out; of a thinner part half of its thickness, so that no contactor reaches out of its far side."""
     first, second = places[pairs[:, 0]], places[pairs[:, 1]]
     along = second - first
     length = np.linalg.norm(along, axis=1)
@@ -378,7 +385,7 @@ def _edge_set(places, pairs, material, d):
 
 
 def rows_by_material(field, material, count):
-    """[(material, rows (k,))] of points or sides: one material for all of them, or a list with one for each."""
+    """[(material, rows (k,))] of points or sides. material: a Material for all of them, or a list of `count`."""
     if not isinstance(material, (list, tuple)):
         return [(material, np.arange(count))] if count else []
     if len(material) != count:
@@ -392,7 +399,7 @@ def rows_by_material(field, material, count):
 
 
 def part_set(dim, contactors, what, d):
-    """A set without bodies: contactors on parts of a mesh alone."""
+    """A set without bodies, of contactors on points, edges or faces of a mesh."""
     none = np.zeros((0, dim))
     return bodies.checked(
         bodies.BodySet(
@@ -403,7 +410,7 @@ def part_set(dim, contactors, what, d):
 
 
 class MovingMesh:
-    """A Deformable in a simulation: numbers of its nodes, points and sides (edges, faces), its held dofs and loads."""
+    """A Deformable in a simulation: ids of its nodes, points and sides (edges, faces), its held dofs and loads."""
 
     def __init__(self, d, node_ids, side_ids):
         n = len(d.body.points)
@@ -416,12 +423,12 @@ class MovingMesh:
 
     @property
     def all_ids(self):
-        """Of nodes, points, edges or faces."""
+        """Ids of its nodes, points, then edges or faces."""
         return np.concatenate([self.node_ids, self.point_ids, self.side_ids])
 
     @cached_property
     def ties(self):
-        """Dofs that follow others, as the core takes them; None where there are none."""
+        """Slave dofs and their masters, as the core takes them; None without ties and rigid parts."""
         if not self.d.rigid and getattr(self.body, "ties", None) is None:
             return None
         from .ties import rigid_parts, rows_of_ties
@@ -430,7 +437,7 @@ class MovingMesh:
 
     @cached_property
     def modes(self):
-        """Modes (dofs, n) that are damped, of unit modal mass, and their rates (n,) [1/s]."""
+        """Damped modes (dofs, n) of unit modal mass, and their damping rates (n,) [1/s]."""
         from .modal_damping import damped_modes
 
         if self.ties:
@@ -447,7 +454,7 @@ class MovingMesh:
     # ------------------------------------------------------------------ state
 
     def load(self, t):
-        """Given forces at a time, (n dofs) [N]."""
+        """Nodal forces of `force`, tractions and body forces at a time, (n dofs) [N]."""
         given = self.d.force(t) if callable(self.d.force) else self.d.force
         out = np.zeros((self.size // self.dim, self.dim))
         for group, total in (given or {}).items():
@@ -460,7 +467,7 @@ class MovingMesh:
         return out.ravel()
 
     def pressure_load(self, t, x):
-        """Forces of pressures on the sides where nodes are at x (n, dim) at a time, (n dofs) [N]."""
+        """Nodal forces of the pressures at time t [s], for positions of the nodes x (n, dim) [m], (n dofs) [N]."""
         from .pressure import forces
 
         out = np.zeros(x.shape)
@@ -470,17 +477,17 @@ class MovingMesh:
 
     @property
     def follows_pressure(self):
-        """Whether pressures are in the balance of Newton's method, at the end of the step: of bodies that are not linear."""
+        """True if Newton's method includes the pressures at the end of the step: for bodies that are not linear."""
         return bool(self.d.pressed) and not is_linear(self.body)
 
     def pressed_parts(self, origin):
-        """Pressed sides as the core takes them, those of one form together, in the order of `pressures`."""
+        """Sides under pressure as the core takes them, grouped by form, in the order of `pressures`."""
         ring = getattr(self.body, "plane", "") == "axisymmetric"
         common = {"ring": ring, "thickness": float(getattr(self.body, "thickness", 1.0)), "axis": -float(origin[0])}
         return [{"nodes": part.shape[1], "node": part.astype(np.int32).ravel(), **common} for part, _ in self._pressed()]
 
     def pressures(self, begin, end):
-        """Of each of these at two times, (sets, 2) [Pa]."""
+        """Pressures on the parts of `pressed_parts` at two times, (parts, 2) [Pa]."""
         return np.array(
             [[checks.number("pressure", p(t) if callable(p) else p) for t in (begin, end)] for _, p in self._pressed()]
         )
@@ -494,7 +501,7 @@ class MovingMesh:
                         yield some, p
 
     def held_velocity(self, t):
-        """Velocity of all dofs that are driven, zero elsewhere, (n dofs) [m/s]."""
+        """Imposed velocity of driven dofs, zero elsewhere, (n dofs) [m/s]."""
         out = np.zeros(self.size)
         for group, by_axis in self.d.drive.items():
             for axis, v in by_axis.items():
@@ -504,8 +511,10 @@ class MovingMesh:
         return out
 
     def displaced_velocity(self, t, h, share, u, v, out):
-        """Into velocities (n dofs) at the end of a step of h from t those of displaced dofs, of which u, v (n dofs) are at its
-        begin: with (1 - share) v + share of it the displacement is the given one after two steps at most, whatever it was."""
+        """Writes into `out` (n dofs) [m/s] the velocities at t + h of dofs with imposed displacement, for a step h from t [s].
+
+        u, v (n dofs): displacements and velocities at the beginning. The step moves dofs by h ((1 - share) v + share out); the
+        velocity is chosen so that an error in the displacement is gone after two steps at most."""
         for group, by_axis in self.d.displace.items():
             for axis, given in by_axis.items():
                 dofs = self.dim * _group(self.body, group) + "xyz".index(axis)

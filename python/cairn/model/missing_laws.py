@@ -1,4 +1,4 @@
-"""Pairs of materials that can meet and have no law: told when a simulation is made, not at their first contact."""
+"""Pairs of materials that can touch and have no law: reported when a simulation is made, not at their first contact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class MissingLawWarning(UserWarning):
 
 
 class _Kind:
-    """What the bodies of a material and group are: shapes, whether one can move, whether they are several."""
+    """Summary of the bodies of a material and group: their shapes, if one can move, if there are several."""
 
     def __init__(self):
         self.shapes, self.moves, self.owner, self.meshes = set(), False, None, set()
@@ -37,7 +37,7 @@ class _Kind:
 
 
 def missing_laws(sets, rules, most=TOLD + 1):
-    """Pairs of species (material, group) of bodies that can meet and that no rule names, at most so many of them."""
+    """Pairs of species (material, group) that can touch and that no rule names, at most `most` of them."""
     kinds = {}
     for number, s in enumerate(sets):
         for c in s.contactors:
@@ -64,11 +64,11 @@ def missing_laws(sets, rules, most=TOLD + 1):
         named = np.zeros(len(word), bool)
         named[[word[name] for name in ruled if name in word]] = True
         open_ = ~(named[of_material[: i + 1]] | named[of_group[: i + 1]]) & (moves[: i + 1] | moves[i])
-        open_ &= ~(node[: i + 1] & node[i])  # they are apart unless a rule names both groups
+        open_ &= ~(node[: i + 1] & node[i])  # nodes of meshes do not touch each other unless a rule names both groups
         for j in np.flatnonzero(open_):
             a, b = kinds[first], kinds[species[j]]
             meet = any(frozenset((x, y)) in known for x in a.shapes for y in b.shapes)
-            one = len(a.meshes | b.meshes) == 1 and None not in a.meshes  # which does not meet itself
+            one = len(a.meshes | b.meshes) == 1 and None not in a.meshes  # a mesh does not touch itself
             if meet and not one and (i != j or a.several):
                 found.append((first, species[j]))
                 if len(found) == most:
@@ -77,7 +77,7 @@ def missing_laws(sets, rules, most=TOLD + 1):
 
 
 def warn(sets, rules, told, stacklevel):
-    """Warns of pairs without a law that have not been told before."""
+    """Warns of pairs without a law that are not in `told`, and adds them to it."""
     found = [pair for pair in missing_laws(sets, rules, TOLD + 1 + len(told)) if pair not in told]
     if not found:
         return

@@ -1,5 +1,5 @@
-"""Damping of the modes of a linear mesh by a ratio each: C = M Phi diag(2 zeta omega) Phi' M, with K phi = omega^2 M phi and
-phi' M phi = 1 on the dofs that are not held (Wilson & Penzien 1972)."""
+"""Modal damping of a linear mesh, by a ratio zeta for each mode: C = M Phi diag(2 zeta omega) Phi' M (Wilson & Penzien 1972).
+Modes are those of the free dofs, K phi = omega^2 M phi, scaled to phi' M phi = 1."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import numpy as np
 
 from ..pre import checks
 
-#: free dofs up to which a body has all of its modes damped, or that are found by full matrices
+#: most free dofs for damping of all modes, or for their solution by full matrices
 MOST_DOFS = 3000
-#: omega^2 over the largest K_ii/M_ii below which a motion is rigid, and keeps its speed
+#: omega^2 over the largest K_ii/M_ii below which a mode is a rigid motion, which is not damped
 RIGID = 1e-11
 
 
 def checked(ratios, body, name="modal_damping"):
-    """None, one ratio for all modes, or an array (n,) of the first n, of a body that is linear and gives its matrices."""
+    """Checked ratios: None, a number for all modes, or (n,) for the first n. Raises ValueError if the body is not linear or
+    has a solver instead of matrices."""
     if ratios is None:
         return None
     if hasattr(body, "blocks") or hasattr(body, "model_of"):
@@ -31,9 +32,10 @@ def checked(ratios, body, name="modal_damping"):
 
 
 def modes(body, free, ratios, name="mesh"):
-    """Modes (dofs, n) of unit modal mass, zero beyond the free dofs, and their frequencies omega (n,) [rad/s], rising: those that
-    vibrate, all or the first as there are ratios. Raises ValueError where all are asked for of a body too large for that, and
-    where there are fewer."""
+    """Vibration modes (dofs, n) of unit modal mass, zero on held dofs, and their frequencies omega (n,) [rad/s], rising.
+
+    All modes for a single ratio, else as many as there are ratios. Raises ValueError if all modes are wanted of a body with more
+    than MOST_DOFS free dofs, and if there are fewer modes than ratios."""
     from scipy import linalg
     from scipy.sparse.linalg import eigsh
 
@@ -54,7 +56,7 @@ def modes(body, free, ratios, name="mesh"):
     elif more >= n:
         raise ValueError(f"modal_damping of {name!r} is of {wanted} modes: it has fewer; give fewer ratios")
     else:
-        start = np.cos(np.arange(n, dtype=float))  # the same modes each time
+        start = np.cos(np.arange(n, dtype=float))  # a fixed start vector makes results reproducible
         square, shape = eigsh(k.tocsc(), more, m.tocsc(), sigma=-1e-6 * scale, v0=start)
         order = np.argsort(square)
         square, shape = square[order], shape[:, order]
@@ -70,7 +72,7 @@ def modes(body, free, ratios, name="mesh"):
 
 
 def damped_modes(body, free, ratios, name="mesh"):
-    """Modes (dofs, n) that are damped and their rates 2 zeta omega (n,) [1/s]."""
+    """Damped modes (dofs, n) and their rates 2 zeta omega (n,) [1/s]."""
     shape, omega = modes(body, free, ratios, name)
     rate = 2 * np.broadcast_to(ratios, omega.shape) * omega
     return shape[:, rate > 0], rate[rate > 0]

@@ -1,4 +1,4 @@
-"""Bars and beams that move and turn as far as they like; made by cairn.bars and cairn.beams."""
+"""Bars and beams with displacements and rotations of any size; made by cairn.bars and cairn.beams."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .section_forces import axes_of, told
 class FrameBody(GivenBody):
     """A truss or a frame of corotational or total Lagrangian cells.
 
-    Bars and corotational beams (Crisfield 1990; Felippa & Haugen 2005): each is the linear one in axes that move with it.
-    Rotations of nodes have no inertia, and are at each displacement where no moment is left. M, K and C are those at rest.
-    Made by cairn.bars(..., kinematics=...) and cairn.beams(..., kinematics="corotational").
+    A corotational bar or beam (Crisfield 1990; Felippa & Haugen 2005) is the linear element in axes that move with it. Rotations
+    of nodes have no inertia: at each displacement they are solved for zero moments. M, K and C are those of the undeformed
+    frame. Made by cairn.bars(..., kinematics=...) and cairn.beams(..., kinematics="corotational").
     """
 
     def __init__(self, points, cells, kinematics, sections, mass, stiffness, damping, groups=None):
-        #: what it was made of, as scene files hold it
+        #: arguments of the constructor, which scene files store
         self.given = {name: value for name, value in locals().items() if name != "self"}
         from scipy import sparse
 
@@ -45,18 +45,18 @@ class FrameBody(GivenBody):
         return _core.FrameModel(self.dim, self.kinematics, s)
 
     def model(self):
-        """The forces as the core makes them, with rotations of their own: see _core.FrameModel."""
+        """A new _core.FrameModel, which evaluates the forces and keeps the rotations of the nodes."""
         made = self._made()
         made.fit(*self.lower[:2])
         return made
 
     def model_of(self, simulation, name):
-        """That of a simulation."""
+        """The _core.FrameModel for a simulation."""
         return self.model()
 
     def rotations(self, model):
-        """Of nodes, as the last step of a simulation, or the last call with that model, left them: (n,) in the plane [rad], in
-        space unit quaternions (n, 4), w first."""
+        """Rotations of the nodes after the last step of a simulation, or the last call with that model: angles (n,) [rad] in 2D,
+        unit quaternions (n, 4), w first, in 3D. Raises AttributeError for bars, whose nodes have no rotation."""
         turned = model.rotations()
         if not len(turned):
             raise AttributeError("bars turn freely about their nodes, which have no rotations: those of corotational beams do")
@@ -67,8 +67,8 @@ class FrameBody(GivenBody):
         return quaternions(np.swapaxes(turned, 1, 2))
 
     def section_forces(self, displacement, model=None):
-        """What each cell bears at a displacement (n, dim) [m], {name: (m, ...)}: see MeshView.section_forces. Rotations are
-        looked for from those that a model has, which keeps them. Raises ValueError naming the cell."""
+        """Section forces of each cell at a displacement (n, dim) [m], {name: (m, ...)}: see MeshView.section_forces. The solution
+        for rotations starts from those kept by `model`. Raises ValueError naming the cell."""
         u, dim = np.ascontiguousarray(displacement, float).ravel(), self.dim
         held, turned = (model or self.model()).borne(u)
         axes = axes_of(self.points + u.reshape(-1, dim), self.lines) if dim == 2 or held.shape[1] == 3 else None
@@ -76,7 +76,7 @@ class FrameBody(GivenBody):
             return told(axes, held[:, :dim], None, None)
         if dim == 2:
             return told(axes, held[:, :2], held[:, 5:6], held[:, 8:9])
-        # those of the section are between the ones that both ends turned, across the beam
+        # axes of the section: mean of those rotated with both ends, made normal to the beam
         along = np.diff((self.points + u.reshape(-1, dim))[self.lines], axis=1)[:, 0]
         along /= np.linalg.norm(along, axis=1)[:, None]
         first = axes_of(self.points, self.lines, np.asarray(self.sections["up"], float))[:, 1]
@@ -88,7 +88,7 @@ class FrameBody(GivenBody):
 
     def tangent(self, displacement, model=None):
         """Forces (n dofs) [N], their derivative (n dofs, n dofs), scipy.sparse [N/m], and the energy [J] at a displacement
-        (n, dim) [m]. Rotations are looked for from those of the last call with the same model. Raises ValueError naming the cell.
+        (n, dim) [m]. The solution for rotations starts from the last call with the same model. Raises ValueError naming the cell.
         """
         from scipy import sparse
 
@@ -105,12 +105,12 @@ class FrameBody(GivenBody):
         return force, (below + sparse.tril(below, -1).T).tocsc(), energy
 
     def solve(self, fixed, force=None, *, displacement=None, start=None, model=None, increments=1, tolerance=1e-10, most=100):
-        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method.
+        """Displacement in static equilibrium (n, dim) [m] under dead forces (n dofs) [N], by Newton's method.
 
-        In `increments` parts of the load, each until what is left is `tolerance` of the largest force, or rounding. fixed:
-        {group: axes}, as of `deformable`; displacement (n, dim): where these dofs are held, zero when not given; start (n, dim):
-        where to begin; model: whose rotations are gone on from. Raises ValueError where no balance is found: give more
-        increments, or a start that is nearer.
+        The load is applied in `increments` equal parts, each until the residual is `tolerance` of the largest force, or rounding.
+        fixed: {group: axes}, as for `deformable`; displacement (n, dim): imposed on these dofs [m], zero when not given; start
+        (n, dim): initial displacement [m]; model: gives the initial rotations; most: iterations of an increment. Raises
+        ValueError without convergence: give more increments, or a nearer start.
         """
         model = model or self.model()
         u = np.zeros(self.points.size) if start is None else np.array(start, float).ravel()
@@ -140,7 +140,7 @@ class FrameBody(GivenBody):
         return u.reshape(self.points.shape)
 
     def _force_of_a_radian(self):
-        """The largest at an end of a beam that is turned so: axes are known to rounding of a radian."""
+        """Largest end force of a beam for an end rotation of 1 rad [N]; times the rounding of axes it bounds the residual."""
         if "inertia" not in self.sections:
             return 0.0
         s, length = self.sections, np.linalg.norm(np.diff(self.points[self.lines], axis=1)[:, 0], axis=1)

@@ -1,5 +1,5 @@
-"""Faces inside one mesh that open where their traction is above a threshold: its nodes are shared until then, and stand once for
-each part of the cells round them that open faces separate (Pandolfi & Ortiz 2002).
+"""Inner faces of a mesh that open where their traction is above a threshold. Cells share their nodes until then; a node is
+duplicated for each part of the cells round it that open faces separate (Pandolfi & Ortiz 2002).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from .elastic import ELEMENTS, SIDES, ElasticBody
 from .face_forces import FaceForces, cell_matrices
 from .mesh_faces import LoneFaces
 
-# Where the points of a side of so many corners stand, by the weights of these: each for the same part of it. The points of a
-# quadrilateral are Gauss's, turned in the square by 15 degrees: as exact for cubics, and not on the border of its two facets.
+# Contact points of a side by number of corners: weights of the corners, with equal tributary areas. The points of a quadrilateral
+# are Gauss points rotated in the square by 15 degrees: still exact for cubics, and off the diagonal between its two facets.
 _G = 0.5 / np.sqrt(3.0)
 _X, _Y = 0.5 * np.sqrt(1 / 2), 0.5 * np.sqrt(1 / 6)
 _QUAD = np.array([(0.5 + _X) * (0.5 + _Y), (0.5 - _X) * (0.5 + _Y), (0.5 - _X) * (0.5 - _Y), (0.5 + _X) * (0.5 - _Y)])
@@ -25,8 +25,8 @@ POINTS = {
     4: np.stack([np.roll(_QUAD, k) for k in range(4)]),
 }
 
-WARP = 0.2  # of a quadrilateral over its size, beyond which its points may meet both facets across, or other sides
-THICKNESS = 0.05  # of the edges of open faces, over the length of the shortest: as thick as edges of meshes are
+WARP = 0.2  # largest warp of a quadrilateral over its size: beyond, points may touch both facets across, or other sides
+THICKNESS = 0.05  # thickness of the edges of open faces over the shortest length, as of other edges of meshes
 
 
 def strengths_of(law):
@@ -47,14 +47,14 @@ def strengths_of(law):
 
 
 class OpeningFaces:
-    """What of a mesh may open, and what did.
+    """Inner faces of a mesh: geometry, and which of the faces are open.
 
-    body: ElasticBody as it came in; strength: (normal, tangential) [Pa]; threshold: share of it at which a face opens.
-    cells (m, 2): of each face, numbers through all kinds; corners (m, 2, k): of each, k of an edge, a triangle or a
-    quadrilateral, by both cells, numbers through all cells' corners, in the order of the first; share (m, k): what of the
-    length [m] or area [m2] each corner stands for; normal (m, dim) out of the first; is_open (m,); node (corners,) that each
-    corner is now; former (nodes,) the node that each stands at; shown (faces,): open ones with a node apart, in the order in
-    which they came.
+    body: the initial ElasticBody; strength: (normal, tangential) [Pa]; threshold: share of the strength at which a face opens.
+    A corner is a node of a cell; corners are numbered through the cells of all kinds, as cells are.
+    cells (m, 2): both cells of each face. corners (m, 2, k): corners of each face in both cells, in the order of the first cell;
+    k = 2 for edges, 3 for triangles, 4 for quadrilaterals. share (m, k): tributary length [m] or area [m2] of each corner.
+    normal (m, dim): out of the first cell. is_open (m,). node (corners,): current node of each corner. former (nodes,): initial
+    node of each current node. shown (faces,): open faces with a duplicated node, in the order of opening.
     """
 
     def __init__(self, body, strength, threshold):
@@ -72,12 +72,12 @@ class OpeningFaces:
 
     @property
     def apart(self):
-        """Open faces that have a node on each side, (m,)."""
+        """True for open faces with a duplicated node, (m,)."""
         return self.is_open & np.any(self.node[self.corners[:, 0]] != self.node[self.corners[:, 1]], axis=1)
 
     @property
     def forces(self):
-        """Tractions by the forces of nodes."""
+        """FaceForces for the current nodes, made when first used."""
         if self._forces is None:
             if self._matrices is None:
                 self._matrices = cell_matrices(self.start)
@@ -85,16 +85,16 @@ class OpeningFaces:
         return self._forces
 
     def mean_traction(self, displacement):
-        """On each face, on its first cell, (m, dim), of the mean of the stresses in the middles of both its cells (Camacho &
-        Ortiz 1996), times the thickness."""
+        """Traction on the first cell of each face times the thickness, (m, dim) [Pa, in 2D Pa m], from the mean of the stresses
+        in the middles of both cells (Camacho & Ortiz 1996)."""
         stress = np.concatenate(list(self.body.stress(displacement).values())) * self.body.thickness
         mean = 0.5 * stress[self.cells].sum(axis=1)
         full = np.array([[0, 2], [2, 1]] if self.body.dim == 2 else [[0, 3, 5], [3, 1, 4], [5, 4, 2]])
         return np.einsum("fij,fj->fi", mean[:, full], self.normal)
 
     def above(self, traction):
-        """Faces that are still closed and whose traction, between its corners (m, k, dim), is above the threshold at a
-        point where a zone would act: (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2."""
+        """Numbers of closed faces whose traction exceeds the threshold at a contact point of the future cohesive zone:
+        (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2. traction (m, k, dim): at the corners of the faces."""
         at = np.einsum("pe,fec->fpc", self.rule, traction)
         with np.errstate(over="ignore", invalid="ignore"):
             normal = np.einsum("fpc,fc->fp", at, self.normal)
@@ -107,7 +107,7 @@ class OpeningFaces:
         return np.flatnonzero(~self.is_open & (size >= self.threshold))
 
     def opened(self, faces):
-        """The same with these faces open, too."""
+        """A copy with these faces open as well."""
         out = copy(self)
         out.is_open = self.is_open.copy()
         out.is_open[faces] = True
@@ -117,7 +117,7 @@ class OpeningFaces:
         return out.settled()
 
     def settled(self):
-        """Itself, with the body and the faces that follow from open faces and nodes."""
+        """Updates body and shown faces after a change of open faces and nodes; returns itself."""
         self._forces = None
         if len(self.former) > len(self.start.points):
             self.body = self._split_body()
@@ -125,7 +125,7 @@ class OpeningFaces:
         return self
 
     def parts(self):
-        """Number of the part of each node, (nodes,): cells with a node in common are one."""
+        """Number of the fragment of each node, (nodes,): cells that share a node are in the same fragment."""
         cells = [self.node[corners] for corners in _by_cell(self.start)]
         return parts_of(np.concatenate([np.stack([c[:, :-1], c[:, 1:]], -1).reshape(-1, 2) for c in cells]), len(self.former))
 
@@ -136,32 +136,32 @@ class OpeningFaces:
         return ElasticBody(**given)
 
     def points(self):
-        """Nodes and weights (points, k) of the points of the faces that are apart, on their first cells."""
+        """Nodes and weights (points, k) of the contact points of open faces, on their first cells."""
         nodes = self.node[self.corners[self.shown, 0]]
         return np.repeat(nodes, len(self.rule), axis=0), np.tile(self.rule, (len(nodes), 1))
 
     def sides(self):
-        """Nodes (2 faces, k) of the sides of these faces, of the first cell and of the second in turn: anticlockwise from
-        outside, of edges the body on their left."""
+        """Nodes (2 faces, k) of both sides of open faces, first cell then second: anticlockwise from outside, or edges with the
+        body on their left."""
         first, second = (self.node[self.corners[self.shown, k]] for k in (0, 1))
         return np.stack([first, second[:, ::-1]], 1).reshape(-1, first.shape[1])
 
     def facets(self, last=None):
-        """The same in 3D as a LoneFaces; of so many faces that came last, or of all."""
+        """LoneFaces of the sides in 3D: of the `last` faces that opened, or of all."""
         return LoneFaces(self.sides() if last is None else self.sides()[-2 * last :])
 
     def thickness(self):
-        """Of edges [m]."""
+        """Thickness of the edges of open faces [m]."""
         return THICKNESS * self.share.sum(axis=1).min()
 
     # ------------------------------------------------------------------ files
 
     def to_dict(self):
-        """What a checkpoint holds of what is open."""
+        """Content of a checkpoint: open faces and nodes."""
         return {"open": self.is_open, "node": self.node, "former": self.former, "shown": self.shown}
 
     def from_dict(self, content):
-        """The same mesh with what a checkpoint holds open. Raises ValueError for what is of another mesh."""
+        """A copy with the open faces of a checkpoint. Raises ValueError for a checkpoint of another mesh."""
         out = copy(self)
         out.is_open, out.node = np.asarray(content["open"], bool), np.asarray(content["node"], int)
         out.former, out.shown = np.asarray(content["former"], int), np.asarray(content["shown"], int)
@@ -176,12 +176,12 @@ class OpeningFaces:
 
     @property
     def start_node(self):
-        """Node that each corner was at the start."""
+        """Initial node of each corner."""
         return np.concatenate([cells.ravel() for cells in self.start.cells.values()])
 
 
 def checked(body, law, threshold):
-    """OpeningFaces of a body, refused where faces cannot open."""
+    """OpeningFaces of a body. Raises ValueError for cells or laws whose faces cannot open."""
     second = [kind for kind in body.cells if ELEMENTS[kind]["order"] > 1]
     if second:
         kinds = "triangle, quad, tetra and hexahedron"
@@ -204,8 +204,8 @@ def checked(body, law, threshold):
 
 
 def warps_of(x):
-    """How far corners of sides (m, k, dim) are out of one plane, x0 - x1 + x2 - x3 along their normals (m,) [m]; 0 of edges and
-    triangles. Raises ValueError where points on them would not meet the side across once."""
+    """Warp of sides with corners at x (m, k, dim): x0 - x1 + x2 - x3 along the normal (m,) [m]; 0 for edges and triangles. Raises
+    ValueError above WARP, where points might touch the side across twice or never."""
     if x.shape[1] < 4:
         return np.zeros(len(x))
     normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
@@ -218,7 +218,7 @@ def warps_of(x):
 
 
 def _inner_faces(body):
-    """Faces that two cells have in common: numbers of these (m, 2), and of their corners there (m, 2, k)."""
+    """Faces shared by two cells: numbers of the cells (m, 2), and of their corners on the face (m, 2, k)."""
     cell, corner, node, first_cell, first_corner = [], [], [], 0, 0
     for kind, nodes in body.cells.items():
         sides = SIDES[kind][:, (SIDES[kind] >= 0).all(axis=0)]
@@ -243,8 +243,8 @@ def _inner_faces(body):
 
 
 def _normals(x):
-    """Of faces with corners at x (m, k, dim): normals (m, dim), and what each corner stands for of the length or area (m, k), of
-    a quadrilateral the integral of its function."""
+    """Normals (m, dim) of faces with corners at x (m, k, dim), and tributary lengths [m] or areas [m2] of the corners (m, k); for
+    a quadrilateral the integrals of the bilinear shape functions."""
     if x.shape[2] == 2:
         along = x[:, 1] - x[:, 0]
         length = np.linalg.norm(along, axis=1)
@@ -255,8 +255,8 @@ def _normals(x):
     if k == 3:
         return whole / size[:, None], np.repeat(size[:, None] / 6, 3, axis=1)
     share = np.zeros(x.shape[:2])
-    for weights in POINTS[4]:  # Gauss's points, by bilinear functions of the corners
-        one, two = (weights[0] + weights[1], weights[1] + weights[2])  # of the edge at the first corner, of the one on its left
+    for weights in POINTS[4]:  # Gauss points, given by bilinear shape functions
+        one, two = (weights[0] + weights[1], weights[1] + weights[2])  # weights of edges 0-1 and 1-2 in the tangents a, b
         a = one * (x[:, 1] - x[:, 0]) + (1 - one) * (x[:, 2] - x[:, 3])
         b = two * (x[:, 2] - x[:, 1]) + (1 - two) * (x[:, 3] - x[:, 0])
         share += weights * np.linalg.norm(np.cross(a, b), axis=1)[:, None] / 4
@@ -270,12 +270,12 @@ def _by_cell(body):
 
 
 def _corner_pairs(faces):
-    """Pairs of corners (m, 2) that faces join."""
+    """Pairs of corners (m, 2) joined by faces."""
     return faces.transpose(0, 2, 1).reshape(-1, 2)
 
 
 def parts_of(pairs, n):
-    """Number of the part of each of n corners that pairs join."""
+    """Connected component of each of n corners in the graph of the pairs (m, 2)."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -284,12 +284,13 @@ def parts_of(pairs, n):
 
 
 def _nodes_apart(node, pairs, count):
-    """Node of each corner where these pairs alone join corners, and the nodes that new ones stood at: of the parts of a node the
-    one of its first corner keeps its number."""
+    """New node of each corner if only these pairs join corners, and the former node of each new node.
+
+    A node splits into the connected parts of its corners; the part of its first corner keeps the number."""
     n = len(node)
     part = parts_of(pairs, n)
     first = np.full(part.max() + 1, n)
-    np.minimum.at(first, part, np.arange(n))  # corner by which a part is known
+    np.minimum.at(first, part, np.arange(n))  # lowest corner of each part
     keeps = np.full(count, n)
     np.minimum.at(keeps, node, np.arange(n))
     is_new = np.sort(first[keeps[node[first]] != first])
@@ -300,7 +301,7 @@ def _nodes_apart(node, pairs, count):
 
 
 def _bare_links(node, faces):
-    """Pairs of corners at one node that no face joins: of cells that touch at a point. They stay together."""
+    """Pairs of corners of a node in cells that share that node but no chain of faces; these stay joined for good."""
     first = np.unique(parts_of(_corner_pairs(faces), len(node)), return_index=True)[1]
     order = first[np.argsort(node[first], kind="stable")]
     same = node[order[1:]] == node[order[:-1]]

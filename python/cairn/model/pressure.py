@@ -1,4 +1,4 @@
-"""Pressure on parts of the surface of a body that deforms, which follows their normals as they turn and stretch."""
+"""Follower pressure on parts of the surface of a deformable body, along the normal and over the area of the deformed surface."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import numpy as np
 from .elastic import ELEMENTS, SIDES
 from .meshes import GivenBody
 
-# Of faces of second order by their nodes: places of these in the parent, and powers of both coordinates in what they span.
+# Faces of second order, by number of nodes: positions of the nodes in the parent element (_PARENTS), and powers of both parent
+# coordinates in the polynomials that their shape functions span (_POWERS).
 _QUAD = [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)]
 _POWERS = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (2, 1), (1, 2), (2, 2)]
 _PARENTS = {6: [(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)], 8: _QUAD[:8], 9: _QUAD}
@@ -15,10 +16,10 @@ GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) 
 
 
 def pressed_sides(body, nodes, what, load="pressure"):
-    """Sides of the boundary with all of their nodes among some: edges (m, 2), of second order (m, 3) with the middle last, in 2D,
-    faces (m, 4) in 3D, -1 for the fourth of a triangle, of second order (m, 6 | 8 | 9). Those of a body whose cells another
-    code knows are the edges and faces that it was given, which are flat. Raises ValueError, by the name of the load, where there
-    is none."""
+    """Boundary sides with all nodes among `nodes`: in 2D edges (m, 2), or (m, 3) of second order with the middle last; in 3D
+    faces (m, 4), with -1 for the fourth node of a triangle, or (m, 6 | 8 | 9) of second order. A body of another code has the
+    flat edges and faces that it was given. what, load: names of the group and the load in messages. Raises ValueError if there
+    is no such side."""
     try:
         sides = boundary_sides(body)
     except UnknownCellsError as wrong:
@@ -31,11 +32,11 @@ def pressed_sides(body, nodes, what, load="pressure"):
 
 
 class UnknownCellsError(ValueError):
-    """Of a body whose cells are not those of the elements, or have no sides."""
+    """Error for bodies whose cells are no finite elements of Cairn, or have no sides."""
 
 
 def boundary_sides(body):
-    """Sides of the boundary, as pressed_sides has them. Raises ValueError of a body whose cells are not known."""
+    """All boundary sides, in the form of pressed_sides. Raises UnknownCellsError for a body whose cells are not known."""
     if hasattr(body, "section_forces"):
         raise UnknownCellsError(f"a {type(body).__name__} of bars or beams has no sides; give force={{group: total}} [N]")
     if isinstance(body, GivenBody):
@@ -57,7 +58,7 @@ def boundary_sides(body):
 
 
 def _whole_faces(body, second):
-    """Faces of the boundary, those of cells of second order whole, by the number of their nodes."""
+    """Boundary faces in 3D, whole for cells of second order; an array for each number of nodes."""
     found = {}
     for kind, cells in body.cells.items():
         if kind in second:
@@ -80,8 +81,8 @@ def _edges_of_second_order(cells, corners):
 
 
 def forces(body, sides, x):
-    """Forces of nodes (n, dim) [N] of a pressure of 1 Pa on sides, at places x (n, dim) [m], from the axis where the body goes
-    round one."""
+    """Nodal forces (n, dim) [N] of a pressure of 1 Pa on sides, for positions of the nodes x (n, dim) [m]; an axisymmetric body
+    has its axis at x = 0."""
     out = np.zeros(x.shape)
     for part in sides:
         for nodes, value, inward in samples(body, part, x):
@@ -91,7 +92,7 @@ def forces(body, sides, x):
 
 
 def areas(body, sides, x):
-    """Integrals of the shape functions of nodes over sides at places x (n, dim) [m], (n,) [m2]."""
+    """Integrals of the shape functions over sides, (n,) [m2], for positions of the nodes x (n, dim) [m]."""
     out = np.zeros(len(x))
     for part in sides:
         for nodes, value, inward in samples(body, part, x):
@@ -102,8 +103,8 @@ def areas(body, sides, x):
 
 
 def samples(body, sides, x):
-    """Of each point of the rule that sides of one form are integrated by: nodes (m, k), shape functions (k,) there, and normals
-    into the body (m, dim), as long as what the point stands for [m2]."""
+    """Yields for each integration point of sides of the same form: nodes (m, k), shape functions (k,) at the point, and inward
+    normals (m, dim) whose length is the weight of the point [m2]."""
     if body.dim == 2:
         yield from _on_edges(body, sides, x)
     elif sides.shape[1] > 4:
@@ -155,7 +156,7 @@ def _rule(nodes):
 
 
 def _on_bent_faces(faces, x):
-    """Of second order: shape functions are the polynomials of the parent that are one at a node and nought at the others."""
+    """Integration points of faces of second order; shape functions by inversion of the matrix of monomials at the nodes."""
     nodes = faces.shape[1]
     p, q = np.array(_POWERS[:nodes]).T
     r, s = np.array(_PARENTS[nodes], float).T[:, :, None]

@@ -23,7 +23,8 @@ def capsules(
 ) -> BodySet:
     """Capsules in 3D: all points within a radius of a segment. Options: those of BodySet.
 
-    centers (n, 3) [m]; radii (n,) or one [m]; lengths (n,) or one, of the segment, without the round ends [m], 0 for a ball.
+    centers (n, 3) [m]; radii [m]: a number or (n,); lengths [m]: of the segment, without the round ends, a number or (n,), 0 for
+    a ball.
     axis (3,) or (n, 3): where the segment points, along z if not given; or rotation (n, 4), the quaternion (w, x, y, z) that
     turns it from z. fixed: nothing moves them. mass = density (pi r^2 l + 4/3 pi r^3).
     """
@@ -45,7 +46,7 @@ def cylinders(
 ) -> BodySet:
     """Solid cylinders with flat ends in 3D. Options: those of BodySet.
 
-    centers (n, 3) [m]; radii, lengths (n,) or one [m]. axis (3,) or (n, 3): where the axis points, along z if not given; or
+    centers (n, 3) [m]; radii, lengths [m]: numbers or (n,). axis (3,) or (n, 3): where the axis points, along z if not given; or
     rotation (n, 4), the quaternion (w, x, y, z) that turns it from z. fixed: nothing moves them. mass = density pi r^2 l.
     """
     centers, n = _centers(centers)
@@ -99,7 +100,7 @@ def superquadrics(
 
 
 def _superquadric(a, b, c, e1, e2):
-    """Volume, moments of inertia over mass, radius of the ball around it."""
+    """Volume [m3], three moments of inertia over mass [m2], radius of the circumscribed ball [m]."""
 
     def beta(x, y):
         return math.exp(math.lgamma(x) + math.lgamma(y) - math.lgamma(x + y))
@@ -113,7 +114,8 @@ def _superquadric(a, b, c, e1, e2):
 
 
 def _farthest(a, b, c, e1, e2):
-    """The farthest point from the centre: of x^2 within a norm of exponent 2/e, that of x within 2/(2 e)."""
+    """Distance of the farthest point from the centre [m]. With s = x^2, x^2 + y^2 is linear in s, maximised under a norm with
+    exponent 1/e."""
 
     def joined(u, v, e):
         # the largest u s + v t with s^(1/e) + t^(1/e) = 1
@@ -126,7 +128,7 @@ def _farthest(a, b, c, e1, e2):
 
 
 def _axial(r, length, ball):
-    """Hulls of capsules or cylinders, and which of them each body is."""
+    """Hulls of the different capsules or cylinders, and the number of the hull of each body (n,)."""
     table, which = np.unique(np.stack([r, length, ball], axis=1), axis=0, return_inverse=True)
     m = len(table)
     vertex, plane = np.zeros((m, 2, 3)), np.zeros((m, 4))
@@ -151,7 +153,7 @@ def _bodies(shape, centers, mass, moments, material, hulls, which, axis, rotatio
 
 
 def _towards(axis):
-    """Quaternions that turn z to the axes the shortest way."""
+    """Quaternions of the smallest rotations from z to the axes."""
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     if not np.all(length > 0):
         raise ValueError(f"axis[{int(np.argmin(length))}] is zero: give a vector of non-zero length")

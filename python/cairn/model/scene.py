@@ -1,4 +1,4 @@
-"""What is simulated: bodies, gravity, which law rules which pair, a periodic cell. Plain data."""
+"""Scene of a simulation: bodies, gravity, contact laws by pairs of materials, a periodic cell. Plain data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Periodic:
     """A periodic cell, which may shear.
 
     lengths: (dim,) [m], inf or 0 along an axis that is not periodic. corner: (dim,) [m]. lean: displacement along x of
-    the cell's upper face [m]. shear_rate: rate at which it moves, per length of the cell along y in 2D, z in 3D [1/s].
+    the cell's upper face [m]. shear_rate: velocity of that face over the length of the cell along y in 2D, z in 3D [1/s].
     """
 
     lengths: tuple
@@ -51,15 +51,15 @@ class Periodic:
 class Scene(Spelt):
     """Bodies and the laws between them.
 
-    dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are kept relative
-    to it, so that a scene far from zero keeps its digits. depth: what networks, servo-controlled walls and masonry take for the
-    thickness of a 2D scene [m]; it changes no mass: give disks and polygons the same depth. periodic: a Periodic cell.
+    dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are stored relative to it,
+    so that a scene far from zero does not lose digits. depth: thickness of a 2D scene in networks, servo-controlled walls and
+    masonry [m]; it does not change masses: give disks and polygons the same depth. periodic: a Periodic cell.
 
     >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
     """
 
     def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
-        self._dim, self._stepped = checks.dimension(dim), False  # whether a simulation of it has made a step
+        self._dim, self._stepped = checks.dimension(dim), False  # True after a step of a simulation
         self.sets: list[bodies.BodySet] = []
         self.gravity = np.zeros(dim) if gravity is None else gravity
         self.origin = np.zeros(dim) if origin is None else origin
@@ -69,7 +69,7 @@ class Scene(Spelt):
         self.rules: list[tuple[str, str, Law | None]] = []
         self.networks: dict[str, object] = {}  # electrical, thermal
         self.count = 0
-        self.legacy = None  # where the scene came from, if cairn.legacy made it
+        self.legacy = None  # origin of a scene made by cairn.legacy
         self._made = True
 
     @property
@@ -88,7 +88,7 @@ class Scene(Spelt):
 
     @property
     def origin(self):
-        """(dim,) [m] about which positions are kept; set before the first step."""
+        """(dim,) [m], positions are stored relative to it; set before the first step."""
         return self._origin
 
     @origin.setter
@@ -136,17 +136,17 @@ class Scene(Spelt):
         return np.arange(first, self.count)
 
     def interact(self, a, b, law):
-        """The law between two materials or groups: cairn.Material, its name, a group's name, or "*" for all.
+        """Sets the law between two materials or groups: a cairn.Material, its name, the name of a group, or "*" for all.
 
-        law None: they pass through each other. A rule that names groups goes before one that names materials, that before "*";
-        among equals the later one counts.
+        law None: no contact, bodies pass through each other. Rules that name groups precede rules that name materials, and these
+        precede "*"; among equal rules the last counts.
         """
         self.rules.append(rule(a, b, law))
 
     def join(self, a, b, joint):
-        """Joins two bodies or nodes of meshes, by their numbers, or one and the world (b None), as they stand: cairn.Ball, Hinge,
-        Pivot, Fixed, Slider, Distance or Cable. Its name, for rules and pictures. What is joined still touches unless interact
-        says otherwise."""
+        """Joins two bodies or nodes of meshes in their current positions, or a body and the world (b None). a, b: ids; joint:
+        cairn.Ball, Hinge, Pivot, Fixed, Slider, Distance or Cable. Returns the name of the joint, for rules and pictures. Contact
+        between the bodies stays active unless `interact` excludes it."""
         from .joints import joined
 
         return joined(self, a, b, joint)
@@ -164,17 +164,17 @@ class Scene(Spelt):
         self.networks["thermal"] = Thermal(**settings)
 
     def running_networks(self, simulation, core):
-        """What a simulation keeps of the networks; None without any."""
+        """State of the networks of a simulation; None without networks."""
         if not self.networks:
             return None
         from ..networks.run import Running
 
         return Running(simulation, core)
 
-    # ------------------------------------------------------------------ what the core needs
+    # ------------------------------------------------------------------ tables for the core
 
     def species(self):
-        """Pairs (material, group) that contactors have, in order of appearance: their numbers are the core's materials."""
+        """Pairs (material, group) of contactors, in order of appearance; their numbers are the core's materials."""
         found = {}
         for s in self.sets:
             for c in s.contactors:
@@ -193,7 +193,7 @@ class Scene(Spelt):
                     )
 
     def _untouched(self, word):
-        """What to add where a mesh has this material or group, and nothing of it can touch."""
+        """Hint for an error message if this material or group is that of a mesh without contactors; else empty."""
         for s in self.sets:
             if s.mesh is not None and word in (s.group, getattr(s.mesh.material, "name", s.mesh.material)):
                 return f"; nothing of the mesh {s.mesh.name!r} touches: give deformable(contact=...), edges or faces"
@@ -240,7 +240,7 @@ class Scene(Spelt):
         sets, meshes = {}, set()
         for k, s in enumerate(self.sets):
             if s.mesh is not None:
-                if id(s.mesh) not in meshes:  # its other sets come with it
+                if id(s.mesh) not in meshes:  # written once, with all of its sets
                     from .mesh_files import to_dict
 
                     meshes.add(id(s.mesh))
@@ -272,7 +272,7 @@ class Scene(Spelt):
 
     @classmethod
     def load(cls, path):
-        """The scene that save() wrote. Raises FileError when the file is not one."""
+        """Reads a scene written by save(). Raises FileError if the file holds none."""
         from ..post.checkpoint import load
         from ..post.errors import FileError
 
@@ -320,7 +320,7 @@ class Scene(Spelt):
 
 
 def in_order(rules):
-    """Rules about ends of joints after all others, so that those count."""
+    """Rules with those of joints last, so that they take precedence."""
     joints = {a for a, _, law in rules if law is not None and law.name == "joint"}
     return [*(r for r in rules if r[0] not in joints), *(r for r in rules if r[0] in joints)]
 
@@ -351,7 +351,7 @@ def rules_from_dict(d):
 
 
 def set_to_dict(s):
-    """What a file holds of a set of rigid bodies. Raises ValueError for functions in Python."""
+    """Content of a scene file for a set of rigid bodies. Raises ValueError for Python functions, which no file holds."""
     d = {
         n: getattr(s, n)
         for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
@@ -434,7 +434,7 @@ def _word(what, given):
 
 
 def chosen_rule(first, second, rules):
-    """Whether a rule names the two species (material, group), and the law of the one that counts."""
+    """(True if a rule names the two species (material, group), law of the rule that takes precedence)."""
     best, chosen, ruled = -1, None, False
     for a, b, law in rules:
         weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
@@ -444,7 +444,7 @@ def chosen_rule(first, second, rules):
 
 
 def _weight(a, first, b, second):
-    """How closely a rule (a, b) names the species (first, second): -1 not at all, more for groups than for materials."""
+    """Precedence of a rule (a, b) for the species (first, second): higher for groups than for materials, -1 for other names."""
     total = 0
     for word, (material, group) in ((a, first), (b, second)):
         if word == "*":
@@ -459,13 +459,13 @@ def _weight(a, first, b, second):
 
 
 def mesh_groups(sets):
-    """Groups of the nodes of meshes, which do not meet one another unless a rule of the scene names both."""
+    """Groups of the nodes of meshes, which do not touch each other unless a rule of the scene names both."""
     return {s.mesh.name for s in sets if s.mesh is not None}
 
 
 def checked_sets(dim, given, materials=None, periodic=None):
-    """Sets, or lists of sets, as one list, and the materials that there are then, by name; refused when one of them is wrong,
-    before anything is changed. materials: those that there were."""
+    """(flat list of the given sets or lists of sets, {name: material} including `materials`). Raises ValueError for a wrong set,
+    before anything is changed."""
     flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
     for s in flat:
         if not isinstance(s, bodies.BodySet):
@@ -483,7 +483,8 @@ def checked_sets(dim, given, materials=None, periodic=None):
 
 
 def one_of_a_name(sets, known):
-    """The known materials, {name: material}, and those of the sets. Refuses two of one name: laws know them by it alone."""
+    """{name: material} of the known materials and those of the sets. Raises ValueError for different materials of the same name,
+    which laws could not tell apart."""
     known = dict(known)
     for s in sets:
         for c in s.contactors:
@@ -504,7 +505,7 @@ def one_of_a_name(sets, known):
 
 
 def _velocity_at(s, time):
-    """Velocities of a set when it comes in: driven dofs have what drives them, so that the first step moves them exactly."""
+    """Velocities of a set when it is inserted: driven dofs get their imposed velocity, so that the first step is exact."""
     if s.drive is None or not s.mask:
         return s.velocity
     drive = bodies.rows("drive", s.drive(time) if callable(s.drive) else s.drive, len(s), s.dim)
@@ -516,7 +517,7 @@ def _velocity_at(s, time):
 
 
 def _within(name, numbers, end, what):
-    """Refuses numbers of a set of contactors that its set of bodies has not: one below 0 would be counted from the end."""
+    """Raises ValueError for indices of contactors out of range; negative ones would count from the end."""
     numbers = np.asarray(numbers)
     wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
     if wrong.size:
@@ -524,11 +525,11 @@ def _within(name, numbers, end, what):
 
 
 def insert(core, s, species, time=0.0, meshes=None):
-    """Puts a set into a core scene and returns its ids. species: numbers of (material, group); meshes: the core's numbers of
-    deformable bodies, by the id() of each; both filled where missing."""
+    """Inserts a set into a core scene and returns its ids. species: {(material, group): number}; meshes: {id() of a Deformable:
+    its number in the core}; missing entries of both are added."""
     if s.mesh is not None:
         known = {} if meshes is None else meshes
-        # by what is there, and not by what was: a simulation that goes on from a file knows no other
+        # numbered after the meshes in the core scene, since a simulation restored from a file has no other record
         number = known.get(id(s.mesh)) or 1 + max([int(core.raw_node("mesh").max(initial=0)), *known.values()])
         known[id(s.mesh)] = number
         first = core.add_nodes(number, s.position, None if s.velocity is None else s.velocity[:, : s.dim], s.mass)

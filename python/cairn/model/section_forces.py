@@ -1,4 +1,4 @@
-"""What is borne in the sections of bars and beams: forces along and across them, moments that bend and twist them."""
+"""Section forces of bars and beams: axial and shear forces, bending and torsion moments."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from .meshes import LinearBody
 
 
 def stiffness_of(points, cells, sections):
-    """Matrices (m, k, k) of cells at rest, with what a pull adds across them, of the dofs of both ends: displacements, and of
-    beams rotations. sections: "young", "area", "pull" (m,), and of beams "inertia" (m, 2), "torsion", "shear_area", "shear" (m,)
-    and "up"."""
+    """Stiffness matrices (m, k, k) of undeformed cells, with the geometric stiffness of their tension, on the dofs of both ends:
+    displacements, for beams rotations too. sections: "young", "area", "pull" (m,), for beams "inertia" (m, 2), "torsion",
+    "shear_area", "shear" (m,) and "up" as well."""
     s, ends = sections, np.ascontiguousarray(points[cells])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     if "inertia" in s:
@@ -27,7 +27,8 @@ def stiffness_of(points, cells, sections):
 
 
 def axes_of(points, cells, up=None):
-    """Axes (m, k, dim) of cells, rows: along, then in the plane across, of beams in space the second and third of the section."""
+    """Axes (m, k, dim) of cells as rows: along the cell; then in 2D across it, for beams in 3D the second and third axis of the
+    section; bars in 3D have the first alone."""
     along = points[cells[:, 1]] - points[cells[:, 0]]
     along = along / np.linalg.norm(along, axis=1)[:, None]
     if up is None and points.shape[1] == 3:
@@ -40,7 +41,7 @@ def axes_of(points, cells, up=None):
 
 
 def _bent(points, cells, length, pull, up):
-    """What a pull adds to the stiffness of beams: (m, 6 | 12, 6 | 12) by cubic deflections (Przemieniecki 1968)."""
+    """Geometric stiffness of beams under tension (m, 6 | 12, 6 | 12), for cubic deflections (Przemieniecki 1968)."""
     dim, n = points.shape[1], len(cells)
     one, size, axes = np.ones(n), length, axes_of(points, cells, up)
     bent = (
@@ -57,13 +58,13 @@ def _bent(points, cells, length, pull, up):
     each = 3 * dim - 3
     out = np.zeros((n, 2 * each, 2 * each))
     for axis in range(1, dim):
-        # rows of the deflection along the axis and the slope that goes with it, of both nodes
+        # rows for deflection and slope along this axis at both nodes
         turn = np.zeros((n, 4, 2 * each))
         for node in range(2):
             turn[:, 2 * node, node * each : node * each + dim] = axes[:, axis]
             if dim == 2:
                 turn[:, 2 * node + 1, node * each + 2] = 1
-            else:  # a slope along the second axis is a turn about the third; along the third one about the second, backwards
+            else:  # slope along the second axis: rotation about the third; along the third: about the second, negative
                 about = axes[:, 2] if axis == 1 else -axes[:, 1]
                 turn[:, 2 * node + 1, node * each + 3 : node * each + 6] = about
         out += np.einsum("nij,nik,nkl->njl", turn, bent, turn)
@@ -71,7 +72,7 @@ def _bent(points, cells, length, pull, up):
 
 
 def sum_of_cells(n, dofs, matrices):
-    """The matrix (n, n) of matrices (m, k, k) of cells with dofs (m, k), scipy.sparse."""
+    """Assembles matrices (m, k, k) of cells with dofs (m, k) into a scipy.sparse matrix (n, n)."""
     from scipy import sparse
 
     rows, columns = (np.broadcast_to(d, matrices.shape).ravel() for d in (dofs[:, :, None], dofs[:, None, :]))
@@ -79,23 +80,23 @@ def sum_of_cells(n, dofs, matrices):
 
 
 def dofs_of(cells, each):
-    """Of both ends of cells, (m, 2 each)."""
+    """Dofs of both ends of cells (m, 2 each), for `each` dofs of a node."""
     return (each * cells[:, :, None] + np.arange(each)).reshape(len(cells), -1)
 
 
 def followed(turns, given):
-    """Solutions of turns x = given; the least where nothing holds a turn, as of a straight beam in space about itself."""
+    """Solution of turns x = given; the smallest one if a rotation is not held, e.g. of a straight beam in 3D about its axis."""
     try:
         return np.linalg.solve(turns, given)
     except np.linalg.LinAlgError:
-        stiffness = np.abs(np.diag(turns))  # each turn on a scale of its own, so that soft beams beside stiff ones stay
+        stiffness = np.abs(np.diag(turns))  # scaled, so that soft beams beside stiff ones count
         scale = 1 / np.sqrt(np.where(stiffness > 0, stiffness, 1))[:, None]
         return scale * np.linalg.lstsq(scale * turns * scale.T, scale * given, rcond=1e-13)[0]
 
 
 def told(axes, force, one, other):
-    """{name: values} of cells of axes (m, dim, dim), rows, whose second ends are held by forces (m, dim) and both ends by moments
-    (m, 1 | 3), None of bars; see MeshView.section_forces."""
+    """Section forces {name: values} from the forces at the second end of cells (m, dim) [N] and the moments at the first and the
+    second end (m, 1 | 3) [N m], None for bars; axes (m, dim, dim): of the cells, as rows. See MeshView.section_forces."""
     out = {"axial_force": np.einsum("mk,mk->m", force, axes[:, 0])}
     if one is None:
         return out
@@ -105,7 +106,7 @@ def told(axes, force, one, other):
         out["shear_force"] = out["shear_force"][:, 0]
         out["bending_moment"] = np.concatenate([-one, other], axis=1)
         return out
-    # the curvature of a deflection along the second axis turns about the third, along the third one about the second, backwards
+    # bending along the second axis is a moment about the third; along the third axis about the second, negative
     about = np.stack([axes[:, 2], -axes[:, 1]], axis=1)
     ends = [-np.einsum("mk,mak->ma", one, about), np.einsum("mk,mak->ma", other, about)]
     out["bending_moment"] = np.concatenate(ends, axis=1)
@@ -121,12 +122,12 @@ class LinearFrame(LinearBody):
         super().__init__(
             points, mass, stiffness, damping=damping, groups=groups, initial_force=initial_force, initial_energy=initial_energy
         )
-        #: what it was made of, as scene files hold it
+        #: arguments of the constructor, which scene files store
         self.given = given
         self.sections, self.lines = dict(sections), np.asarray(cells, int)
 
     def section_forces(self, displacement, model=None):
-        """What each cell bears at a displacement (n, dim) [m], {name: (m, ...)}: see MeshView.section_forces."""
+        """Section forces of each cell at a displacement (n, dim) [m], {name: (m, ...)}: see MeshView.section_forces."""
         s, dim = self.sections, self.dim
         u = np.asarray(displacement, float).reshape(-1, dim)
         k = stiffness_of(self.points, self.lines, s)
@@ -140,7 +141,7 @@ class LinearFrame(LinearBody):
         return out | {"axial_force": out["axial_force"] + s["pull"]}
 
     def _turned(self, u, k):
-        """Rotations (n, 1 | 3) that follow displacements, zero of clamped nodes."""
+        """Condensed rotations (n, 1 | 3) [rad] at displacements u, zero at clamped nodes."""
         dim, n = self.dim, len(self.points)
         each = 3 * dim - 3
         full = sum_of_cells(each * n, dofs_of(self.lines, each), k).tocsr()

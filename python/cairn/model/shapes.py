@@ -18,17 +18,17 @@ from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
 
 
 class Hulls(NamedTuple):
-    """n convex shapes. vertex (v, dim) [m] from the centre of the contactor, in the axes of the body; first_vertex (n + 1,);
-    of polyhedra first_face (n + 1,), first_corner (f + 1,) and corner (c,), vertices of each face numbered from 0 within the
-    shape, anticlockwise from outside; empty for polygons."""
+    """n convex shapes. vertex (v, dim) [m] from the centre of the contactor, in the axes of the body; first_vertex (n + 1,).
+    Polyhedra also have first_face (n + 1,), first_corner (f + 1,) and corner (c,): vertices of each face, numbered from 0 within
+    the shape, anticlockwise from outside; these are empty for polygons."""
 
     vertex: np.ndarray
     first_vertex: np.ndarray
     first_face: np.ndarray
     first_corner: np.ndarray
     corner: np.ndarray
-    facets: bool = False  # each is triangle (0, 1, 2) of a surface, among those around it
-    # of round shapes, which have no corners: normals and offsets (4, ...) in rows, and the balls (n,) that hold them [m]
+    facets: bool = False  # True: each is triangle (0, 1, 2) of a surface, with its neighbours
+    # round shapes, which have no corners: rows of normal and offset (f, 4), and radii of circumscribed balls (n,) [m]
     plane: np.ndarray = np.zeros((0, 4))
     ball: np.ndarray = np.zeros(0)
 
@@ -38,12 +38,12 @@ class Hulls(NamedTuple):
 
 @takes(*OPTIONS)
 def polygons(vertices, material, *, position=None, rotation=None, fixed=False, density=None, depth=1.0, **options) -> BodySet:
-    """Polygons in 2D, in either sense of turn. Options: those of BodySet.
+    """Polygons in 2D, in either orientation. Options: those of BodySet.
 
-    vertices: a list of arrays (m, 2) [m], one a body, or one array (m, 2) for all bodies at `position`. A body that is not
-    convex is a list of convex arrays, as cairn.pre.convex_parts makes it. Without position they are where they stand; position
-    (n, 2) is where the origin of their coordinates goes, rotation (n,) the angle by which they turn about it. fixed: nothing
-    moves them. mass = density area depth.
+    vertices: a list with an array (m, 2) [m] for each body, or a single array (m, 2) for all bodies at `position`. A body that
+    is not convex is a list of convex arrays, as cairn.pre.convex_parts makes it. Without position, vertices are in space;
+    position (n, 2) [m] is the place of the origin of their coordinates, rotation (n,) the angle about it [rad]. fixed: the bodies
+    do not move. mass = density area depth.
 
     >>> rock = Material("rock", density=2800.0)
     >>> polygons([[0, 0], [1, 0], [0, 1]], rock, position=[[0, 0], [5, 0]]).mass
@@ -82,11 +82,11 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
 def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, density=None, **options) -> BodySet:
     """Convex polyhedra, or bodies of several convex parts, in 3D. Options: those of BodySet.
 
-    meshes: a list with one mesh a body, (vertices (m, 3) [m], faces), or one mesh for all bodies at `position`. faces: (k, 3)
-    triangles or lists of vertices, numbered from 0, anticlockwise from outside; triangles in one plane make one face. A body
-    that is not convex is a list of convex meshes (cairn.pre.convex_parts). Objects with `vertices` and `faces` are meshes, too.
-    Without position they are where they stand; position (n, 3) is where the origin of their coordinates goes, rotation (n, 4)
-    the quaternion (w, x, y, z) that turns them about it. fixed: nothing moves them.
+    meshes: a list with a mesh (vertices (m, 3) [m], faces) for each body, or a single mesh for all bodies at `position`. faces:
+    (k, 3) triangles or lists of vertices, numbered from 0, anticlockwise from outside; coplanar triangles are merged to a face. A
+    body that is not convex is a list of convex meshes (cairn.pre.convex_parts). Objects with `vertices` and `faces` are meshes,
+    too. Without position, vertices are in space; position (n, 3) [m] is the place of the origin of their coordinates, rotation
+    (n, 4) the quaternion (w, x, y, z) of their rotation about it. fixed: the bodies do not move.
     """
     bodies, which = _bodies("meshes", meshes, position, _is_mesh)
     bodies = [[_mesh(f"meshes[{k}]", m) for m in parts] for k, parts in enumerate(bodies)]
@@ -121,10 +121,10 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
 
 
 def with_corners(blocks, material) -> BodySet:
-    """Polyhedra with a point of `material` at every corner: corners are what meets the faces of deformable bodies in 3D.
+    """Adds a point of `material` at every corner of polyhedra, for contact with the faces of deformable bodies in 3D.
 
-    scene.interact(corners, "*", None) first, then a law of corners with the material of the faces, and none of that with the
-    polyhedra, which would meet the faces too: all else knows the polyhedra.
+    Call scene.interact(corners, "*", None) first, then give a law between corners and the material of the faces. Give no law
+    between the polyhedra and these faces, so that contact is not counted twice; other bodies touch the polyhedra.
     """
     more = []
     for c in blocks.contactors:
@@ -146,7 +146,7 @@ _FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4
 def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None, **options) -> BodySet:
     """Boxes in 3D. centers (n, 3) [m]; sizes (3,) or (n, 3), whole edges [m]; rotation (n, 4) quaternion (w, x, y, z).
 
-    Boxes of the same sizes share one shape. fixed: nothing moves them. Options: those of BodySet.
+    Boxes of the same sizes share a shape. fixed: the bodies do not move. Options: those of BodySet.
     """
     centers = checks.real_array("centers", centers, (None, 3))
     n = len(centers)
@@ -169,7 +169,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     return _body_set(3, centers, mass, inertia, contactors, quaternion, fixed, options)
 
 
-# ------------------------------------------------------------------ what they share
+# ------------------------------------------------------------------ shared helpers
 
 
 def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, depth=None):
@@ -182,7 +182,7 @@ def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, d
 
 
 def _bodies(name, given, position, is_shape):
-    """Lists of convex parts of each different body, and which of them each body of the set is."""
+    """(list of convex parts of each different body, number in this list of each body of the set (n,))."""
     if is_shape(given):
         bodies = [[given]]
     else:
@@ -247,8 +247,8 @@ def _polygon(name, x):
     follower = np.roll(d, -1, axis=0)
     fans = d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]
     x, fans = (x[::-1], -fans) if np.sum(fans) < 0 else (x, fans)
-    # seen from a corner those of a convex outline follow each other, and it turns one way at all of them; else the kernel would
-    # take the hull of a star, or of a dart
+    # convex: fans from the first corner have positive areas, and every corner turns left. Without this check the kernel would
+    # take the hull of a star or a dart
     edge = np.roll(x, -1, axis=0) - x
     turns = edge[:, 0] * np.roll(edge[:, 1], -1) - edge[:, 1] * np.roll(edge[:, 0], -1)
     if len(x) and min(np.min(fans), np.min(turns)) < -1e-7 * np.max(np.abs(d)) ** 2:
@@ -275,7 +275,7 @@ def _starts(parts):
 
 
 def _contactors(shape, material, hulls, owner, which, offset):
-    """Contactors of bodies that are the different ones `which`, of parts owner (m,)."""
+    """Contactors of the bodies of a set. which (n,): number of the different body; owner (m,): different body of each part."""
     count = np.bincount(owner)
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     body = np.repeat(np.arange(len(which)), count[which])

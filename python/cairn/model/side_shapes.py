@@ -1,4 +1,4 @@
-"""Sides of cells of first and second order as ties integrate over them: whole, with shape functions, cut into flat pieces."""
+"""Sides of cells of first and second order for the integrals of ties: whole sides with shape functions, cut into flat pieces."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import numpy as np
 
 from .mesh_faces import whole_sides
 
-# Where the nodes of a side are on it: edges from -1 to 1, triangles from 0 to 1, quadrilaterals from -1 to 1.
+# Parent coordinates of the nodes of a side: edges from -1 to 1, triangles from 0 to 1, quadrilaterals from -1 to 1.
 _EDGE = np.array([[-1.0], [1.0], [0.0]])
 _TRIANGLE = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
 _QUADRILATERAL = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]])
 
 
 def places_of_nodes(dim, count):
-    """(count, dim - 1): where the nodes of a side of so many are on it."""
+    """Parent coordinates (count, dim - 1) of the nodes of a side with `count` nodes."""
     if dim == 2:
         return _EDGE[:count]
     return (_TRIANGLE if count in (3, 6) else _QUADRILATERAL)[:count]
 
 
 def shape(dim, count, at):
-    """Shape functions (m, count) of a side of so many nodes, corners first, at places (m, dim - 1) on it."""
+    """Shape functions (m, count) of a side with `count` nodes, corners first, at parent coordinates (m, dim - 1)."""
     if dim == 2:
         s = at[:, 0]
         if count == 2:
@@ -44,9 +44,11 @@ def shape(dim, count, at):
 
 
 def from_basis(dim, count):
-    """U (count, count), u = U w: values of the nodes of a side from those in a basis B = N U whose integrals are above zero, as
-    dual functions need it. w of a corner is its u, of the middle of an edge 2 u less the mean of its ends, that of the middle
-    of nine nodes 4 u less the middles of edges and with a quarter of each corner (after Popp, Wohlmuth, Gitterle & Wall 2012)."""
+    """U (count, count) of u = U w: nodal values u of a side from coefficients w in the basis B = N U, whose functions have
+    positive integrals, as dual functions need (after Popp, Wohlmuth, Gitterle & Wall 2012).
+
+    w = u at a corner; w = 2 u less the mean of the ends at the middle of an edge; w = 4 u less the middles of the edges plus a
+    quarter of each corner at the middle node of nine."""
     of = np.eye(count)
     corners = 2 if dim == 2 else 3 if count in (3, 6) else 4
     for k in range(corners, count):
@@ -59,8 +61,8 @@ def from_basis(dim, count):
 
 
 def wholes(body, pieces):
-    """Of each flat piece (m, 2 | 4) of the boundary, the fourth node of a triangle -1: nodes of the whole side that it is of, and
-    where its corners are on that (corners, dim - 1)."""
+    """[(nodes of the whole side, parent coordinates of the corners of the piece on it (corners, dim - 1))] for flat pieces
+    (m, 2 | 4) of the boundary, -1 for the fourth node of a triangle."""
     found = whole_sides(body, pieces)
     out = []
     for piece, nodes in zip(pieces, found if len(found) else pieces):
@@ -71,11 +73,11 @@ def wholes(body, pieces):
 
 
 def dual_rows(dim, common):
-    """{node that follows: (nodes that lead, weights)} of whole sides by what they have in common with those that lead.
+    """{slave node: (master nodes, weights)} of mortar ties, from integrals over the overlap of slave and master sides.
 
-    common: {nodes of a whole side that follows (tuple): [(nodes of one that leads, its shape functions (m, k), where the points
-    are on the side that follows (m, dim - 1), weights of the rule (m,) [m or m2])]}. With psi = diag(D) (int B B')^-1 B of each,
-    D_j = int B_j, w_j = M_jl u_l / D_j, M_jl = int psi_j N_l (Wohlmuth 2000), from which the values of the nodes follow.
+    common: {nodes of a whole slave side (tuple): [(nodes of a master side, its shape functions (m, k), parent coordinates of the
+    points on the slave side (m, dim - 1), weights of the rule (m,) [m or m2])]}. Dual functions psi = diag(D) (int B B')^-1 B,
+    D_j = int B_j, give w_j = M_jl u_l / D_j, M_jl = int psi_j N_l (Wohlmuth 2000); nodal values are u = U w, see from_basis.
     """
     diagonal, rows = {}, {}
     for nodes, samples in common.items():
@@ -97,7 +99,7 @@ def dual_rows(dim, common):
     for nodes in common:
         mix = from_basis(dim, len(nodes))
         for k, node in enumerate(nodes):
-            if node in values:  # the middle of an edge has the same rule on both of its sides
+            if node in values:  # both sides at the middle of an edge give it the same weights
                 continue
             value = values[node] = {}
             for j in np.flatnonzero(mix[k]):
@@ -107,7 +109,7 @@ def dual_rows(dim, common):
 
 
 def check_nodes(sides, nodes, group):
-    """Raises ValueError where whole sides that follow have nodes outside the group that is to."""
+    """Raises ValueError if a whole slave side has a node outside its group."""
     for whole, _ in sides:
         outside = np.setdiff1d(whole, nodes)
         if len(outside):

@@ -1,4 +1,4 @@
-"""A body of any material of solids by finite elements, with small or large strains; at rest, or in a scene (cairn.deformable).
+"""A finite element body of any material of solids, with small or large strains; at rest, or in a scene (cairn.deformable).
 
 body = SolidBody(points, {"quad": cells}, NeoHookean(young=1e6, poisson=0.3), density=1000.0)
 u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)}, increments=4)
@@ -20,20 +20,21 @@ KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
 
 
 class SolidBody(ElasticBody):
-    """A body whose stresses are those of a material of solids at the Gauss points of its cells.
+    """A body with a material of solids at the Gauss points of its cells, for small or large strains.
 
-    points (n, dim) [m]; cells as of ElasticBody; material: NeoHookean(...) and the like, or {kind of cells: material}, or where
-    cells of a kind are of several {kind: ([materials], number (m,) of that of each cell)}; density
-    [kg/m3], or {kind: (m,)} of each cell; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it
-    turns with the material: "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that
-    take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given; users'
-    routines (UMAT) are called as with NLGEOM under any but "small". plane:
-    "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells change their
-    volume as a whole, so that they do not lock near nu = 1/2; triangle and tetra cells do so as they are, and are refused.
-    lumped, rayleigh: as of ElasticBody, by the stiffness at the start, which brakes what turns, too. initial_stress: true stress
-    of the body before it moves [Pa], as `cairn.deformable` takes it; the material is strained by it where it lies, so that it
-    yields at what is left of its strength.
-    Raises ValueError naming what is wrong, the cell and the remedy.
+    points (n, dim) [m]; cells: as for ElasticBody; groups: {name: nodes}.
+    material: NeoHookean(...) or another material of solids; {kind of cells: material}; or, with several materials in a kind,
+    {kind: ([materials], number (m,) of the material of each cell)}. density [kg/m3], or {kind: (m,)} of each cell.
+    kinematics: "small", or the strain measure of the law in axes that rotate with the material: "corotational" (Biot),
+    "total_lagrangian" (Green), "logarithmic" (Hencky). Materials that take the deformation gradient allow "total_lagrangian"
+    alone, their default. Users' routines (UMAT) are called as with NLGEOM unless it is "small".
+    plane: "strain", "stress" or "axisymmetric" (about y, x the radius) in 2D; thickness [m].
+    mean_dilatation: True: uniform dilatation in each cell, against volumetric locking near nu = 1/2; refused for triangle and
+    tetra cells, whose dilatation is uniform anyway.
+    lumped, rayleigh: as for ElasticBody, with the initial stiffness, which damps rotations as well.
+    initial_stress: Cauchy stress in the initial configuration [Pa], as for `cairn.deformable`; the material starts from the
+    strain of this stress, so that it yields at the remaining strength.
+    Raises ValueError naming the wrong value, the cell and the remedy.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class SolidBody(ElasticBody):
         if plane == "axisymmetric" and points.ndim == 2 and np.any(points[:, 0] < 0):
             at = int(np.argmin(points[:, 0]))
             raise ValueError(f"node {at} has the radius {points[at, 0]:g} m: give x >= 0, the body goes round the axis x = 0")
-        # mass alone is taken from the elements as they are; of a ring that of its way round
+        # only the mass of this ElasticBody is used; for a ring it is that of the whole circumference
         if plane == "axisymmetric" and isinstance(density, dict):
             raise ValueError("density of cells round an axis is one number: tie bodies of others (cairn.tied)")
         around = 2 * np.pi if plane == "axisymmetric" and points.ndim == 2 and points.shape[1] == 2 else 1.0
@@ -67,7 +68,7 @@ class SolidBody(ElasticBody):
             points, cells, young=1.0, poisson=0.0, density=heavy, groups=groups,
             thickness=1.0 if plane == "axisymmetric" else thickness, lumped=lumped,
         )  # fmt: skip
-        self.given = made_of  # as scene files hold it
+        self.given = made_of  # stored in scene files
         self.plane = plane
         if around > 1:
             self._weigh_rings(lumped, float(density))
@@ -79,7 +80,7 @@ class SolidBody(ElasticBody):
         self.lower = start, row, mass, stiffness, a * mass + b * stiffness
 
     def _weigh_rings(self, lumped, density):
-        """Masses of cells that go round the axis: their radius is that of their nodes."""
+        """Replaces the mass by that of axisymmetric rings, whose radius varies with the nodes."""
         unknown, mass = [], []
         for kind, nodes in self.cells.items():
             m = _core.ring_masses(kind, np.ascontiguousarray(self.points[nodes]), density)
@@ -93,7 +94,7 @@ class SolidBody(ElasticBody):
         self.lower = start, row, m, *self.lower[3:]
 
     def blocks(self):
-        """What the core keeps of the cells, a dict each."""
+        """Blocks of the core's BulkModel, a dict for each kind of cells and material."""
         return [
             {
                 "cell": kind, "nodes": self.cells[kind][rows].astype(np.int32), "material": material.name,
@@ -104,25 +105,25 @@ class SolidBody(ElasticBody):
         ]  # fmt: skip
 
     def layout(self):
-        """Of each block its kind of cells, their rows among those of the kind, and its material."""
+        """[(kind of cells, rows in that kind, material)] of the blocks."""
         return self._layout
 
     @property
     def materials(self):
-        """{kind of cells: material}, a list of them where cells of a kind are of several."""
+        """{kind of cells: material}, or a list if the cells of a kind have several materials."""
         out = {}
         for kind, _, material in self._layout:
             out.setdefault(kind, []).append(material)
         return {kind: found if len(found) > 1 else found[0] for kind, found in out.items()}
 
     def model(self):
-        """Stresses and states of the cells, of their own: see _core.BulkModel."""
+        """A new _core.BulkModel, which evaluates stresses and keeps the states of the material."""
         return _core.BulkModel(self.dim, self.points.ravel(), self.blocks())
 
     def tangent(self, displacement, model=None, h=np.inf):
-        """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement, energy [J].
-        h: the time in which it gets there [s], at rest an endless one; users' routines are told 1 s there.
-        Raises ValueError naming the cell that is inside out or has no finite stress."""
+        """Forces (n dofs) [N], values of the lower triangle of their derivative [N/m], stored and dissipated energy [J] at a
+        displacement (n, dim) [m]. h: time in which it is reached [s], inf in statics; users' routines are told 1 s then.
+        Raises ValueError naming a cell that is inside out or has no finite stress."""
         model = model or self.model()
         u = np.ascontiguousarray(displacement, float).ravel()
         force, values, wrong, energy, dissipated = model.evaluate(u, h, 1.0, *self.lower[:2])
@@ -131,12 +132,12 @@ class SolidBody(ElasticBody):
         return force, values, energy, dissipated
 
     def solve(self, fixed, force=None, displacement=None, *, increments=1, tolerance=1e-10, most=50, start=None, model=None):
-        """Displacement at rest (n, dim) [m], by Newton's method with a line search, the load in equal increments; one that finds
-        no rest is halved, up to four times.
+        """Displacement in static equilibrium (n, dim) [m], by Newton's method with a line search.
 
-        fixed: {group: axes}; force: {group: total} or (n dofs) [N]; displacement (n, dim) of the fixed dofs: zero. start: where
-        to begin; model: with the states to begin from, which then are those at the end. Raises RuntimeError if it does not
-        converge.
+        The load is applied in equal increments; one that does not converge is halved, up to four times. fixed: {group: axes};
+        force: {group: total} or (n dofs) [N]; displacement (n, dim): imposed on the fixed dofs [m], zero when not given; start
+        (n, dim): initial displacement [m]; model: initial states of the material, updated to the final ones. Raises RuntimeError
+        without convergence.
         """
         model = model or self.model()
         held = self.dofs(fixed)
@@ -157,7 +158,7 @@ class SolidBody(ElasticBody):
         )
 
         def carried(u, begin, end, halvings):
-            """From rest at a share of the load to rest at another."""
+            """Equilibrium at the share `end` of the load, from that at `begin`; halves the increment if needed."""
             try:
                 u = self._at_rest(model, u, free, held, first + end * (last - first), end * load, tolerance, most)
             except RuntimeError:
@@ -179,7 +180,7 @@ class SolidBody(ElasticBody):
         start, row = self.lower[:2]
         n = len(u)
         step = np.zeros(n)
-        step[held] = at - u[held]  # of the held dofs, taken with the first linear solution
+        step[held] = at - u[held]  # imposed displacement, applied with the first linear solution
         size = 0.0
         for turn in range(most):
             internal, values, *_ = self.tangent(u, model)
@@ -188,7 +189,7 @@ class SolidBody(ElasticBody):
             right = load - internal - full @ step
             among = full[free][:, free]
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of a singular matrix: what is missed tells
+                warnings.simplefilter("ignore")  # a singular matrix shows in the residual `missed`
                 step[free] = spsolve(among, right[free])
             missed = np.abs(among @ step[free] - right[free]).max(initial=0)
             if not turn and not missed <= 1e-6 * np.abs(right[free]).max(initial=0):
@@ -220,7 +221,7 @@ class SolidBody(ElasticBody):
         )
 
     def stress(self, displacement, model=None):
-        """True stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
+        """Cauchy stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
         model = model or self.model()
         *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), np.inf, 1.0)
         if wrong is not None:
@@ -229,17 +230,17 @@ class SolidBody(ElasticBody):
 
 
 def _on_axis(points):
-    """Points of which those that lie beyond the axis x = 0 by what their digits round lie on it."""
+    """Points with x set to 0 where it is negative by rounding alone."""
     rounded = (points[:, 0] < 0) & (points[:, 0] >= -(2.0**-40) * np.max(np.abs(points), initial=0.0))
     return np.where(rounded[:, None] & (np.arange(points.shape[1]) == 0), 0.0, points) if np.any(rounded) else points
 
 
 def _layout(cells, material):
-    """(kind, rows, material) of each material of each kind of cells."""
+    """[(kind, rows, material)] for each material of each kind of cells."""
     given, out = material if isinstance(material, dict) else dict.fromkeys(cells, material), []
     for kind, nodes in cells.items():
         of = given.get(kind)
-        of_each = isinstance(of, (tuple, list)) and len(of) == 2 and isinstance(of[0], (tuple, list))  # files hold lists alone
+        of_each = isinstance(of, (tuple, list)) and len(of) == 2 and isinstance(of[0], (tuple, list))  # lists from files
         several, which = of if of_each else ([of], np.zeros(len(nodes), int))
         which = np.asarray(which)
         for m in several:
@@ -254,7 +255,7 @@ def _layout(cells, material):
 
 
 def by_kinds(body, of_blocks):
-    """Of what each block of a body has, (m, k), what its kinds of cells have, {kind: (m, k)}."""
+    """Values of cells by kinds {kind: (m, k)}, from arrays (m, k) of each block of a body."""
     of_blocks = list(of_blocks)
     out = {kind: np.zeros((len(nodes), *of_blocks[0].shape[1:])) for kind, nodes in body.cells.items()}
     for (kind, rows, _), found in zip(body.layout(), of_blocks):

@@ -1,4 +1,4 @@
-"""Surfaces of triangles as boundaries: terrain, hoppers, chutes, whatever an STL file holds."""
+"""Triangulated surfaces as boundaries: terrain, hoppers, chutes, surfaces from STL files."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from .shapes import Hulls
 
 @takes(*OF_BOUNDARIES)
 def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A surface of triangles in 3D against spheres, capsules and polyhedra, solid behind: seen from the free side its faces run
-    anticlockwise.
+    """A triangulated surface in 3D against spheres, capsules and polyhedra, solid behind: its faces are anticlockwise when seen
+    from the free side.
 
-    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0; those of more than four lie in a plane, and none
-    crosses itself. It need not be closed. It is held, or moves as one
-    body: velocity, mass, inertia, free, force as of a wall. Each triangle is a contactor of its own; what touches an edge or a
-    vertex touches one of them, and rolls or slides over the edges of a plane as over a plane. A closed surface may be
-    thinner than what lies on it: its far side has no contact there. A sphere whose centre lies deeper than its radius behind a
-    triangle is not seen, nor is a corner of a polyhedron deeper than the triangle is wide, nor a polyhedron by a triangle that
-    has its centre behind it.
+    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0; faces of more than four vertices are plane, and no
+    face crosses itself. The surface need not be closed. It is held, or moves as a rigid body: velocity, mass, inertia, free,
+    force as for a wall. Each triangle is a contactor. Contact at an edge or a vertex is assigned to a single triangle, and edges
+    between coplanar triangles have no effect. A closed surface may be thinner than the body that lies on it: its far side has no
+    contact there. Contact is not found for a sphere whose centre is deeper behind a triangle than its radius, a corner of a
+    polyhedron deeper than the width of the triangle, and a polyhedron whose centre is behind the triangle.
     """
     vertices = checks.real_array("vertices", vertices, (None, 3))
     fans = meshes.triangles(vertices, faces, "surface")
@@ -43,8 +42,8 @@ def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None
 
 
 def with_neighbours(vertices, fans, centre):
-    """Each facet with the triangles that share a vertex with it, in their order, its own vertices first; which vertices these
-    are, facet by facet."""
+    """(Hulls of the facets, each with the triangles that share a vertex with it and its own vertices first; list of the numbers
+    of these vertices for each facet)."""
     by_vertex = np.argsort(fans.ravel(), kind="stable") // 3
     first = np.concatenate([[0], np.cumsum(np.bincount(fans.ravel(), minlength=len(vertices)))])
     points, corners, numbers, sizes = [], [], [], []

@@ -1,6 +1,4 @@
-"""Faces of a mesh in space that follow those of another on average, by dual multipliers on what they have in common: the weights
-with which nodes follow nodes.
-"""
+"""Weights of slave nodes by master nodes for mortar ties of faces in 3D, with dual multipliers on the overlap of the faces."""
 
 from __future__ import annotations
 
@@ -8,20 +6,21 @@ import numpy as np
 
 from . import side_shapes
 
-LEAST = 1e-12  # of a face, that counts as common
-ROUNDING = 1e-9  # of a side, that counts as nothing
-# Gauss's rules on (0, 1): products of bilinear functions, and of those of second order, whose degree is eight, are exact.
+LEAST = 1e-12  # least overlap over the area of a face
+ROUNDING = 1e-9  # share of a side neglected as rounding
+# Gauss rules on (0, 1), exact for products of bilinear functions, and of functions of second order, of degree eight.
 _RULES = {second: [(x + 1) / 2 if i == 0 else x / 2 for i, x in enumerate(np.polynomial.legendre.leggauss(n))]
           for second, n in ((False, 4), (True, 5))}  # fmt: skip
 
 
 def dual_weights(points, follow, lead, within, name):
-    """{node that follows: (nodes that lead, weights)}, see side_shapes.dual_rows, over the faces that follow.
+    """{slave node: (master nodes, weights)} of mortar ties, see side_shapes.dual_rows.
 
-    points (n, 3); follow, lead: faces (m, 4), the fourth node of a triangle is -1, and of each its whole side, see
-    side_shapes.wholes; within: distance of what is common from a face that follows, over its size, and width of a strip along its
-    sides that may lie beyond what leads. The integrals are those of what is common, so that weights of a node have the sum 1 and
-    linear fields pass whatever the strip. name: of what follows and what leads, for the error of a face that is not covered.
+    points (n, 3) [m]; follow, lead: slave and master faces (m, 4), -1 for the fourth node of a triangle, and the whole side of
+    each, see side_shapes.wholes; within: largest gap between slave and master face over the size of the slave face, and width of
+    the strip along its edges that the master may leave uncovered. Integrals extend over the overlap alone, so that the weights of
+    a node have the sum 1, and linear fields are reproduced with any strip. name: groups of slave and master, for the error of a
+    face that is not covered.
     """
     lead, lead_wholes = lead
     middles, reach = _balls(points, lead)
@@ -59,11 +58,11 @@ def dual_weights(points, follow, lead, within, name):
 
 
 def check_covered(sides, within, name):
-    """Raises ValueError, with the way out, where sides that follow lie on what leads neither once nor but for a strip as wide as
-    `within` along their ends.
+    """Raises ValueError, with a remedy, if slave sides are covered by masters twice, or if more of them is uncovered than a strip
+    of width `within` along their ends.
 
-    sides: of each what to call it, the part of it that lies on what leads, that at any distance, the largest of these over its
-    size, and the length of its ends over its size (2 for an edge); name: of what follows and what leads.
+    sides: for each its name in messages, the share covered by masters, the share covered at any distance, the largest distance
+    over its size, and the length of its ends over its size (2 for an edge); name: groups of slave and master.
     """
     wrong = [s for s in sides if not -ROUNDING <= 1 - s[1] <= max(ROUNDING, min(within * s[4], 0.5))]
     if not wrong:
@@ -74,14 +73,14 @@ def check_covered(sides, within, name):
     if covered > 1:
         raise ValueError(f"{told}, {covered - 1:.3g} more than once: leave one of the layers out of {leader!r}")
     ways = "move it over the other, or let the finer side follow"
-    if all(covered < 1 and opposite >= 0.5 for _, covered, opposite, _, _ in wrong):  # a wider strip lets all of them pass
+    if all(covered < 1 and opposite >= 0.5 for _, covered, opposite, _, _ in wrong):  # a wider strip accepts all
         needed = 1.01 * max(max(far, (1 - opposite) / around) for _, _, opposite, far, around in wrong)
         ways = f"move it over the other, let the finer side follow, or give a larger within, {needed:.3g} or more"
     raise ValueError(f"{told}, {1 - covered:.3g} is missing: {ways}")
 
 
 def _balls(points, faces):
-    """Middles of faces and how far their corners are from them."""
+    """Middles of faces (m, 3) and radii of the balls around them that contain their corners (m,) [m]."""
     there = faces >= 0
     x = points[np.where(there, faces, faces[:, :1])]
     middles = (x * there[..., None]).sum(axis=1) / there.sum(axis=1)[:, None]
@@ -89,7 +88,7 @@ def _balls(points, faces):
 
 
 def _frame(x):
-    """Middle of a face, two axes in it, and its size."""
+    """Middle of a face (3,), two unit axes in its plane (2, 3), and its size, the root of its area [m]."""
     middle = x.mean(axis=0)
     one, two = (x[2] - x[0], x[3] - x[1]) if len(x) == 4 else (x[1] - x[0], x[2] - x[0])
     normal = np.cross(one, two)
@@ -103,7 +102,7 @@ def _area(x):
 
 
 def _common(one, other):
-    """The part of two convex polygons (m, 2) that is common, anticlockwise; None where there is none."""
+    """Intersection of two convex polygons (m, 2), anticlockwise; None if it is empty."""
     part = other if _area(other) > 0 else other[::-1]
     for a, b in zip(one, np.roll(one, -1, axis=0)):
         side = (b[0] - a[0]) * (part[:, 1] - a[1]) - (b[1] - a[1]) * (part[:, 0] - a[0])
@@ -120,8 +119,8 @@ def _common(one, other):
 
 
 def _samples(part, second):
-    """Places and weights of a rule on a convex polygon: triangles from its first corner, each a square one side of which is a
-    point. second: of functions of second order."""
+    """Points (m, 2) and weights (m,) of a rule on a convex polygon: triangles from its first corner, each a square with a
+    collapsed side. second: exact for functions of second order."""
     places, weights, (at, share) = [], [], _RULES[second]
     u, v = (grid.ravel() for grid in np.meshgrid(at, at, indexing="ij"))
     wide = np.outer(share, share).ravel() * u

@@ -1,4 +1,4 @@
-"""Meshes that are tied to one another, and parts of a mesh that move as rigid bodies: dofs that follow others.
+"""Mortar ties between meshes, and rigid parts of a mesh: slave dofs that follow master dofs.
 
 both = cn.tied({"hub": steel, "tread": rubber}, [("tread.inside", "hub.outside")])
 scene.add(cn.deformable(both, material, rigid="hub.all", contact="tread.outside"))
@@ -20,14 +20,14 @@ GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) 
 
 
 class TiedBody(ElasticBody):
-    """Bodies by finite elements (ElasticBody, SolidBody) as one, whose sides are tied where they meet; see `tied`.
+    """Several finite element bodies (ElasticBody, SolidBody) joined to a single body by ties of their sides; see `tied`.
 
-    Nodes are those of the parts one after the other, groups are "part.group" and "part.all"; cells of a kind stand one after the
-    other as the parts do. first: {part: number of its first node}.
+    Nodes, and cells of each kind, are those of the parts in their order; groups are "part.group" and "part.all". first: {part:
+    number of its first node}.
     """
 
     def __init__(self, parts, ties, within=1e-6):
-        #: what it was made of, as scene files hold it
+        #: arguments of the constructor, which scene files store
         self.given = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         if checks.number("within of tied", within) < 0:
             raise ValueError(f"within of tied is {within!r}: give a finite number from 0 on")
@@ -84,7 +84,7 @@ class TiedBody(ElasticBody):
         ]
 
     def _layout(self):
-        """Of each block its kind of cells, their rows among those of the kind, and its material."""
+        """[(kind of cells, rows in that kind, material)] of the blocks."""
         out = []
         for part, rows in zip(self.parts.values(), self._rows):
             own = part.layout() if isinstance(part, SolidBody) else [(kind, np.arange(len(rows[kind])), None) for kind in rows]
@@ -92,7 +92,8 @@ class TiedBody(ElasticBody):
         return out
 
     def stress(self, displacement):
-        """Stress in the middle of each cell, as ElasticBody.stress and SolidBody.stress have it, by kinds of cells."""
+        """Stress in the middle of each cell by kinds of cells [Pa], in the order of ElasticBody.stress if all parts are linear,
+        else of SolidBody.stress."""
         u = np.asarray(displacement, float).reshape(self.points.shape)
         wide = hasattr(self, "blocks")
         out = {kind: np.zeros((len(nodes), 6 if wide else 3 * self.dim - 3)) for kind, nodes in self.cells.items()}
@@ -103,7 +104,7 @@ class TiedBody(ElasticBody):
         return out
 
     def stress_across(self, stress):
-        """Of linear parts, as ElasticBody.stress_across."""
+        """Out-of-plane stress zz by kinds of cells [Pa], for linear parts; as ElasticBody.stress_across."""
         out = {kind: np.zeros(len(nodes)) for kind, nodes in self.cells.items()}
         for part, rows in zip(self.parts.values(), self._rows):
             for kind, found in part.stress_across({kind: stress[kind][of] for kind, of in rows.items()}).items():
@@ -111,7 +112,7 @@ class TiedBody(ElasticBody):
         return out
 
     def free_motion(self):
-        """Displacements (n dofs, free ones) that ties allow, and the numbers of the dofs that follow nothing."""
+        """Matrix (n dofs, independent dofs) of the displacements that ties allow, and the numbers of the independent dofs."""
         from scipy import sparse
 
         nodes, start, leaders, weight = self.ties
@@ -125,7 +126,7 @@ class TiedBody(ElasticBody):
         return sparse.kron(t, sparse.eye_array(dim)).tocsc(), (dim * free[:, None] + np.arange(dim)).ravel()
 
     def solve(self, fixed, force=None, displacement=None):
-        """Displacement at rest (n, dim) [m], as ElasticBody.solve; of linear parts."""
+        """Displacement in static equilibrium (n, dim) [m], as ElasticBody.solve. Raises ValueError if a part is not linear."""
         from scipy.sparse.linalg import spsolve
 
         if hasattr(self, "blocks"):
@@ -150,29 +151,29 @@ class TiedBody(ElasticBody):
 
 
 def tied(parts, ties, *, within=1e-6):
-    """One body of several whose sides are tied: {name: ElasticBody or SolidBody}, ties a list of (group that follows, group that
-    leads), named "part.group".
+    """Ties sides of several bodies, which become a single body. parts: {name: ElasticBody or SolidBody}; ties: list of (slave
+    group, master group), named "part.group".
 
-    The velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual multipliers on
-    the common segments, in 3D polygons (Wohlmuth 2000): a uniform stress goes through cells of first and second order of any
-    sizes to rounding, where sides are flat and the middles of their edges lie in the middle. Give the finer side as the one that
-    follows; of cells of second order a group is to have all nodes of its sides.
-    within: distance that a side which follows may have from the other, over the length of its edge or the root of its area, and
-    width of the strip by which it may reach beyond the other's end, sideways, at most a half of an edge or a face. A uniform
-    stress then goes through to the order of that strip.
-    Raises ValueError naming edge or face where there is nothing to follow, and the part that is missing.
+    The slave side has the velocity of the master side in a weak sense, by dual mortar multipliers on the common segments, in 3D
+    polygons (Wohlmuth 2000). With flat sides and mid-side nodes in the middle, uniform stress passes between cells of first and
+    second order of any sizes to rounding. Take the finer side as slave; its group needs all nodes of its sides, those of second
+    order too.
+    within: largest gap between the sides over the length of the slave edge or the root of the area of the slave face, and width
+    of the strip, at most half of the edge or face, by which the slave may extend beyond the end of the master. Uniform stress
+    then passes with an error of the order of that strip.
+    Raises ValueError naming an edge or face that is not covered by the master, and the share that is missing.
     """
     return TiedBody(parts, ties, within)
 
 
 def _kinematics(bodies):
-    """ "small" if no part turns."""
+    """Kinematics of the parts: "small" if all are small, else the first other."""
     large = [part.kinematics for part in bodies if getattr(part, "kinematics", "small") != "small"]
     return large[0] if large else "small"
 
 
 def node_ties(body, ties, within):
-    """Nodes that follow (m,), starts (m + 1), nodes that lead, their weights, whose sum is 1 for each."""
+    """Slave nodes (m,), starts of their rows (m + 1,), master nodes, and weights, whose sum is 1 for each slave."""
     nodes, leaders, weights, counts = [], [], [], []
     for follower, leader in ties:
         made = (_on_edges if body.dim == 2 else _on_faces)(body, follower, leader, within)
@@ -203,7 +204,7 @@ def _sides(body, group, what):
 
 
 def _on_edges(body, follower, leader, within):
-    """{node: (nodes that lead, weights)} by the integrals of dual shape functions over the common segments."""
+    """{slave node: (master nodes, weights)} from integrals of dual shape functions over the common segments of edges."""
     x, own, other = body.points, _sides(body, follower, "follow"), _sides(body, leader, "lead")
     own_wholes, other_wholes = side_shapes.wholes(body, own), side_shapes.wholes(body, other)
     side_shapes.check_nodes(own_wholes, body.nodes(follower), follower)
@@ -214,7 +215,7 @@ def _on_edges(body, follower, leader, within):
         length = np.linalg.norm(along)
         along /= length
         normal = np.array([along[1], -along[0]])
-        ends = np.stack([(from_ - x[a]) @ along, (to - x[a]) @ along], 1) / length  # of the edges that lead, on this one
+        ends = np.stack([(from_ - x[a]) @ along, (to - x[a]) @ along], 1) / length  # of master edges, along the slave edge
         gap = np.stack([(from_ - x[a]) @ normal, (to - x[a]) @ normal], 1) / length
         low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
         covered, opposite, far = 0.0, 0.0, 0.0
@@ -237,7 +238,7 @@ def _on_edges(body, follower, leader, within):
 
 
 def _on_faces(body, follower, leader, within):
-    """{node: (nodes that lead, weights)} by the integrals of dual shape functions over what the faces have in common."""
+    """{slave node: (master nodes, weights)} from integrals of dual shape functions over the overlap of faces."""
     sides = []
     for group, what in ((follower, "follow"), (leader, "lead")):
         faces = _sides(body, group, what)
@@ -248,7 +249,7 @@ def _on_faces(body, follower, leader, within):
 
 
 def rows_of_ties(body, rigid, held):
-    """What the core keeps of the dofs of a body that follow others, a dict; None if none does. rigid: nodes of each part."""
+    """Slave dofs of ties and rigid parts for the core, a dict; None without any. rigid: nodes of each rigid part."""
     nodes, start, leaders, weight = getattr(body, "ties", None) or (
         np.zeros(0, int),
         np.zeros(1, int),
@@ -280,7 +281,7 @@ def rows_of_ties(body, rigid, held):
 
 
 def rigid_parts(body, groups):
-    """Nodes of each group that is to be rigid. Raises ValueError for fewer than a rigid body needs, or for nodes in two."""
+    """Nodes of each rigid group. Raises ValueError for groups whose nodes leave a rotation free, or for a node in two groups."""
     out = []
     for group in groups:
         nodes = np.unique(_group(body, group))

@@ -18,7 +18,7 @@ from .conductances import CONDUCTANCES, Conductance, OxideFilm, plug
 from .graphs import Flow, resistance, solve
 from .settings import Electrical, NetworkWarning, Thermal
 
-globals().update(CONDUCTANCES)  # Holm, Sharvin, ...: one class for each row of the kernels' list
+globals().update(CONDUCTANCES)  # Holm, Sharvin, ...: a class for each row of the kernels' list
 
 __all__ = ["Conductance", "Electrical", "Flow", "NetworkWarning", "OfTemperature", "OxideFilm", "Thermal", "plug", "resistance",
            "solve", *CONDUCTANCES]  # fmt: skip

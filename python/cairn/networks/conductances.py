@@ -1,4 +1,4 @@
-"""Conductances of contacts, one class for each row of the kernels' list (core_f90/networks): Holm(), Sharvin(free_path=4e-8)."""
+"""Conductances of contacts, a class for each row of the kernels' list (core_f90/networks): Holm(), Sharvin(free_path=4e-8)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..pre import checks
 
 
 class Conductance:
-    """Parameters of a kernel. reads: what of a contact it asks for. row: its place among the kernels, None if plugged."""
+    """A kernel and its parameters. reads: properties of a contact that it needs. row: in the list of kernels, None if plugged."""
 
     reads: tuple = ()
     row: int | None = None
@@ -24,7 +24,7 @@ class Conductance:
 
     @classmethod
     def from_values(cls, values):
-        """One with the parameters that `values` of another has; for files."""
+        """Makes a conductance from the `values` of another one, as read from a file."""
         made = cls.__new__(cls)
         Conductance.__init__(made, map(float, values))
         return made
@@ -65,7 +65,7 @@ def _class_of(row, described):
 
 
 class _Given(Conductance):
-    """A table of h(p, gap) times an area: bilinear, constant beyond its ends.
+    """Conductance h(p, gap) times an area, by a table: bilinear, constant beyond its ends.
 
     pressures: (n,) rising [Pa]; gaps: (m,) rising [m]; h: (n, m) [W/(m2 K) | S/m2]; area: of each contact [m2].
     """
@@ -104,9 +104,9 @@ READABLE = ("conductivity", "modulus", "hardness", "radius", "area", "intact")
 def plug(library, name, params=(), reads=()):
     """A conductance from a user's shared library, a routine as `cairn_conductance` in cairn/core.h (Fortran: bind(c)).
 
-    library: path. name: of its symbol. params: (p,) what it gets. reads: what it asks for of materials and contacts, words of
-    "conductivity", "modulus", "hardness", "radius", "area", "intact": what is not there then is told, and what it does not read
-    need not be. Raises ValueError when library or symbol are missing, or reads holds another word.
+    library: path. name: of its symbol. params: (p,) its parameters. reads: properties of materials and contacts that it needs,
+    words of "conductivity", "modulus", "hardness", "radius", "area", "intact"; only these are checked to be given. Raises
+    ValueError when library or symbol are missing, or reads holds another word.
     """
     import ctypes
 
@@ -129,10 +129,10 @@ def plug(library, name, params=(), reads=()):
 
 @dataclass(frozen=True)
 class OxideFilm:
-    """A film that covers the spots of new contacts, in series with them, until it is gone; a contact that opens gets it back.
+    """An oxide film in series with the spots of a new contact, until it breaks down; it forms again when the contact opens.
 
-    conductance [S]. power: at which it breaks down [W]; volume_power: of that, a share 3/4 volume_power R F of effective radius
-    and force [1/s] besides. sliding: speed beyond which it is rubbed away [m/s].
+    conductance [S]. power: electrical power of breakdown [W]; volume_power [1/s]: adds 3/4 volume_power R F to that power, with
+    effective radius R and force F. sliding: speed above which it is rubbed away [m/s].
     """
 
     conductance: float

@@ -15,9 +15,9 @@ METHODS = ("auto", "direct", "multigrid")
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """Potential (n,) [V | K], nan where nothing is known; current (m,) of each branch from its first end [A | W]; report, a dict
-    of status, method, components, floating, open (unknowns of components without source, or whose sources do not balance),
-    iterations, residual."""
+    """Solution on a graph. potential (n,) [V | K], nan if undetermined; current (m,) of each branch from its first end [A | W];
+    report, a dict: status, method, components, floating, open (number of unknowns in components without a reference whose sources
+    do not balance), iterations, residual."""
 
     potential: np.ndarray
     current: np.ndarray
@@ -35,12 +35,13 @@ def _branches(branches, conductance, n):
 
 
 def solve(branches, conductance, *, source=None, potential=None, leak=None, n=None, method="auto", tol=1e-12, max_iter=1000):
-    """Kirchhoff's laws on a graph: sum of conductance times differences = source, at each of n unknowns.
+    """Solves Kirchhoff's laws on a graph: sum of conductance times differences = source, at each of n unknowns. Returns a Flow.
 
-    branches: (m, 2) unknowns. conductance: (m,) or a number, from 0 to inf [S | W/K]. source: (n,), or {unknown: value}, what
-    comes in [A | W]. potential: {unknown: value} that is held. leak: (n,) conductance to a ground at 0. n: unknowns, as many as
-    branches name. method: "direct", "multigrid" (conjugate gradients, whose cost is linear) or "auto". tol: on what is left over
-    at an unknown, against the largest flow through one. A component that nothing anchors is 0 at its first unknown. A Flow.
+    branches: (m, 2) unknowns. conductance: (m,) or a number, from 0 to inf [S | W/K]. source: (n,), or {unknown: value}, inflow
+    [A | W]. potential: {unknown: value}, held [V | K]. leak: (n,) conductance to a ground at 0. n: number of unknowns, by default
+    as many as branches name. method: "direct", "multigrid" (preconditioned conjugate gradients, of linear cost) or "auto". tol:
+    on the largest residual of an unknown over the largest flow through an unknown. The potential of a component without a held
+    value or leak is 0 at its first unknown.
     """
     pairs, c, n = _branches(branches, conductance, n)
     one_of("method", method, METHODS)
@@ -60,7 +61,7 @@ def solve(branches, conductance, *, source=None, potential=None, leak=None, n=No
 
 
 def resistance(branches, conductance, pairs, **options):
-    """Resistance between pairs (k, 2) of unknowns of a graph, (k,) [ohm | K/W]; inf where nothing joins them. See solve."""
+    """Resistance between pairs (k, 2) of unknowns of a graph, (k,) [ohm | K/W]; inf without a path. options: as of `solve`."""
     pairs = np.atleast_2d(np.asarray(pairs))
     out = np.zeros(len(pairs))
     for k, (i, j) in enumerate(pairs.tolist()):

@@ -1,4 +1,4 @@
-"""What the meshes of a scene give to its networks: conduction of their elements, capacities, thermal stress."""
+"""Contributions of meshes to the networks of a scene: conduction of elements, heat capacities, thermal stress."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def _cells(mesh):
 
 
 def branches(mesh, conductivity):
-    """Nodes (m, 2) and conductances (m,), of any sign, that stand for the conduction of a body's elements: entries of
-    the integral of grad N . k grad N with their signs turned, whose rows add up to nothing."""
+    """Nodes (m, 2) and conductances (m,) of branches equivalent to the conduction of a body's elements: negative off-diagonal
+    entries of the integral of grad N . k grad N, whose rows sum to zero. Their sign may be negative."""
     body, dim = mesh.body, mesh.dim
-    # of the first component alone: strain xx and the shears with x are its gradient
+    # elasticity acting on the gradient of the first displacement component alone: strain xx and the shears with x
     first = np.zeros((3 * dim - 3, 3 * dim - 3))
     for row in (0, 2) if dim == 2 else (0, 3, 5):
         first[row, row] = conductivity * body.thickness
@@ -42,7 +42,7 @@ def branches(mesh, conductivity):
 
 
 def capacities(mesh, capacity, lumped):
-    """Heat capacity of each node (n,) [J/K], and what couples them: nodes (m, 2), (m,)."""
+    """(heat capacity of each node (n,) [J/K], pairs of nodes (m, 2), couplings of the consistent capacity matrix (m,) [J/K])."""
     body, dim = mesh.body, mesh.dim
     own = capacity * body.nodal_mass()
     if lumped is True:
@@ -52,7 +52,7 @@ def capacities(mesh, capacity, lumped):
     kept = (row % dim == 0) & (column % dim == 0) & (row != column) & (mass != 0)
     pairs = np.stack([column[kept], row[kept]], axis=1) // dim
     coupled = -capacity * mass[kept]
-    if lumped == "one point":  # in the middle of a triangle, where all shape functions are a third
+    if lumped == "one point":  # integration in the middle of triangles, where N = 1/3
         if set(body.cells) != {"triangle"}:
             raise ValueError(f"lumped is 'one point', and the deformable body {mesh.d.name!r} is not of triangles alone")
         coupled *= 4 / 3
@@ -68,16 +68,16 @@ def _summed(keys, values, n):
 
 
 def in_plane(mesh, expansion):
-    """Expansion as the elasticity of a body sees it: in plane strain what is held across makes it more."""
+    """Effective in-plane expansion [1/K]: larger by 1 + nu in plane strain, by the held out-of-plane strain."""
     strained = mesh.dim == 2 and mesh.body.plane == "strain"
     return expansion * (1 + mesh.body.poisson) if strained else expansion
 
 
 def thermal_stress(mesh, which, expansion):
-    """Forces of restrained expansion on the dofs by the temperatures of the nodes [N/K], rows by dofs: of each cell those of the
-    free expansion by the mean of its nodes, which its stiffness makes."""
+    """Thermal forces on the dofs per nodal temperature [N/K], rows by dofs: stiffness of each cell times its free expansion for
+    the mean temperature of its nodes."""
     body, dim = mesh.body, mesh.dim
-    if hasattr(body, "materials"):  # its material sees the free strain itself
+    if hasattr(body, "materials"):  # the material subtracts the free strain
         none = {"start": np.zeros(0, np.int64), "node": np.zeros(0, np.int32), "value": np.zeros(0)}
         return {"mesh": which, "expansion": expansion, **none}
     dofs, nodes_of, values = [], [], []
@@ -99,7 +99,8 @@ def thermal_stress(mesh, which, expansion):
 
 
 def stress(mesh, found, temperature, expansion, reference):
-    """Stress in the middle of cells (see cairn.elastic) less what free expansion by the mean of each cell's nodes takes off."""
+    """Stress in the middle of cells (see cairn.elastic) less that of the free expansion for the mean nodal temperature of each
+    cell [Pa]."""
     straight = np.zeros(3 * mesh.dim - 3)
     straight[: mesh.dim] = in_plane(mesh, expansion)
     per_kelvin = mesh.body.elasticity @ straight
@@ -110,8 +111,8 @@ def stress(mesh, found, temperature, expansion, reference):
 
 
 def stress_across(mesh, stress, temperature, expansion, reference):
-    """Stress zz of a body in 2D, {kind: (m,)}, from the stresses that `stress` found: in plane strain what is held across adds
-    young times its free expansion."""
+    """Out-of-plane stress zz of a body in 2D, {kind: (m,)} [Pa], from the result of `stress`; in plane strain the held expansion
+    contributes -young times the free thermal strain."""
     found, body = mesh.body.stress_across(stress), mesh.body
     if body.plane == "stress":
         return found

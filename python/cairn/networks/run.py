@@ -1,4 +1,4 @@
-"""Networks of a simulation: what the core is given once, and the values of sources before each step."""
+"""Networks of a simulation: passes their settings to the core once, and the values of sources before each step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..run.strategies import SmoothDEM
 from . import meshes
 from .settings import NetworkWarning
 
-ASKED = {  # what kernels read, and the field of a material that says it
+ASKED = {  # {property read by kernels: field of a material}
     "electrical": {"conductivity": "resistivity", "modulus": "young"},
     "thermal": {"conductivity": "conductivity", "modulus": "young"},
 }
@@ -31,7 +31,7 @@ class Running:
         for kind, settings in simulation.scene.networks.items():
             self._start(kind, settings)
 
-    # ------------------------------------------------------------------ what the core is given once
+    # ------------------------------------------------------------------ settings passed to the core once
 
     def _start(self, kind, settings):
         core, scene = self._core, self._simulation.scene
@@ -87,7 +87,8 @@ class Running:
             self._warm(settings, first)
 
     def _check_depth(self, kind, settings):
-        """Refuses bodies whose mass, and so their heat and the forces on them, is of another depth than what flows."""
+        """Raises ValueError for bodies whose mass was computed with another depth than that of the scene, since their heat
+        capacity and forces would not fit the conductances."""
         scene, what = self._simulation.scene, ", and heat is stored in their mass"
         if not (kind == "thermal" and not settings.steady):
             what = ", and HertzStrip spreads forces along it"
@@ -102,7 +103,7 @@ class Running:
         return ("temperature" if kind == "thermal" else "potential") in self._simulation.bodies.names
 
     def _warm(self, settings, first):
-        """Temperatures of bodies that have none yet; of all at the start."""
+        """Sets initial temperatures: of all bodies if `first`, else of those without one."""
         scene = self._core.scene
         present = np.concatenate([scene.body("id"), scene.node("id")])
         values = np.concatenate([scene.body("temperature"), scene.node("temperature")])
@@ -111,7 +112,7 @@ class Running:
         start = np.zeros(len(present))
         for bodies, value in settings.initial:
             start[order[np.searchsorted(present, self.bodies("initial", bodies), sorter=order)]] = value
-        marks = np.isin(present, self._marks())  # which have no heat: any number will do
+        marks = np.isin(present, self._marks())  # without heat capacity: any positive number will do
         start[marks & ~(start > 0)] = np.max(start, initial=0.0)
         if np.any(new & ~(start > 0)):
             at = int(np.argmax(new & ~(start > 0)))
@@ -123,13 +124,13 @@ class Running:
             self._core.assign_node("temperature", values[n:])
 
     def _marks(self):
-        """Ids of the bodies that are ends of joints in the world, and nothing else."""
+        """Ids of the bodies that only carry ends of joints in the world."""
         ends = [s.ids for s in self._simulation._sets if s.contactors and all(c.joint for c in s.contactors)]
         return np.concatenate(ends) if ends else np.zeros(0, np.int64)
 
     def _material(self, kind, settings, name):
         joints = {a for a, _, law in self._simulation._rules if law is not None and law.name == "joint"}
-        if name in joints:  # of its ends, which conduct nothing, also when it is gone
+        if name in joints:  # ends of joints, present or removed, do not conduct
             return dict.fromkeys(NUMBERS, 0.0) | {"conductivity": _table(None), "capacity": _table(None), "joint": True}
         m = self._simulation._materials[name]
         asked = {word for kernel in settings.kernels for word in kernel.reads}
@@ -162,7 +163,7 @@ class Running:
         if area is not None:
             return np.broadcast_to(np.asarray(area, float), ids.shape)
         scene, radius = self._simulation.scene, np.zeros(len(ids))
-        # as they came in, whatever they have grown to since: a network that is set again, as after a restart, has the same
+        # initial radii, without thermal expansion, so that a network set up again after a restart has the same areas
         for s in self._simulation._sets:
             for c in s.contactors:
                 if c.shape in ("disk", "sphere") and s.mesh is None and not c.joint:
@@ -197,7 +198,7 @@ class Running:
         return self._simulation._meshes.meshes if self._simulation._meshes else []
 
     def _add_meshes(self, kind, settings, out):
-        """Conduction and capacities of the elements of deformable bodies."""
+        """Adds conduction and capacities of the elements of deformable bodies to `out`."""
         for mesh in self._moving_meshes():
             material, ids = mesh.d.material, mesh.node_ids
             field = "conductivity" if kind == "thermal" else "resistivity"
@@ -221,7 +222,7 @@ class Running:
                 for k, mesh in enumerate(self._moving_meshes()) if mesh.d.material.expansion]  # fmt: skip
 
     def _check_bending(self, ids):
-        """Refuses what has no corners, or does not expand."""
+        """Raises ValueError for bodies with a gradient that are not polygons or polyhedra, or do not expand."""
         for s in self._simulation._sets:
             for c in s.contactors:
                 if c.joint or not np.isin(np.atleast_1d(s.ids[np.unique(c.body)]), ids).any():
@@ -233,7 +234,7 @@ class Running:
                                      f"cairn.Material({c.material.name!r}, expansion=...)")  # fmt: skip
 
     def _grows(self):
-        """Whether a rigid body grows; walls without end do not."""
+        """True if a rigid body expands thermally. Raises ValueError with SmoothDEM, whose pair list assumes constant sizes."""
         sets, found = self._simulation._sets, False
         for s in sets:
             own = [] if s.mesh is not None else [c for c in s.contactors if not c.joint]
@@ -243,7 +244,8 @@ class Running:
         return found
 
     def bodies(self, name, given):
-        """Ids (n,) of the bodies and nodes that a word or ids name: a group, a material, "*", or "MESH.GROUP" of its nodes."""
+        """Ids (n,) of bodies and nodes. given: ids, a group, a material, "*", or "MESH.GROUP" for nodes of a mesh; name: of the
+        argument in messages."""
         present = self._simulation._present()
         if not isinstance(given, str):
             ids = np.asarray(given)
@@ -270,7 +272,7 @@ class Running:
     # ------------------------------------------------------------------ before and after each step
 
     def load(self, h):
-        """Values of sources: given ones at the end of the step from the core's time on, powers their mean over it."""
+        """Passes the values of sources for a step of h [s] to the core: at its end; flows weighted by theta over the step."""
         t, dim = self._core.time, self._simulation.scene.dim
         for kind, kept in self._sources.items():
             theta, k = self._simulation.scene.networks[kind].theta, 0
@@ -288,7 +290,7 @@ class Running:
                 k += 1
 
     def look(self, report):
-        """Warns of what was not solved, once of each kind."""
+        """Warns once of each kind of failure in the report of a step."""
         for kind in self._sources:
             told = report.get(kind, {})
             status = told.get("status")
@@ -336,7 +338,7 @@ def _table(value):
 
 
 def _inverse(value):
-    """Conductivity of a resistivity; of one that depends on temperature at forty places of each of its intervals."""
+    """Conductivity from a resistivity; if it depends on temperature, tabulated with forty parts in each interval."""
     if value is None:
         return None
     if not isinstance(value, OfTemperature):

@@ -1,4 +1,4 @@
-"""What a scene says of its networks."""
+"""Settings of the networks of a scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .graphs import METHODS
 
 
 class NetworkWarning(UserWarning):
-    """A network was not solved, or nothing could flow where it was asked to."""
+    """A network was not solved, or has sources without a path for their flow."""
 
 
 def _kernels(conductance):
@@ -23,7 +23,7 @@ def _kernels(conductance):
 
 
 def _pairs(name, given):
-    """[(bodies, value)] of what is given: {group or material: value}, or pairs of a word or ids (n,) and a value."""
+    """[(bodies, value)] from {group or material: value}, or from pairs of a word or ids (n,) and a value."""
     if given is None:
         return []
     items = list(given.items()) if isinstance(given, dict) else [tuple(item) for item in given]
@@ -52,12 +52,13 @@ def _wires(wires):
 
 
 class Electrical:
-    """Settings of an electrical network, as Scene.electrical takes them.
+    """Settings of an electrical network, the arguments of Scene.electrical.
 
-    conductance: of contacts, a kernel or a list of kernels side by side. film: an OxideFilm, or None. current: {group: value [A]}
-    that comes in, a number or a function of time; the bodies of a group are one electrode. potential: {group: value [V]} held.
-    wires: (body, body, conductance [S]). A group may be a material, "*" or, in a list of pairs, ids (n,). method, tol: as in
-    cairn.networks.solve. switched: share of the contacts that may still want to break down when the rounds of a step end.
+    conductance: of contacts, a kernel or a list of kernels in parallel. film: an OxideFilm, or None. current: {group: value [A]},
+    inflow, a number or a function of time; the bodies of a group form an electrode. potential: {group: value [V]}, held. wires:
+    (body, body, conductance [S]). A group may be a material, "*" or, in a list of pairs, ids (n,). method, tol: as in
+    cairn.networks.solve. switched: share of the contacts whose film may still be due to break down when the iterations of a step
+    end.
     """
 
     def __init__(self, *, conductance=None, film=None, current=None, potential=None, wires=None, method="auto", tol=1e-12,
@@ -76,23 +77,24 @@ class Electrical:
 
 
 class Thermal:
-    """Settings of a network of heat, as Scene.thermal takes them.
+    """Settings of a thermal network, the arguments of Scene.thermal.
 
-    conductance: of contacts, a kernel or a list of kernels side by side. initial: temperature [K], or {group: temperature}.
-    temperature: {group: value [K]} held, a number or a function of time; power: {group: value [W]} of each body; convection:
-    (group, h [W/(m2 K)], area [m2] or None: the surface of a ball, temperature outside [K]); radiation: (group, emissivity, area,
-    temperature outside). A group may be a material, "*" or, in a list of pairs, ids (n,). friction, joule: how heat of sliding
-    and of currents is shared by the two sides of a contact, "halves", "effusivity" or "none". wires: (body, body, W/K).
-    steady: no heat is stored. theta: of the step, from 1/2 (second order) to 1. Bodies without mass to move, such as walls, keep
-    their temperature unless `steady`, where they are as others. lumped: the capacity of a deformable body is that of its nodes,
-    which keeps temperatures between those around them; False: it is consistent with its elements; "one point": of triangles, by
-    their middle, as LMGC90 has it. reference: temperature at which
-    materials with an expansion have no thermal stress; rigid bodies have the size that the scene gives them when they come in,
-    and grow from there by 1 + expansion (T - reference). gradient: {group: (dim,) [K/m]} of the temperature within rigid polygons
-    or polyhedra, in the axes of the body, values or a function of time: they bend, as what is free does by
-    a ((T - T0) x + (g.x) x - g x.x/2), about their centre of mass. coupling: "staggered", mechanics sees the temperatures of
-    the begin of a step; or which share of the thermal load may come unseen in a step: beyond it the step is made again with what
-    the last pass found at its end.
+    conductance: of contacts, a kernel or a list of kernels in parallel. initial: temperature [K], or {group: temperature}.
+    temperature: {group: value [K]}, held, a number or a function of time. power: {group: value [W]}, into each body. convection:
+    (group, h [W/(m2 K)], area [m2] or None for the surface of a ball, ambient temperature [K]). radiation: (group, emissivity,
+    area, ambient temperature). A group may be a material, "*" or, in a list of pairs, ids (n,). friction, joule: how the heat of
+    sliding and of currents is divided between the sides of a contact, "halves", "effusivity" or "none". wires: (body, body,
+    conductance [W/K]).
+    steady: True: no heat is stored. theta: of the step, from 1/2 (second order) to 1. Bodies with infinite mass, such as walls,
+    keep their temperature unless `steady`.
+    lumped: True: lumped capacity of deformable bodies, which avoids temperature oscillations; False: consistent capacity;
+    "one point": for triangles, integrated in their middle, as in LMGC90.
+    reference: temperature without thermal stress [K], for materials with an expansion. Rigid bodies have their given size when
+    they are added, and scale by 1 + expansion (T - reference).
+    gradient: {group: (dim,) [K/m]}, temperature gradient within rigid polygons or polyhedra in the axes of the body, values or a
+    function of time: they bend as free bodies, by the displacement a ((T - T0) x + (g.x) x - g x.x/2) about their centre of mass.
+    coupling: "staggered": mechanics uses the temperatures at the beginning of a step; or a number: share of the thermal load that
+    mechanics may miss in this way, above which the step is iterated with the temperatures at its end.
     """
 
     def __init__(self, *, conductance=None, initial=293.15, temperature=None, power=None, convection=None, radiation=None,

@@ -1,6 +1,6 @@
-"""Laws and routines of a user's own: compiled, wrapped and plugged in.
+"""Users' laws and routines: templates, wrappers and plugged libraries.
 
-INCLUDE: the folder of the files that subroutines of Abaqus's interface include, for the compiler's -I.
+INCLUDE: folder of the include files for subroutines of Abaqus's interface, for the compiler's -I.
 """
 
 from pathlib import Path

@@ -1,5 +1,5 @@
-!> What a contact law of one's own needs to be plugged into Cairn: the context of a step, and the descriptor by which the library
-!> says what it offers. Compile it with the law; it says the same as cairn/plug.h.
+!> Interface of plugged routines in Fortran: the context of a step, the descriptor by which a library declares its routines, and
+!> their abstract interfaces. Compile it with the law; it is equivalent to cairn/plug.h.
 module cairn_plug
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int32_t, c_int64_t, c_null_char, c_ptr, &
                                          c_sizeof
@@ -14,7 +14,7 @@ module cairn_plug
   integer(c_int32_t), parameter :: abi = 2, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5, &
                                    kind_body = 6
 
-  !> What a law may ask about the step beside its own contacts.
+  !> Data of a step for a law, besides its own contacts.
   type, bind(c) :: cairn_law_context
     real(c_double) :: h        !< step [s]
     real(c_double) :: theta    !< of the theta-method
@@ -136,7 +136,7 @@ module cairn_plug
       real(c_double), intent(out)     :: point(n, *)        !< middle of the gap - centre of A [m]
       integer(c_int32_t), intent(out) :: status(n)          !< 0 may touch, 1 never
     end subroutine pair_contact
-    !> Velocities of all bodies at the end of the step without contacts; what Cairn found is there.
+    !> Velocities of all bodies at the end of the step without contacts; on entry they hold those of Cairn.
     subroutine free_velocity(dim, dofs, bodies, h, theta, time, params, id, mass, inertia, position, velocity, driven, &
                              velocity_free, inverse_mass) bind(c)
       import :: c_int32_t, c_int64_t, c_double, c_ptr
@@ -148,7 +148,7 @@ module cairn_plug
       real(c_double), intent(in)     :: mass(bodies), inertia(2*dim - 3, bodies), position(dim, bodies), velocity(dofs, bodies)
       type(c_ptr), value             :: driven                !< (bodies) int8, bit j: dof j is driven; null if none is
       real(c_double), intent(inout)  :: velocity_free(dofs, bodies) !< [m/s, rad/s]
-      real(c_double), intent(inout)  :: inverse_mass(dofs, bodies)  !< diagonal of A^-1, 0 for what does not move
+      real(c_double), intent(inout)  :: inverse_mass(dofs, bodies)  !< diagonal of A^-1, 0 for dofs that do not move
     end subroutine free_velocity
     !> Forces and torques to be added, in space axes.
     subroutine body_force(dim, dofs, bodies, time, params, id, mass, position, velocity, force) bind(c)
@@ -197,7 +197,7 @@ module cairn_plug
       import :: c_int64_t, c_ptr
       type(c_ptr), value :: context
     end function body_state_size
-    !> What is kept, for a checkpoint. 0: done.
+    !> Writes the history of the body for a checkpoint. 0: done.
     integer(c_int32_t) function body_save(context, size, state) bind(c)
       import :: c_int32_t, c_int64_t, c_double, c_ptr
       type(c_ptr), value          :: context
@@ -296,7 +296,7 @@ contains
     logical, intent(in), optional              :: normal_bias !< a cone whose bias is along the normal, of gap and parameters alone
     logical, intent(in), optional              :: thread_safe !< false: never two calls at a time
     procedure(law_residual), optional          :: residual    !< of a law with solve: how far its impulses are from it
-    procedure(law_energy), optional            :: energy      !< what it stored and spent in an accepted step
+    procedure(law_energy), optional            :: energy      !< energy stored and dissipated in an accepted step
     logical, intent(in), optional              :: keeps       !< pairs stay contacts while the first state variable is above 0
     descriptor%abi = abi
     descriptor%size = int(c_sizeof(descriptor), c_int32_t)
@@ -321,7 +321,7 @@ contains
     if (present(keeps)) descriptor%keeps = merge(1, 0, keeps)
   end subroutine describe_law
 
-  !> Text as C reads it; what does not fit is left without an end, which Cairn refuses.
+  !> Copies a text with a terminating null for C; a text that is too long has no null, which Cairn refuses.
   subroutine put(target, text)
     character(kind=c_char), intent(out) :: target(:)
     character(*), intent(in)            :: text

@@ -1,4 +1,4 @@
-"""`cairn new-law NAME`: a contact law of one's own that builds, runs and is tested as it is written."""
+"""`cairn new-law NAME`: writes the template of a contact law that can be built, run and tested at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Routines from users' shared libraries, written in Fortran, C or whatever makes a library with C names."""
+"""Routines from users' shared libraries, in Fortran, C or another language with C linkage."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Routine:
 
 
 class Pair:
-    """The contact of a pair of shapes from a library, in the place of the built-in one until `remove`."""
+    """Contact detection of a pair of shapes from a library, which replaces the built-in routine until `remove`."""
 
     def __init__(self, name, of):
         self.name, self.of = name, of
 
     def remove(self):
-        """The built-in routine again."""
+        """Restores the built-in routine."""
         _core.unplug_pair(self.of)
 
 
@@ -36,29 +36,30 @@ KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5, "body": 6}
 
 def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, material=None, body=None, of=None, params=None,
          replace=False, thread_safe=True, state=0, routine="umat", plane=None, isolate=False, time_limit=None):  # fmt: skip
-    """A routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
+    """Loads a routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
 
-    library: path of the library. One of the others is the NAME, and says what the routine is and what comes back:
+    library: path of the library. Exactly one of the following holds the NAME of the routine; it sets its kind and the result:
 
-    law: a contact law, ready for Scene.interact; without params its class, `Mine = plug("libmine.so", law="mine")`,
-    `Mine(mu=0.4)`. replace: take the place of the law of that name, a built-in one too, in all simulations from now on.
-    thread_safe=False: the law is never called by two threads at once, whatever its descriptor says.
-    solver: a contact solver: its class, `NSCD(solver=Mine(tol=1e-6))`; cairn.problems knows its name too.
-    pair: the contact of a pair of shapes; of: which built-in one it replaces in NSCD from now on, "disk_disk", ...; a Pair.
-    velocity, force: the free velocity of bodies, a force on them: a Routine for Simulation.plug.
-    material: a name of your choice for a routine of Abaqus's interface UMAT in the library, whose symbol is `routine` (an
-    underscore may follow), with `state` numbers STATEV at each point: a function of its PROPS that gives a material of
-    SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It is
-    called as Abaqus/Standard calls it, at large strains as with NLGEOM: Cauchy's stress in axes of the scene, see
-    docs/solids.md. It needs no descriptor. plane="stress": the routine is written for elements of plane stress (NDI = 2,
-    NTENS = 3) and finds the strain across for itself; it is for bodies of plane="stress" alone. isolate=True: it runs in a
-    process of its own, so that its STOP, a fault of its memory, or a call (of the points of 16 cells) that takes longer than
-    time_limit (60 s) is an error that names the cell. Laws have the same by `cairn wrap-law`.
-    body: forces of a deformable body and their tangent, for CallbackBody; without params a function of these,
+    law: a contact law. Returns the law for Scene.interact, or without params its class: `Mine = plug("libmine.so", law="mine")`,
+    `Mine(mu=0.4)`. replace=True: replace the law of that name, even a built-in one, in all simulations from now on.
+    thread_safe=False: never call the law from two threads at once, whatever its descriptor says.
+    solver: a contact solver. Returns its class, `NSCD(solver=Mine(tol=1e-6))`; cairn.problems knows its name too.
+    pair: contact detection of a pair of shapes; of: the built-in routine that it replaces in NSCD, "disk_disk", ... Returns a
+    Pair.
+    velocity, force: the free velocity of bodies, a force on them. Returns a Routine for Simulation.plug.
+    material: a name of your choice for a UMAT (Abaqus's interface) in the library. routine: its symbol, with or without an
+    underscore at the end; state: number of STATEV at each point. Returns a function of its PROPS that makes a material of
+    SolidBody: `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. The UMAT is
+    called as by Abaqus/Standard, at large strains with NLGEOM: Cauchy stress in axes of the scene, see docs/solids.md. It needs
+    no descriptor. plane="stress": the UMAT is written for plane stress (NDI = 2, NTENS = 3) and finds the out-of-plane strain
+    itself; it is for bodies with plane="stress" only. isolate=True: it runs in a separate process, so that its STOP, a memory
+    fault, or a call (for the points of 16 cells) longer than time_limit (60 s) becomes an error that names the cell. For laws
+    `cairn wrap-law` offers the same.
+    body: forces and tangent of a deformable body, for CallbackBody. Without params returns a function of these,
     `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
     params: values in the order of the descriptor, or a dict.
 
-    Raises ValueError when the library or its descriptor is missing or does not fit this Cairn, naming what and the remedy.
+    Raises ValueError when the library or its descriptor is missing or does not fit this version, naming cause and remedy.
     """
     given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force, material=material, body=body)
     asked = {kind: name for kind, name in given.items() if name is not None}
@@ -107,7 +108,7 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
 
 
 def _values(name, parameters, params):
-    """{parameter: value} of what was given, refused when out of range."""
+    """{parameter: value} from given values and defaults. Raises ValueError for unknown, missing and out-of-range parameters."""
     names = [p[0] for p in parameters]
     if params is not None and not isinstance(params, dict):
         params = list(params)

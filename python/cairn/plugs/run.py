@@ -1,4 +1,4 @@
-"""Disks fall on a floor under the law @NAME@; @NAME@.png shows them at rest and how deep they overlap on the way."""
+"""Disks fall on a floor under the law @NAME@; @NAME@.png shows them at rest, and the history of their deepest overlap."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The law @NAME@ against laws of Cairn: without pushing back it is Coulomb, pushing all back it is GapCoulomb."""
+"""Compares the law @NAME@ with built-in laws: without recovery of overlap it is Coulomb, with full recovery GapCoulomb."""
 
 from pathlib import Path
 

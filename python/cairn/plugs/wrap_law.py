@@ -1,6 +1,6 @@
 """`cairn wrap-law interface.toml`: an adapter that calls an existing scalar routine, contact by contact, as a contact law.
 
-The interface says what the routine is called with:
+The interface lists the arguments of the routine:
 
     name = "old_law"                        # of the law in Cairn
     routine = "OLDLAW"                      # a Fortran routine; language = "c" for one of C
@@ -8,15 +8,15 @@ The interface says what the routine is called with:
     slot = "solve"                          # impulses of one contact; or "prepare": bias and friction of the cone
     arguments = ["u1", "u2", "w11", "w22", "mu", "r1", "r2", "status:int"]
     parameters = "mu::0:inf"
-    components = [2, 0]                     # unknowns in 2D and in 3D, 0: not there
+    components = [2, 0]                     # unknowns in 2D and in 3D, 0: not available
     thread_safe = false                     # SAVE, COMMON, static data: one call at a time
     isolate = true                          # in a process of its own: its STOP becomes an error message
-    time_limit = 60                         # seconds after which a call of that process is stopped, 60 if not said
+    time_limit = 60                         # seconds after which a call of that process is stopped, default 60
 
 Words of solve: u1.. relative velocity without this contact, bias included, normal first; w11.. Delassus block; bias1..; r1.. out;
 status out (0 open, 1 stick, 2 slip); names of parameters and of state variables. Words of prepare: gap, h, theta, u1.. at the
-start of the step; out: bias1.., compliance1.., mu; names of parameters; state variables in and out. Anything else must be a
-number, passed as it is. `:int`, `:float` tell the type (double without); `:value` after it passes by value.
+start of the step; out: bias1.., compliance1.., mu; names of parameters; state variables in and out. Other words must be numbers,
+which are passed unchanged. `:int`, `:float` set the type (double without); `:value` after it passes by value.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ KEYS = set("name routine language sources slot arguments parameters state compon
 
 
 def wrap_law(interface, folder=None, **changes):
-    """Writes the adapter beside the interface (or into folder) and returns its path and the command that builds the library.
+    """Writes the adapter beside the interface (or into folder); returns its path and the command that builds the library.
 
-    interface: path of a .toml file. changes: keys that replace the file's, isolate=True say. Raises ValueError naming the key
-    that is wrong and what would be right.
+    interface: path of a .toml file. changes: keys that replace those of the file, such as isolate=True. Raises ValueError naming
+    the wrong key and the remedy.
     """
     path = Path(interface)
     try:
@@ -101,7 +101,7 @@ def _adapter(path, given):
 
 
 def _words(slot, most, names, states):
-    """{word: (C expression, whether it goes out)}."""
+    """{word: (C expression, True for an output)}."""
     words = {name: (f"params[i + n * {k}]", False) for k, name in enumerate(names)}
     words |= {name: (f"state[i + n * {k}]", slot == "prepare") for k, name in enumerate(states)}
     for k in range(most):

@@ -1,1 +1,1 @@
-"""What moves a scene: the simulation, its loop, strategies, views of its state and what it says of itself."""
+"""Running of a scene: the simulation, its loop, strategies, views of its state, explanations and warnings."""

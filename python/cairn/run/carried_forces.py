@@ -1,4 +1,4 @@
-"""Forces and damping given to a rigid body, which go with it when it is made deformable and come back when it is rigid again."""
+"""Forces and damping of a rigid body that are kept when it is made deformable and when it is made rigid again."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from ..model.bodies import _spread
 
 
 class CarriedForce:
-    """Force and torque (dofs,) that a set gives one of its bodies, as forces of the nodes of a mesh in its place: with which
-    a rigid motion sets in, so that force and torque about the centre of mass are the given ones wherever the nodes are."""
+    """Force and torque (dofs,) of a rigid body, applied to the nodes of the mesh that replaced it: nodal forces M a of the rigid
+    acceleration field whose resultant and moment about the centre of mass are the given ones, wherever the nodes are."""
 
     def __init__(self, given, row, count):
         self.given, self.row, self.count = given, row, count
 
     def wrench(self, t, dim, call):
-        """Force and torque at a time, (dofs,) [N, N m]; call(function, t) asks a function."""
+        """Force and torque at time t [s], (dofs,) [N, N m]; call(function, t) evaluates a function of time."""
         value = call(self.given, t) if callable(self.given) else self.given
         return _spread("force", value, self.count, 3 * dim - 3, dim)[self.row]
 
     def of_nodes(self, body, x, t, call):
-        """Forces of nodes at x (n, dim) at a time, (n dofs) [N]."""
+        """Nodal forces at time t [s] for positions x (n, dim) [m], (n dofs) [N]."""
         rates = rates_of(x - weights_of(body)[:, 0] @ x / weights_of(body)[:, 0].sum())
         moving = body.M @ rates
         return moving @ np.linalg.solve(rates.T @ moving, self.wrench(t, body.dim, call))
 
 
 class OfOneBody:
-    """The row of one body of a function of time that gives those of many."""
+    """Function of time for a single body, from a function that gives the rows of a whole set."""
 
     def __init__(self, given, row, count, dim):
         self.given, self.row, self.count, self.dim = given, row, count, dim
@@ -38,7 +38,7 @@ class OfOneBody:
 
 
 def force_of(s, row):
-    """What a set gives one of its bodies, as a set of that body alone takes it."""
+    """Force of a body of a set, in the form for a set of that body alone; None without."""
     if s.force is None:
         return None
     if not callable(s.force):
@@ -47,25 +47,25 @@ def force_of(s, row):
 
 
 def damping_of(s, row):
-    """Of one body of a set [1/s]."""
+    """Damping of a body of a set [1/s]."""
     return 0.0 if s.damping is None else float(np.ravel(s.damping)[row])
 
 
 def carry(d, s, row):
-    """Lets a Deformable have the force that a set gives a body; none if there is none."""
+    """Passes the force of a body of a set, if it has one, to a Deformable."""
     if s.force is not None:
         d.carried = CarriedForce(s.force, row, len(s))
 
 
 def weights_of(body):
-    """What each node counts for in the momentum along each axis, (n, dim) [kg]."""
+    """Mass of each node in the momentum along each axis: row sums of M, (n, dim) [kg]."""
     ones = np.tile(np.eye(body.dim), (len(body.points), 1))
     full = body.M @ ones
     return np.stack([full[axis :: body.dim, axis] for axis in range(body.dim)], axis=1)
 
 
 def rates_of(arm):
-    """Velocities (n dofs, 3 | 6) of nodes by those of a rigid body: along the axes, then spins."""
+    """Rigid motions as velocities of nodes (n dofs, 3 | 6): translations, then rotations. arm (n, dim): from the centre [m]."""
     n, dim = arm.shape
     out = np.zeros((n, dim, 3 * dim - 3))
     out[:, range(dim), range(dim)] = 1

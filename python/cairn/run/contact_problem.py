@@ -1,4 +1,4 @@
-"""The contact problem of a step, u = W r + q with Coulomb's cone, taken out of a simulation."""
+"""Extraction of the contact problem of a step, u = W r + q with Coulomb's cone, from a simulation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def jacobians(rows, chosen):
-    """Relative velocity of each contact from the velocities of its two bodies, (m, dim, 2, dofs)."""
+    """Blocks of H' (m, dim, 2, dofs): relative velocity of each contact from the velocities of its two bodies."""
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
     axes, lever = rows.axes[chosen], rows.lever[chosen]
     values = np.zeros((m, dim, 2, dofs))
@@ -21,8 +21,8 @@ def jacobians(rows, chosen):
 
 
 def stacked(simulation, name):
-    """A live array of rigid bodies, and below it that of the nodes of meshes, with as many columns: zero for what nodes have not,
-    without end for their inertia, since they do not turn. A copy."""
+    """Copy of a live array of rigid bodies with that of the nodes of meshes below it. Columns that nodes do not have are zero;
+    their inertia is infinite, since nodes do not rotate."""
     raw = simulation.raw
     of_bodies = np.array(getattr(raw, name))
     n = len(simulation.nodes)
@@ -36,8 +36,8 @@ def stacked(simulation, name):
 
 
 def operator(rows, chosen, bodies, meshes=None):
-    """H' as a scipy.sparse matrix (dim contacts, dofs of bodies and nodes): relative velocities u = H'v. bodies: how many rigid
-    ones; nodes of meshes come after them, with as many dofs each."""
+    """H' of u = H'v as a scipy.sparse matrix (dim contacts, dofs of bodies and nodes). bodies: number of rigid bodies; nodes of
+    meshes follow, padded to the same number of dofs."""
     from scipy import sparse
 
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
@@ -52,7 +52,7 @@ def operator(rows, chosen, bodies, meshes=None):
 
 
 def _of_nodes(rows, chosen, bodies, meshes, shape):
-    """The part of H' of sides that rest on nodes of meshes, which have dofs as bodies, and come after these."""
+    """Part of H' for contact sides on meshes, interpolated from their nodes."""
     from scipy import sparse
 
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
@@ -69,7 +69,7 @@ def _of_nodes(rows, chosen, bodies, meshes, shape):
 
 
 def step_matrix(simulation, mesh, h):
-    """A of a mesh in a step of h [s], scipy.sparse (n dofs, n dofs): M + damping C + stiffness K, as its integrator has it."""
+    """Step matrix A of a mesh for a step h [s], scipy.sparse (n dofs, n dofs): M + a C + b K, with a, b of the integrator."""
     if mesh.ties:
         raise ValueError(f"{mesh.name!r} has ties or rigid parts: contact problems are made of bodies without")
     body, step = mesh.body, simulation.strategy.moved_by().scheme(h)
@@ -82,7 +82,7 @@ def step_matrix(simulation, mesh, h):
 
 
 def with_meshes(simulation, inverse, rows, chosen, h):
-    """A^-1 with the columns of the nodes that contacts rest on, which these move all nodes of their mesh by."""
+    """A^-1 of rigid bodies, extended by the columns for nodes with contacts: the response of all nodes of their mesh."""
     from scipy import sparse
     from scipy.sparse.linalg import splu
 
@@ -107,7 +107,7 @@ def with_meshes(simulation, inverse, rows, chosen, h):
 
 
 def inverse_mass(simulation):
-    """A^-1 of all rigid bodies, internal order, scipy.sparse (dofs bodies, dofs bodies)."""
+    """A^-1 of all rigid bodies in internal order, scipy.sparse (dofs bodies, dofs bodies)."""
     from scipy import sparse
 
     raw = simulation.raw
@@ -125,8 +125,8 @@ def inverse_mass(simulation):
 
 
 def jointed_problem_of(simulation):
-    """The Problem of the step at hand among bodies that joints hold, whose equalities are eliminated from W and q: contacts that
-    can move, then limits and motors, each a contact of its own. None where the step has no joint."""
+    """Problem of the current step with joints, whose equality constraints are eliminated from W and q (Schur complement):
+    contacts that can move, then a row block for each limit and motor. None if the step has no joint."""
     from scipy import sparse
 
     from ..problems import Problem
@@ -141,8 +141,8 @@ def jointed_problem_of(simulation):
 
 
 def problem_of(simulation):
-    """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse),
-    of the rigid bodies in internal order, then of the nodes of meshes."""
+    """Contact problem of the current step, a dict: problem; rows (ContactRows) and the numbers `chosen` of those in it; operator
+    H' and inverse A^-1 (sparse), for rigid bodies in internal order, then nodes of meshes."""
     from scipy import sparse
 
     from ..problems import Problem
@@ -164,8 +164,8 @@ def problem_of(simulation):
 
 
 class Dump:
-    """A callback of Simulation.run that writes the contact problem of one step: when is "step=N", or "worst", the step that ended
-    with the largest error. written: that step; error: its true error."""
+    """A callback of Simulation.run that writes the contact problem of a step. when: "step=N", or "worst" for the step with the
+    largest error. written: number of that step; error: its true error."""
 
     def __init__(self, when, path):
         self.path, self.written, self.error = path, None, -1.0

@@ -6,13 +6,13 @@ import numpy as np
 
 
 class ContactRows:
-    """Contacts as laws prepared them, in the order of simulation.contacts: conditions on u = H'v + bias [m/s].
+    """Contacts as prepared by laws, in the order of simulation.contacts: conditions on u = H'v + bias [m/s].
 
-    axes (m, dim, dim) by rows normal, tangents; lever (m, 2, dim) from the centres of A and B to where impulses act [m]; bias
-    (m, dim) [m/s]; mu (m,); compliance (m, dim) of laws that give way, on the diagonal of W [1/kg]; bodies (m, 2) internal
-    numbers, -1 of a mesh; kind (m,): 0 nothing moves or the law holds it open, 1 Coulomb's cone, 2 a law with its own solution.
-    Of sides on deformable bodies mesh (m, 2), its number in simulation.meshes or
-    -1; node (m, 2, 4) and weight (m, 2, 4), which are None in scenes without them.
+    axes (m, dim, dim): rows normal, tangents; lever (m, 2, dim): from the centres of A and B to the point where impulses act [m];
+    bias (m, dim) [m/s]; mu (m,); compliance (m, dim): of laws with springs, on the diagonal of W [1/kg]; bodies (m, 2): internal
+    numbers, -1 for a mesh; kind (m,): 0 nothing moves or the law keeps it open, 1 Coulomb's cone, 2 a law with its own solution.
+    For sides on deformable bodies: mesh (m, 2), its number in simulation.meshes or -1; node (m, 2, 4) and weight (m, 2, 4) of the
+    interpolation. These three are None in scenes without meshes.
     """
 
     def __init__(self, arrays, dim):
@@ -29,7 +29,7 @@ class ContactRows:
             self.node, self.weight = arrays["node"].reshape(-1, 2, 4), arrays["weight"].reshape(-1, 2, 4)
 
     def cones(self):
-        """Which contacts (k,) are cones where something moves. ValueError if one of the others obeys a law of its own."""
+        """Numbers (k,) of the contacts of kind 1. Raises ValueError if a contact has a law with its own solution."""
         own = np.flatnonzero(self.kind == 2)
         if len(own):
             raise ValueError(

@@ -1,6 +1,6 @@
-"""Faces of a mesh that open in a run: between two steps its nodes are split, and sides of the crack with their points come in.
-Places, velocities and what integrators keep of a node pass to the nodes that it becomes, its mass by what cells each of them has:
-mass, momentum and energy stay."""
+"""Faces of a mesh that open in a run: between two steps nodes are duplicated, and both sides of the crack get contactors.
+A new node inherits position, velocity and the history of integrators; masses are those of the cells on each side. Mass, momentum
+and energy are conserved."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 from ..model.bodies import replace
 from .views import core_of
 
-OWN = ("id", "mesh", "mass")  # of a node; all else it has from the node that it was
+OWN = ("id", "mesh", "mass")  # fields that a new node does not inherit
 
 
 class Watch:
     """Opens, after each step, the faces whose traction is above their threshold."""
 
     def look(self, sim):
-        """After a step: a call that opens what is above its threshold, or None."""
+        """After a step: a function that opens the faces above their threshold, or None without any."""
         found = []
         for view in sim.meshes:
             opening = view._mesh.d.opening
@@ -31,7 +31,7 @@ class Watch:
 
 
 def tractions(sim, view):
-    """At the corners of each face of a mesh, (m, k, dim), over the last step."""
+    """Tractions at the corners of each face of a mesh over the last step, (m, k, dim) [Pa, in 2D times the thickness]."""
     mesh, core, h = view._mesh, core_of(sim), sim.report["dt"]
     opening, share = mesh.d.opening, sim.strategy.moved_by().scheme(1.0)["share"]
     begin = {name: np.array(core.scene.raw_node(name)[view.rows]) for name in ("position_begin", "velocity_begin")}
@@ -47,7 +47,7 @@ def tractions(sim, view):
 
 
 def _of_zones(core, mesh, h):
-    """Forces (corners, dim) [N] of contacts of points of open faces with sides of open faces on the cells that these are of."""
+    """Forces (corners, dim) [N] on the corners of cells, from the contacts between points and sides of open faces."""
     opening = mesh.d.opening
     out = np.zeros((len(opening.node), mesh.dim))
     if not len(opening.shown) or not core.contact_count:
@@ -56,7 +56,7 @@ def _of_zones(core, mesh, h):
     key, force = core.contact("key"), core.contact("impulse") / h
 
     def among(parts, column):
-        """Places among some parts of the contactors in a column of the keys, -1: of something else."""
+        """Index in `parts` of the contactor in a column of the contact keys; -1 if it is on another part."""
         part = carrier[np.searchsorted(contactor, key[:, column])]
         place = np.minimum(np.searchsorted(parts, part), len(parts) - 1)
         return np.where(parts[place] == part, place, -1)
@@ -76,13 +76,13 @@ def _of_zones(core, mesh, h):
 
 
 def watch(sim):
-    """Watches a simulation, once."""
+    """Adds a Watch to a simulation, unless it has one."""
     if not any(isinstance(w, Watch) for w in sim._watches):
         sim._watches.append(Watch())
 
 
 def open_faces(sim, mesh, faces):
-    """Opens some faces of a mesh, a MovingMesh."""
+    """Opens faces (numbers) of a MovingMesh in a simulation."""
     before, scene = mesh.d, core_of(sim).scene
     after = before.opening.opened(faces)
     new, ids = _with(before, after), {"nodes": mesh.node_ids, "points": mesh.point_ids, "sides": mesh.side_ids}
@@ -100,7 +100,7 @@ def open_faces(sim, mesh, faces):
 
 
 def _with(d, opening):
-    """The Deformable with other faces open."""
+    """Copy of a Deformable with the open faces of `opening`."""
     out = copy(d)
     out.opening, out.body, out.whole = opening, opening.body, d.whole or d
     out.points, sides = opening.points(), opening.sides()
@@ -113,19 +113,19 @@ def _with(d, opening):
 
 
 def _of(s, before, after, ids):
-    """A set of a simulation, of the mesh that it shows now."""
+    """A set of a simulation, updated if it shows the mesh that was `before`."""
     if s.mesh is not before:
         return s
     return replace(s, mesh=after, ids=np.concatenate([ids["nodes"], ids["points"]]) if len(s) else ids["sides"])
 
 
 def _rows(scene, ids):
-    """Of nodes, in the arrays of the scene."""
+    """Rows of nodes in the arrays of the scene, from their ids."""
     return np.array([scene.node_row(i) for i in ids.tolist()], int)
 
 
 def _add_nodes(scene, mesh, after):
-    """Nodes that come in, with what they have of those that they were: their ids."""
+    """Adds duplicated nodes, which inherit the fields of their former nodes; returns their ids."""
     old = len(mesh.node_ids)
     added = len(after.former) - old
     is_new = after.node >= old
@@ -145,15 +145,15 @@ def _add_nodes(scene, mesh, after):
 
 
 def _number(scene, mesh):
-    """By which nodes and contactors name their mesh."""
+    """Number of a mesh in the core scene."""
     return int(np.ravel(scene.raw_node("mesh"))[scene.node_row(int(mesh.node_ids[0]))])
 
 
 def _add_sides(sim, mesh, after, faces):
-    """Points and sides of the last so many faces that came apart: ids of both."""
+    """Adds contactors on points and sides of the last `faces` opened faces; returns the ids of both."""
     scene = core_of(sim).scene
     sets = [s for s in sim._sets if s.mesh is mesh.d]
-    own = [[c for c in s.contactors if not c.joint][-1].species(s.group) for s in sets]  # joints on its nodes have marks, too
+    own = [[c for c in s.contactors if not c.joint][-1].species(s.group) for s in sets]  # without the contactors of joints
     species = [np.array([sim._species[which]], np.int32) for which in own]
     n, number = len(after.rule) * faces, _number(scene, mesh)
     point = scene.add_parts(number, n) + np.arange(n)
@@ -176,7 +176,7 @@ def _add_sides(sim, mesh, after, faces):
 
 
 def to_dict(sets):
-    """What a checkpoint says of the meshes of a simulation whose faces are open, by the place of their nodes' set."""
+    """Content of a checkpoint for meshes with open faces, by the index of the set of their nodes."""
     out = {}
     for k, s in enumerate(sets):
         if s.mesh is not None and s.mesh.whole is not None and len(s):
@@ -186,13 +186,13 @@ def to_dict(sets):
 
 
 def in_state(sets, state):
-    """The state of the core, with what is open where faces are."""
+    """State of the core, with the open faces of meshes added if there are any."""
     opened = to_dict(sets)
     return {**state, "cracks": opened} if opened else state
 
 
 def of_state(sets, state):
-    """The sets with the faces open that a state says, which has the nodes that there are; None where these are open already."""
+    """Sets with the open faces of a state that has the present nodes; None if the same faces are open already."""
     now, then = to_dict(sets), state.get("cracks", {})
     same = now.keys() == then.keys() and all(
         of.keys() == then[k].keys() and all(np.array_equal(of[name], then[k][name]) for name in of) for k, of in now.items()
@@ -201,7 +201,7 @@ def of_state(sets, state):
 
 
 def restored(sets, content):
-    """The sets with the faces open that a checkpoint says, and no others."""
+    """Sets with exactly the open faces of a checkpoint."""
     out = list(sets)
     for k, s in enumerate(sets):
         if s.mesh is None or s.mesh.opening is None or not len(s):

@@ -1,4 +1,4 @@
-"""What drives the rigid bodies of a simulation: of each dof of a body the last set that names it has the word."""
+"""Imposed velocities of rigid bodies in a simulation; each dof of a body is driven by the last set that names it."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from .sets import dofs_named, found
 
 
 class Drives:
-    """Driven dofs and velocities of the bodies that are there, by the sets of a simulation in their order; see `apply`."""
+    """Driven dofs and velocities of the present bodies, from the sets of a simulation in their order; see `apply`."""
 
     def __init__(self, sets, core, dim):
         scene, self._core, self._dim = core.scene, core, dim
         present, dofs = scene.body("id"), len(DOFS[dim])
-        left = np.full(len(present), 2**dofs - 1, np.uint8)  # dofs of which no later set has spoken
+        left = np.full(len(present), 2**dofs - 1, np.uint8)  # dofs not named by a later set
         mask, told = np.zeros(len(present), np.uint8), np.zeros(len(present), bool)
         velocity, self._functions = np.zeros((len(present), dofs)), []
         before = scene.body("driven_velocity")
@@ -44,7 +44,7 @@ class Drives:
         self._core.scene.drive(self._ids[chosen], mask, np.ascontiguousarray(self._velocity[chosen]))
 
     def apply(self, time):
-        """Writes what functions of time give at an instant [s]; constants were written once."""
+        """Writes the velocities given by functions of time at an instant [s]; constant ones were written once."""
         for drive, alive, at, bits in self._functions:
             given = rows("drive", drive(time), len(alive), self._dim)[alive]
             self._velocity[at] = np.where(bits, given, self._velocity[at])

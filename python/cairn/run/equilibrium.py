@@ -1,14 +1,14 @@
-"""Impulses with which a scene is at rest, found for all bodies at once: the start of large structures under load.
+"""Impulses of static equilibrium, solved for all bodies at once, to start large structures under load.
 
-A solver that goes from contact to contact takes thousands of sweeps to bring the weight of a large structure to its supports.
-Here the velocities of all bodies are the unknowns: the step's problem, u = H'v, M (v - v_free) = H r, r in Coulomb's cone and u
-opposite to it, is solved by the method of multipliers (Hestenes 1969, Powell 1969; Alart & Curnier 1991 for friction),
+Sweeps over contacts need thousands of iterations to carry the weight of a large structure to its supports. Here the velocities of
+all bodies are the unknowns: the problem of the step, u = H'v, M (v - v_free) = H r, r in Coulomb's cone and u in its dual, is
+solved by the augmented Lagrangian method (Hestenes 1969, Powell 1969; Alart & Curnier 1991 for friction),
 
     r <- P_K(r - c (u + b + mu |u_T| n)),   v minimising  1/2 |v - v_free|_M^2 + sum |P_K(r - c (u + b + s n))|^2 / 2c,
 
-s = mu |u_T| of the round before (De Saxce & Feng 1998; Acary et al. 2011), by Newton's method with a search along the line. Its
-linear systems are sparse and definite; conjugate gradients solve them with the 6 x 6 blocks of bodies and the rigid motions of
-groups of bodies as preconditioner (Nicolaides 1987).
+with s = mu |u_T| of the previous round (De Saxce & Feng 1998; Acary et al. 2011), by Newton's method with a line search. Its
+linear systems are sparse and definite; they are solved by conjugate gradients, preconditioned by the diagonal blocks of bodies
+and a coarse space of rigid motions of groups of bodies (Nicolaides 1987).
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from .simulation import Simulation
 
 
 def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=None, report=None):
-    """Starts the next step from impulses that keep the scene at rest, if there are any; positions stay as they are.
+    """Finds impulses of static equilibrium, from which the next step starts; positions do not change.
 
-    simulation: bodies of any shape at rest under gravity or forces, some of their dofs held or driven, Coulomb's law or another
-    cone without a spring at all contacts (ValueError for others, and where nothing touches or nothing moves). tol: of the true
-    error; unbalanced: largest change of a body's velocity in a step over that of a body let go. Both are sought, in at most
-    `rounds` rounds. stiffness: c over the mass that a contact feels (None: 1e8, with deformable bodies 1e6); less where Newton's
-    method is lost. report: called with a dict after each round. Returns the last such dict: round, newton, cg (how many so far),
-    error, unbalanced, converged. A structure that cannot stand does not converge: then the step starts from what was found. With
-    deformable bodies the shape at rest is sought too, and where the others stand on it: bodies move there and velocities vanish;
-    without rest all stays as it was.
+    simulation: bodies of any shape at rest under gravity or forces, some of their dofs held or driven, with Coulomb's law or
+    another cone without a spring at all contacts. Raises ValueError for other laws, without contacts, and if nothing can move.
+    tol: on the true error; unbalanced: largest velocity of a body after a step over that without contacts. Both must hold,
+    within `rounds` rounds. stiffness: penalty c over the effective mass of a contact [-] (None: 1e8, with deformable bodies 1e6);
+    it is lowered if Newton's method fails. report: called with a dict after each round. Returns the last such dict: round, newton
+    and cg (total iterations), error, unbalanced, converged. A structure without equilibrium does not converge; the next step then
+    starts from the last impulses. With deformable bodies the deformed equilibrium shape is found too: bodies are moved to it and
+    velocities set to zero; without convergence nothing is changed.
     """
     if not isinstance(simulation, Simulation):
         raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
@@ -62,8 +62,8 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
 
 
 def with_impulses(memory, before, keys, impulses):
-    """The memory of contacts after the step that was tried, with these impulses (m, dim) of these contacts (m, 4) alone. Where
-    laws keep a state all contacts stay, each with what it was before that step if it was there."""
+    """Contact memory after the trial step, with impulses (m, dim) [N s] of the contacts of these keys (m, 4) alone. If laws keep
+    states all contacts are kept, with the states from before that step where known."""
     act = np.any(impulses != 0, axis=1)
     keys, impulses = keys[act], impulses[act]
     if np.size(memory["states"]) == 0:
@@ -90,7 +90,7 @@ def slack_of(u, mu):
 
 
 class System:
-    """The step at hand: free bodies (n), contacts (m)."""
+    """Equilibrium problem of the current step: free bodies (n), contacts (m)."""
 
     def __init__(self, simulation):
         rows = simulation.stages.contacts
@@ -104,12 +104,12 @@ class System:
         inverse.sum_duplicates()
         free = np.flatnonzero(np.diff(inverse.indptr))
         inverse = inverse.data[inverse.indptr[free]]
-        given = ~(np.diagonal(inverse, axis1=1, axis2=2) > 0)  # dofs that are held or driven
+        given = ~(np.diagonal(inverse, axis1=1, axis2=2) > 0)  # held or driven dofs
         moves = ~given.all(axis=1)
         if not np.any(moves):
             raise ValueError("no body is free to move: there is nothing to find")
         free, given, self.inverse = free[moves], given[moves], inverse[moves]
-        # what is given has no part in the sums below, and any mass will do
+        # held and driven dofs drop out of the sums below, so that any mass will do
         self.mass = np.linalg.inv(self.inverse + np.eye(self.dofs) * given[:, :, None])
         raw = simulation.raw
         velocity, self.position = np.array(raw.velocity_free), np.array(raw.position)[free]
@@ -129,7 +129,7 @@ class System:
         self.graph = Graph(self.bodies, len(free))
         still = np.concatenate((self.inverse, np.zeros((1, self.dofs, self.dofs))))
         w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(self.rows[..., 0].swapaxes(0, 1), self.bodies.T))
-        movable = w > 0  # the others join what nothing moves along their normal
+        movable = w > 0  # other contacts have no dof that moves along their normal
         self.rho = 1 / np.where(movable, w, np.mean(w[movable]) if movable.any() else 1)
         self.modes = rigid_motions(self.position[:, : self.dim], self.dofs)
         self.matrix = Matrix(self.graph, self.mass, self.rows)
@@ -146,7 +146,7 @@ class System:
         return np.einsum("nij,nj->ni", self.mass, v)
 
     def errors(self):
-        """True error, and the largest change of a velocity over the largest free one, with the impulses as they are."""
+        """(true error, largest velocity over the largest free velocity), for the current impulses."""
         v = self.v_free + np.einsum("nij,nj->ni", self.inverse, self.gathered(self.r))
         u = self.relative(v, self.bias)
 
@@ -173,7 +173,7 @@ class System:
             u[:, 0] += slack
             self.r = _core.project_on_cones(self.r - c[:, None] * u, self.mu)
             error, left = self.errors()
-            if steps == most and error > 0.1 and stiffness > 1e3:  # Newton's method is lost: softer contacts open less
+            if steps == most and error > 0.1 and stiffness > 1e3:  # Newton's method failed: softer contacts open less
                 stiffness, v, self.r = 1e-2 * stiffness, begin, before
             else:
                 slack = self.mu * np.linalg.norm(u[:, 1:], axis=1)
@@ -186,8 +186,8 @@ class System:
         return result
 
     def minimise(self, v, c, slack, tol, most=100, patience=12):
-        """The velocities of a round by Newton's method; and how many steps and products with the matrix it took. Where
-        energies differ by rounding alone, and `patience` steps have not halved the gradient, the round ends there."""
+        """(velocities of a round by Newton's method, number of steps, number of matrix products). The round ends early if
+        energies differ by rounding alone and `patience` steps have not halved the gradient."""
         weight = np.sqrt(np.sum(self.v_free * self.momentum(self.v_free)))
         used = steps = least_step = 0
         least, best, flat = np.inf, v, False
@@ -214,7 +214,7 @@ class System:
                 return best if left > tol else v, steps, used
             steps += 1
             matrix, precondition = self.newton_matrix(_core.cone_derivatives(asked, self.mu, c))
-            enough = max(min(0.1, np.sqrt(left)), min(0.1, 0.3 * tol / left))  # of the last step no more than the round asks
+            enough = max(min(0.1, np.sqrt(left)), min(0.1, 0.3 * tol / left))  # the last step need not exceed tol
             way, products = conjugate_gradients(matrix, -gradient, precondition, enough)
             used += products
             slope, along, t = np.sum(gradient * way), self.relative(way), 1.0
@@ -223,7 +223,7 @@ class System:
                 flat = abs(t * slope) <= 1e-14 * abs(energy)
                 if not flat:
                     fell = trial[0] <= energy + 1e-4 * t * slope
-                else:  # energies differ by rounding, slopes do not: not far beyond the lowest point
+                else:  # energies differ by rounding alone: the slope bounds the step beyond the minimum
                     fell = np.sum(descent(v + t * way, trial[1]) * way) <= 0.5 * abs(slope)
                 if fell or t < 1e-6:
                     break
@@ -237,14 +237,14 @@ class System:
 
 
 class Matrix:
-    """M + H D H' as D changes: from one of Newton's steps to the next few contacts begin to stick, to slip or to open, and
-    what they change is added alone."""
+    """M + H D H', updated when D changes: between steps of Newton's method few contacts change their status, and only their
+    contributions are added."""
 
     def __init__(self, graph, mass, rows):
         self.graph, self.mass, self.rows = graph, mass, rows
 
     def begin(self):
-        """What was added has rounded: the next matrix is summed anew."""
+        """Discards the matrix, so that the next one is assembled anew, without accumulated rounding."""
         self.d = self.matrix = None
 
     def of(self, d):
@@ -261,8 +261,8 @@ class Matrix:
 
 
 def determined(simulation, rows):
-    """Which contacts (m,) have a normal that the last digits of positions do not turn: those of meshes, of round bodies, and of
-    pairs that touch on a face."""
+    """True for contacts (m,) with a well-defined normal, insensitive to rounding of positions: those of meshes, of round bodies,
+    and of pairs that touch on a face."""
     contactors, contacts = simulation.contactors, simulation.contacts
     faced = np.unique(contactors.body[np.isin(contactors.shape, _core.shapes("faced"))])
     flat = np.isin(contacts.bodies, faced).all(axis=1)
@@ -279,7 +279,8 @@ def refuse_springs(rows, chosen):
 
 
 def on_faces(contacts, flat=1e-6):
-    """Which contacts (m,) belong to pairs of bodies that touch on a face, and not on a corner or along an edge alone."""
+    """True for contacts (m,) of pairs of bodies that touch on a face, not at a corner or along an edge alone. flat: least ratio
+    of the two extents of the contact points in 3D."""
     point = np.asarray(contacts.point)
     dim = point.shape[1]
     pairs, which = np.unique(np.sort(contacts.bodies, axis=1), axis=0, return_inverse=True)
@@ -294,8 +295,8 @@ def on_faces(contacts, flat=1e-6):
 
 
 class Graph:
-    """Which bodies touch: the blocks of a symmetric matrix that contacts add to, on and below its diagonal. bodies: (m, 2) of
-    each of n, -1 where one does not move."""
+    """Contact graph: pattern of the blocks of a symmetric matrix on and below its diagonal, with a block for each touching pair.
+    bodies (m, 2): numbers of the bodies of each contact, below n, -1 for a body that does not move."""
 
     def __init__(self, bodies, n):
         both = np.flatnonzero((bodies >= 0).all(axis=1))
@@ -305,19 +306,19 @@ class Graph:
         order = np.lexsort((column, row))  # the block of a body is the last of its row
         self.row_start = np.concatenate(([0], np.cumsum(np.bincount(row, minlength=n))))
         self.column = column[order].astype(np.int32)
-        place = np.argsort(order)  # where the block of a body or pair stands
+        place = np.argsort(order)  # index of the block of a body or pair
         self.bodies, self.on_diagonal = bodies, place[:n]
-        self.place = np.full(bodies.shape, -1)  # of the blocks of bodies (B, A) and (A, B) of a contact, one of which is kept
+        self.place = np.full(bodies.shape, -1)  # index of block (B, A) or (A, B) of a contact; only the lower is stored
         rises = bodies[both, 0] < bodies[both, 1]
         self.place[both, np.where(rises, 0, 1)] = place[n + which.ravel()]
 
     def matrix(self, mass):
-        """Of blocks (n, dofs, dofs) of bodies, nothing between them yet."""
+        """HalfMatrix with diagonal blocks (n, dofs, dofs) and zero blocks for pairs."""
         return HalfMatrix(self, mass)
 
 
 class HalfMatrix:
-    """A symmetric matrix as its blocks (k, dofs, dofs) on and below the diagonal."""
+    """A symmetric matrix stored by its blocks (k, dofs, dofs) on and below the diagonal."""
 
     def __init__(self, graph, mass):
         self.graph = graph
@@ -332,7 +333,7 @@ class HalfMatrix:
         return _core.half_product(graph.row_start, graph.column, self.data, x)
 
     def projected(self, modes):
-        """Z'A Z of a sparse Z (dofs n, k)."""
+        """Z'A Z for a sparse Z (dofs n, k)."""
         from scipy import sparse
 
         half, graph = self.data.copy(), self.graph
@@ -344,7 +345,7 @@ class HalfMatrix:
 
 
 def rigid_motions(position, dofs, bodies_each=48):
-    """Z, sparse (dofs n, dofs groups): groups of neighbours that move as rigid bodies."""
+    """Coarse space Z, sparse (dofs n, dofs groups): rigid motions of groups of neighbouring bodies."""
     from scipy import sparse
 
     n, dim = position.shape
@@ -362,7 +363,7 @@ def rigid_motions(position, dofs, bodies_each=48):
 
 
 def groups(position, bodies_each):
-    """Number of the group of each body: halves along the longest side, again and again."""
+    """Group of each body (n,), by recursive bisection along the longest extent."""
     group = np.zeros(len(position), int)
     todo, count = [np.arange(len(position))], 0
     while todo:
@@ -378,7 +379,7 @@ def groups(position, bodies_each):
 
 
 class Preconditioner:
-    """Blocks of bodies, and rigid motions of groups solved to the end."""
+    """Two-level preconditioner: inverse diagonal blocks of bodies plus a direct solution in the coarse space of rigid motions."""
 
     def __init__(self, matrix, modes):
         from scipy.sparse.linalg import splu
@@ -397,13 +398,13 @@ class Preconditioner:
 
 
 def dot(a, b):
-    """Their product, summed on one thread: a BLAS divides it among its threads, so that the sum hangs on their number, and each
-    of thousands of short sums waits for all of them."""
+    """Scalar product summed on a single thread: in a threaded BLAS the result depends on the number of threads, and thousands of
+    short sums would wait for all threads."""
     return np.einsum("i,i->", a.ravel(), b.ravel())
 
 
 def conjugate_gradients(matrix, b, precondition, tol, most=2000):
-    """Solution of a definite system to a relative tolerance, in the shape of b; and the number of products."""
+    """(solution of a definite system to a relative tolerance, in the shape of b; number of products with the matrix)."""
     x, r = np.zeros_like(b), b.copy()
     z = precondition(r)
     p, rz = z.copy(), dot(r, z)

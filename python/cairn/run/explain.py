@@ -1,4 +1,4 @@
-"""Words about a simulation: what runs, what it stores, what was chosen."""
+"""Text about a simulation for Simulation.explain: stages, stored arrays, chosen settings."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def explain(simulation):
     return "\n".join(lines)
 
 
-MOST_LAWS = 12  # that are told one by one
-COEFFICIENTS = ("mu", "friction", "kinetic")  # parameters of laws that are tangents of an angle
+MOST_LAWS = 12  # laws listed individually
+COEFFICIENTS = ("mu", "friction", "kinetic")  # parameters that are tangents of a friction angle
 
 
 def _laws(simulation):
-    """Laws with their friction as an angle: a coefficient that was meant as one shows."""
+    """Lines on the laws, with friction as an angle, so that an angle given as a coefficient is noticed."""
     rules = [(a, b, law) for a, b, law in simulation._rules if law is not None and law.name != "joint"]
     lines = []
     for a, b, law in rules[:MOST_LAWS]:
@@ -159,12 +159,12 @@ def _listed(simulation):
     ]
 
 
-# what each class of strategies says of itself
+# function that describes each class of strategies
 WORDS = {NSCD: _nscd, SmoothDEM: _smooth, object: _listed}
 
 
 def _last_step(simulation):
-    """How the last step ended, with the deepest overlap beside the error."""
+    """Line on the last step: status, error and deepest overlap."""
     info = simulation.info
     if not simulation.report:
         return []
@@ -195,7 +195,7 @@ def _scales(simulation):
 
 
 def _extremes(simulation, mass, finite):
-    """The largest and the smallest body with their masses, and the densities that these follow from."""
+    """Lines on the largest and the smallest body with their masses, and on the densities of materials."""
     bodies, contactors = simulation.bodies, simulation.contactors
     size, joints = np.zeros(len(bodies)), _of_joints(simulation)
     rows = np.searchsorted(bodies.id, contactors.body)
@@ -213,6 +213,6 @@ def _extremes(simulation, mass, finite):
 
 
 def _of_joints(simulation):
-    """Ids of the marks of joints in the world."""
+    """Ids of the contactors of joints fixed in the world."""
     ends = [s.ids for s in simulation._sets if s.contactors and all(c.joint for c in s.contactors)]
     return np.concatenate(ends) if ends else np.zeros(0, np.int64)

@@ -1,4 +1,4 @@
-"""Overlaps that a scene begins with, and walls that look away from all bodies: told before the first step."""
+"""Checks before the first step: initial overlaps, and walls whose normals point away from all bodies."""
 
 import warnings
 
@@ -11,7 +11,7 @@ from .sinking import overlaps_of
 from .step_warnings import OverlapWarning
 from .views import core_of
 
-CHUNK = 64  # bodies at a time that are held against all facets of a surface
+CHUNK = 64  # bodies compared with all facets of a surface at a time
 
 
 def _first_gaps(simulation):
@@ -28,8 +28,8 @@ def _first_gaps(simulation):
 
 
 def check(simulation, action, share):
-    """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs, else
-    returns the deepest."""
+    """Checks overlaps of the initial configuration, relative to the smaller radius. Warns or raises ValueError, naming the worst
+    pairs, above `share`; returns the deepest [-]."""
     turned = look_at_walls(simulation, action)
     gap, pairs = _first_gaps(simulation)
     deep = np.flatnonzero(gap < 0)
@@ -40,7 +40,7 @@ def check(simulation, action, share):
     found, first = np.unique(np.sort(pairs[deep[beyond]], axis=1), axis=0, return_inverse=True)
     if not len(found):
         return float(np.max(relative))
-    most = np.zeros(len(found))  # of the contacts of a pair
+    most = np.zeros(len(found))  # deepest overlap of each pair
     np.maximum.at(most, first.ravel(), relative[beyond])
     pair = "bodies {} and {} by {:.3g} of a radius"
     listed = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
@@ -56,8 +56,8 @@ def check(simulation, action, share):
 
 
 def look_at_walls(simulation, action="warn", above=5):
-    """Warns of walls and surfaces that have all bodies behind them, or raises; once for each. Returns the ids found so far.
-    above: stack level of the caller who is warned."""
+    """Warns once for each wall and surface that has all bodies behind it, or raises ValueError. Returns the ids found so far.
+    above: stack level of the warning."""
     core, told = core_of(simulation), simulation._turned
     p = Placed(core.scene)
     normals = _Normals(p)
@@ -79,7 +79,7 @@ def look_at_walls(simulation, action="warn", above=5):
 
 
 class _Normals:
-    """Planes and facets of bodies, in space."""
+    """Normals and points of planes and facets of bodies, in space."""
 
     def __init__(self, placed):
         self.p, core = placed, placed.core
@@ -109,7 +109,7 @@ class _Normals:
         return normal, self.position[body] + point
 
     def look_away(self, body, scene, table):
-        """True if the planes and facets of a body have all bodies and nodes behind them that it could meet."""
+        """True if all bodies and nodes that could touch a body are behind its planes and facets."""
         p, dim = self.p, self.p.dim
         species = p.field("material")
         own = np.unique(species[p.owner == body])

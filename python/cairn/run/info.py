@@ -1,10 +1,10 @@
-"""What the last step tells, sim.info: a dict that says why what is asked for is not in it."""
+"""Report of the last step, sim.info: a dict whose KeyError says why a name is missing."""
 
 from ..names import listed
 
 
 class Info(dict):
-    """What the last step tells; a name that is not there is answered with why."""
+    """Report of the last step; the KeyError of a missing name gives the reason."""
 
     def __init__(self, told, steps):
         super().__init__(told)

@@ -1,4 +1,4 @@
-"""How bodies, rigid ones and meshes, go from a step to the next: one class for each row of the core's list of integrators."""
+"""Time integrators of rigid bodies and meshes, one class for each row of the core's list of integrators."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class Integrator:
     """A one-step method and its parameters, for NSCD(integrator=...)."""
 
     row = ""  # its name in the core
-    parameters = ()  # name, default, smallest, largest of each
+    parameters = ()  # (name, default, smallest, largest) of each
 
     def __init__(self, **given):
         self.values = {name: default for name, default, _, _ in self.parameters}
@@ -35,16 +35,16 @@ class Integrator:
         return f"{type(self).__name__}({', '.join(f'{name}={value:g}' for name, value in self.values.items())})"
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {"integrator": self.row, **self.values}
 
     @property
     def end_share(self):
-        """Of the end of the step in forces that change with time; the rest is of its start."""
+        """Weight of the end of the step in forces that change with time; the rest is that of its start."""
         return self.scheme(1.0)["end_share"]
 
     def scheme(self, dt):
-        """The step of dt [s] as a linear map, by the names of core_f90/integrators/linear_scheme.f90, a dict."""
+        """Coefficients of the step of dt [s] as a linear map, a dict by the names of core_f90/integrators/linear_scheme.f90."""
         return _core.integrator_scheme(self.row, list(self.values.values()), checks.positive("dt", dt))
 
 

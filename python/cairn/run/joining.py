@@ -1,4 +1,4 @@
-"""Joints that are made, and let go, between the steps of a run."""
+"""Joints added and removed between the steps of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .views import core_of
 
 
 class _Present:
-    """What `joined` asks of a scene: the bodies of the joint, each in a set of its own, as they stand now."""
+    """Stand-in for the scene in `joined`: each body of the joint in a set of its own, in its current position."""
 
     def __init__(self, sim, numbers):
         self.dim, self.rules = sim.scene.dim, list(sim._rules)
@@ -27,7 +27,7 @@ class _Present:
 
 
 def _as_it_stands(sim, number):
-    """A set of the one body, with a round contactor of its size."""
+    """A set of a single body in its current position, with a round contactor of its size."""
     scene, dim = core_of(sim).scene, sim.scene.dim
     present = scene.body("id")
     row = int(np.searchsorted(present, number))
@@ -75,18 +75,18 @@ def join(sim, a, b, kind):
             if c.joint:
                 number = np.array([species[name, name]], np.int32)
                 scene.add_contactors(c.shape, s.own_ids, number, c.radius, c.offset, c.direction, None)
-    sim.add(*present.world)  # after the others: on its contact the first body is the first
+    sim.add(*present.world)  # added last, so that the first body of the joint is the first of its contact
     return name
 
 
 def _there(sim):
-    """Names of the joints that there are."""
+    """Names of the present joints."""
     gone = {a for a, b, law in sim._rules if law is None and a == b}
     return [a for a, b, law in sim._rules if law is not None and law.name == "joint" and a not in gone]
 
 
 def joint_of(sim, number):
-    """The name of a joint that a rigid body is an end of, or None."""
+    """Name of a joint with an end on a rigid body, or None."""
     scene = core_of(sim).scene
     species = np.ravel(scene.contactor("material"))[np.ravel(scene.contactor("body")) == number]
     return next((name for name in _there(sim) if sim._species[name, name] in species), None)

@@ -17,14 +17,14 @@ from ..pre import checks
 from .views import core_of
 
 log = logging.getLogger("cairn.run")
-logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the program that uses it wants to hear
+logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the application configures logging
 TAKEN = "probe {!r} bears the name of a column that every history has: give it another"
 SOLVED = ("converged", "no_contacts")
-ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # of runs, which are HDF5
+ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # suffixes of run files, which are HDF5
 
 
 class Stopped(KeyboardInterrupt):
-    """A run was begun in a program whose run before was stopped by a signal. status: the exit status of the program."""
+    """Raised when a run begins in a program whose previous run was stopped by a signal. status: exit status of the program."""
 
     def __init__(self, status):
         super().__init__("stopped by a signal")
@@ -32,7 +32,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class Command:
-    """What `cairn run` asks of the runs of its script: to replace files that were there before it, and no run after a signal.
+    """Settings of `cairn run` for the runs of its script: replace files from before the script; no run after a signal.
 
     stopped: number of the signal that ended a run.
     """
@@ -41,7 +41,7 @@ class Command:
         self.overwrite, self.stopped, self._written = overwrite, None, set()
 
     def replaces(self, path):
-        """Whether the file may be replaced: what this script wrote itself is not, unless the script says so."""
+        """True if a file may be replaced: with overwrite, and unless this script wrote it itself."""
         own = path.resolve()
         new = own not in self._written
         self._written.add(own)
@@ -53,12 +53,12 @@ class Command:
         return 0 if self.stopped is None else 128 + self.stopped
 
 
-command = None  # the Command that runs this program, if one does
+command = None  # the current Command, if `cairn run` runs this program
 
 
 @contextlib.contextmanager
 def commanded(overwrite=False):
-    """All that is run meanwhile is run by a Command, which this gives."""
+    """Makes a Command the current one inside the `with` block, and yields it."""
     global command
     before, command = command, Command(overwrite)
     try:
@@ -68,7 +68,7 @@ def commanded(overwrite=False):
 
 
 def scene_info(simulation):
-    """What a reader of the file needs to draw the scene."""
+    """Description of the scene in a run file, from which a reader can draw it."""
     known = simulation.contactors
     contactors = {
         "shape": list(known.shape) if len(known) < 100_000 else "",
@@ -108,7 +108,7 @@ def scene_info(simulation):
 
 
 def _joints(simulation):
-    """Of each joint: the species of its ends, whether it spans from one to the other, and which of them is a pulley, from 1."""
+    """Arrays over the joints: species of their ends, 1 if the ends are apart, number from 1 of the end that is a pulley."""
     found = {rule[0]: rule[2] for rule in simulation._rules if rule[2] is not None and rule[2].name == "joint"}
     made = [(number, found[name]) for (name, _), number in simulation._species.items() if name in found]
     if not made:
@@ -118,7 +118,7 @@ def _joints(simulation):
 
 
 def _cell(scene):
-    """The periodic cell at the start, as the scene states it; None without one."""
+    """Initial periodic cell of the scene; None without one."""
     if scene.periodic is None:
         return None
     names = ("periodic", "vectors", "corner", "velocity_gradient")
@@ -133,7 +133,7 @@ def provenance():
     """Version, compiler, flags, script and date of a run."""
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = ""
-    with contextlib.suppress(OSError):  # it may stand where this user may not look
+    with contextlib.suppress(OSError):  # the script may be unreadable for this user
         if script is not None and script.suffix == ".py" and script.is_file():
             text = script.read_text(errors="replace")
     return {
@@ -187,14 +187,14 @@ def snapshot_of_nodes(simulation, fields):
 
 
 def _meshes(simulation):
-    """Nodes (ids), cells and groups of each body that deforms and has cells."""
+    """Nodes (ids), cells, sides and groups of each deformable body with cells."""
     from ..post.mesh_cells import cells_of
 
     out = {}
     for k, mesh in enumerate(simulation.meshes):
         cells = cells_of(mesh.body)
         if cells:
-            sides = np.zeros((0, mesh.body.dim), int)  # of bars and beams none
+            sides = np.zeros((0, mesh.body.dim), int)  # bars and beams have none
             if "line" not in cells:
                 sides = mesh.body.boundary_edges() if mesh.body.dim == 2 else mesh.body.boundary_faces()
             groups = {name: nodes for name, nodes in mesh.body.groups.items() if len(nodes)}
@@ -207,7 +207,7 @@ def _material(simulation, ids):
     """Number of the material of the first contactor of each of the bodies or nodes, (n,)."""
     contactors = simulation.contactors
     own, material = contactors.body[::-1], contactors.material[::-1]
-    carried = np.isin(own, ids)  # others are on points, edges and faces of meshes
+    carried = np.isin(own, ids)  # the other contactors are on points, edges and faces of meshes
     out = np.full(len(ids), -1, np.int32)
     out[np.searchsorted(ids, own[carried])] = material[carried]
     return out
@@ -264,7 +264,7 @@ class _Recorder:
         log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
 
     def _keep_fields(self, what, fields, n):
-        """Fields of the first output are those of all: what came in later is left out, what went is zero."""
+        """Restricts fields to those of the first output: additional fields are left out, missing fields are zero."""
         first = self.fields.setdefault(what, {name: (values.dtype, values.shape[1:]) for name, values in fields.items()})
         for name in set(fields) - set(first):
             del fields[name]
@@ -298,12 +298,12 @@ class _Recorder:
 
 
 def _place(path):
-    """A path as one by which simulations know the runs that they wrote."""
+    """Absolute path, the key under which a simulation keeps the runs that it wrote."""
     return str(Path(path).resolve())
 
 
 def checked_output(output):
-    """The path of a run's file; FileError if its name says that it is something else."""
+    """Checked path of a run file. Raises FileError for a suffix that is not that of HDF5."""
     from ..post.errors import FileError, named
 
     path = Path(named(output, "a run", ".vtkhdf", "; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it"))
@@ -314,7 +314,7 @@ def checked_output(output):
 
 
 def one_number(name, value):
-    """What a probe gave, as a double."""
+    """Value of a probe as a double. Raises ValueError for anything but a real number."""
     array = np.asarray(value)
     if array.ndim or array.dtype.kind not in "fiub":
         what = f"an array of shape {array.shape}" if array.ndim else repr(value)
@@ -323,14 +323,14 @@ def one_number(name, value):
 
 
 def _mesh_names(info):
-    """Names and first nodes of the meshes that a file or a simulation tells."""
+    """[(name, id of the first node)] of the meshes in the description of a run file."""
     return [(str(mesh["name"]), int(mesh["nodes"][0])) for _, mesh in sorted((info.get("meshes") or {}).items())]
 
 
 def continued(output, simulation, info):
-    """The writer that goes on in the run at a path, and the number of outputs that stay: those up to the step of the simulation,
-    so that steps made again after a restart replace those made before. Then whether they tell the mesh of each node; None
-    without outputs. FileError if the run is of another scene, or reaches farther and no checkpoint was restored."""
+    """(writer that appends to the run file at a path, number of outputs kept, True if outputs hold the mesh of each node or None
+    without outputs). Outputs beyond the step of the simulation are dropped, so that steps made again after a restart replace
+    them. Raises FileError if the run is of another scene, or has later steps and no checkpoint was restored."""
     from .. import load
     from ..post.errors import FileError
     from ..post.writer import RunWriter
@@ -341,7 +341,7 @@ def continued(output, simulation, info):
         if same and len(run):
             names = ("body", "shape_number", "radius")
             old, new = ([np.asarray(table.get(name, ())) for name in names] for table in (theirs, own))
-            # bodies may have come in or gone since
+            # compares only bodies in both: others were added or removed since
             old, new = ([a[np.isin(t[0], u[0])] for a in t] for t, u in ((old, new), (new, old)))
             known = len(old[0]) > 0 or (not len(theirs.get("body", ())) and _mesh_names(run.scene) == _mesh_names(info))
             same = known and all(map(np.array_equal, old, new))
@@ -372,7 +372,7 @@ def _takes_a_simulation(name, function, why):
 
 
 def _check_probes(simulation, probes):
-    """Probes are functions of the simulation, under names that no column of the history has."""
+    """Raises ValueError unless probes are functions of the simulation, under names that are no column of the history."""
     if not (isinstance(probes, dict) and all(map(callable, probes.values()))):
         raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
     taken = {"time", "step", *simulation.report, *(f"energy_{term}" for term in simulation.energy)}
@@ -403,14 +403,14 @@ def _check(simulation, steps, until, while_, every, callback, checkpoint_every, 
 
 
 def _tell(simulation, number, output):
-    """Words on a run that a signal ended, on the screen: what follows may be long in coming."""
+    """Prints that a signal ended the run, since closing files may take long."""
     name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
     where = "" if output is None else f"; {output} holds what was done"
     print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
 
 
 def _stepped(simulation, first, time_error_every):
-    """Report of one step, with the estimate of its error in time where one is asked for."""
+    """Makes a step and returns its report, with the estimate of its time error if it is due."""
     if time_error_every is None:
         return simulation.step()
     from . import time_error
@@ -449,7 +449,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     try:
         with StopAtSignal() as stop, Progress(total, enabled=progress) as bar:
             while not stop and (last is None or simulation.steps < last):
-                # half a step of room: time is a sum of steps, each rounded
+                # half a step of tolerance, since time is a rounded sum of steps
                 if until is not None and simulation.time + simulation.dt / 2 > until:
                     break
                 if while_ is not None and not while_(simulation):

@@ -1,5 +1,5 @@
-"""Grains that become one body in a run: mass, momentum, angular momentum, id, contacts and impulses pass over; the kinetic energy
-of their motion against each other, and what their contacts with each other store, are the term "dissipated_reshaping"."""
+"""Grains merged to a single body in a run, which inherits mass, momentum, angular momentum, the lowest id, contacts and impulses.
+The kinetic energy of their relative motion, and the energy stored in contacts between them, go to "dissipated_reshaping"."""
 
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ def merge(sim, ids):
 
 
 def _check_width(cell, width, reach):
-    """Refuses, while the grains are still there, a body that would lie in its own image. reach (dim,): of its coordinates [m]."""
+    """Raises ValueError, before the grains are removed, for a body wider than the periodic cell. reach (dim,): largest absolute
+    coordinates [m]."""
     for k in np.flatnonzero(cell["periodic"][: len(width)]):
         if width[k] - cell["vectors"][k, k] > 16 * np.finfo(float).eps * reach[k]:
             wide = f"the grains to merge are {width[k]:g} m wide along {'xyz'[k]} and the periodic cell is "
@@ -82,15 +83,15 @@ def _check_width(cell, width, reach):
 
 
 def _one_image(cell, x, v):
-    """Positions and velocities (n, dim) of the images in a periodic cell that stand together: from the first on, always the grain
-    that is nearest to one which has its image. A chain of more than half a cell stays whole; images move with the cell."""
+    """Positions and velocities (n, dim) of neighbouring images of the grains in a periodic cell, along a minimum spanning tree
+    from the first grain, so that a chain longer than half the cell stays connected. Images move with the cell."""
     dim, n = x.shape[1], len(x)
     along = np.flatnonzero(cell["periodic"][:dim])
     if not len(along):
         return x, v
     vectors, gradient = cell["vectors"][:, :dim], cell["velocity_gradient"][:dim, :dim]
     around = np.zeros((3 ** len(along), 3))
-    around[:, along] = np.array(list(itertools.product((0, -1, 1), repeat=len(along))))  # none at first: it stays on a tie
+    around[:, along] = np.array(list(itertools.product((0, -1, 1), repeat=len(along))))  # no shift first: taken in a tie
     shift, away, to = np.zeros_like(x), np.full(n, np.inf), np.zeros_like(x)
     left, at = np.ones(n, bool), 0
     for _ in range(n - 1):
@@ -111,12 +112,12 @@ def _one_image(cell, x, v):
 
 
 def _cross(x, y):
-    """Of rows, in the plane its one component."""
+    """Cross products of rows: (n, 3), or (n, 1) in 2D."""
     return np.cross(x, y) if x.shape[1] == 3 else (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])[:, None]
 
 
 def _check(i, s, row, first):
-    """Refuses a body that one of several grains cannot be part of."""
+    """Raises ValueError for a body that cannot be merged."""
     for c in s.contactors:
         if not np.any(c.body == row):
             continue
@@ -131,7 +132,7 @@ def _check(i, s, row, first):
 
 
 def _stored_between(sim, ids):
-    """In the springs of contacts among these [J]."""
+    """Energy stored in contacts between these bodies [J]."""
     core = core_of(sim)
     if not core.contact_count or not getattr(sim.strategy, "energy", True):
         return 0.0

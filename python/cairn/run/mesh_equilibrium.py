@@ -1,9 +1,9 @@
-"""Rest of scenes with deformable bodies: their shape under load, where the others then stand, and the impulses between them.
+"""Static equilibrium of scenes with deformable bodies: deformed shapes, positions of rigid bodies on them, and contact impulses.
 
-Displacements d of all bodies are the unknowns: (K + e M) d = f + H r with gap + H'd >= 0, r in Coulomb's cone, by the method of
-multipliers of equilibrium.py on factors of the sparse matrix. e M, which rigid bodies and those held by contacts alone need, is
-made small against the load and counts for nothing in the end: bodies are moved by d and it is asked again, until the step's own
-problem says that they are at rest.
+Displacements d of all bodies are the unknowns: (K + e M) d = f + H r with gap + H'd >= 0, r in Coulomb's cone, by the augmented
+Lagrangian method of equilibrium.py with factors of the sparse matrix. The regularisation e M is needed for rigid bodies and for
+bodies held by contacts alone. It does not affect the result: bodies are moved by d and the problem is solved again until the
+residual of the step vanishes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .equilibrium import determined, refuse_springs, slack_of
 
 
 def find(simulation, tol, unbalanced, rounds, stiffness, report):
-    """See find_equilibrium. Bodies move, and velocities vanish, if rest was found; else all stays as it was."""
+    """See find_equilibrium. With convergence bodies are moved and velocities set to zero; else the state is restored."""
     start = simulation.get_state()
     known, softness, newton, result, let_go = {}, 1e-4, 0, None, np.finfo(float).tiny
     try:
@@ -38,7 +38,7 @@ def find(simulation, tol, unbalanced, rounds, stiffness, report):
                 break
             d, steps = rest.displacement(softness, stiffness, 0.1 * min(tol, unbalanced), rounds)
             newton += steps
-            if not np.abs(d).max() < rest.extent:  # nothing holds it
+            if not np.abs(d).max() < rest.extent:  # a body is not held
                 break
             if rest.held_back(d, softness) > 0.1:
                 softness *= 1e-2
@@ -50,7 +50,7 @@ def find(simulation, tol, unbalanced, rounds, stiffness, report):
 
 
 def remembered(simulation, rest):
-    """The state at hand, with the impulses of the rest for the next step to start from."""
+    """Current state with the impulses of equilibrium, for the warm start of the next step."""
     state = simulation.get_state()
     simulation.step()
     memory = simulation.get_state()["memory"]
@@ -61,7 +61,7 @@ def remembered(simulation, rest):
 
 
 def move(simulation, rest, d):
-    """Free bodies and nodes by d."""
+    """Moves free bodies and nodes by the displacement d."""
     raw, dim, n = simulation.raw, rest.dim, len(rest.bodies)
     dofs = 3 * dim - 3
     rigid = d[: n * dofs].reshape(n, dofs)
@@ -76,7 +76,7 @@ def move(simulation, rest, d):
 
 
 def _turned(rotation, turn):
-    """Quaternions (n, 4) after a turn (n, 3) in space [rad]."""
+    """Quaternions (n, 4) after a rotation by vectors (n, 3) in space [rad]."""
     angle = np.linalg.norm(turn, axis=1)
     w, v = np.cos(angle / 2), turn * (0.5 * np.sinc(angle / (2 * np.pi)))[:, None]
     a, b = rotation[:, 0], rotation[:, 1:]
@@ -85,7 +85,7 @@ def _turned(rotation, turn):
 
 
 class Rest:
-    """The scene at hand as a problem of rest: free bodies first, then the nodes of meshes; contacts (m) of Coulomb's cones."""
+    """Equilibrium problem of the current scene: dofs of free bodies, then of nodes; contacts (m) with Coulomb's cone."""
 
     def __init__(self, simulation, known):
         stages, self.dim = simulation.stages, simulation.scene.dim
@@ -99,7 +99,7 @@ class Rest:
             chosen = chosen[determined(simulation, rows)[chosen]]
             refuse_springs(rows, chosen)
             self.mu, self.axes = rows.mu[chosen], rows.axes[chosen]
-            self.bias = self.h * rows.bias[chosen]  # along the way of a step: gaps
+            self.bias = self.h * rows.bias[chosen]  # velocity bias times h: gaps [m]
             self.keys = np.array(simulation.contacts.key)[chosen]
             self.rigid = len(simulation.bodies)
             self.extent = float(np.ptp(np.concatenate([raw.position, raw.nodes.position]), axis=0).max())
@@ -116,7 +116,7 @@ class Rest:
                 self.r[row] = self.axes[row] @ known[key]
 
     def _free_bodies(self, simulation):
-        """Internal numbers `bodies` of rigid ones that something moves, which of their dofs are `free`, and their mass."""
+        """Sets internal numbers `bodies` of movable rigid bodies and the mask `free` of their dofs; returns their masses."""
         dofs = 3 * self.dim - 3
         blocks = inverse_mass(simulation).tobsr(blocksize=(dofs, dofs))
         blocks.sum_duplicates()
@@ -129,7 +129,7 @@ class Rest:
         return np.linalg.inv(found + still)
 
     def _assemble(self, simulation, theta, mass, free, of_nodes):
-        """Matrices of free bodies and of the free dofs of meshes; loads."""
+        """Assembles mass, stiffness and step matrix on free dofs of bodies and meshes, and the loads."""
         explicit = simulation.strategy.explicit
         size, self.parts = mass.shape[0] * mass.shape[1], []
         lump, bulk, step = [_blocks(mass)], [sparse.csc_array((size, size))], [_blocks(mass)]
@@ -155,7 +155,7 @@ class Rest:
         self.step_factors = splu(self.step)
 
     def _jacobians(self, rows, chosen):
-        """H', sparse (dim m, dofs)."""
+        """Assembles H', sparse (dim m, dofs)."""
         dim, m = self.dim, len(chosen)
         dofs = 3 * dim - 3
         number = np.full(self.rigid + 1, -1)
@@ -191,7 +191,7 @@ class Rest:
         self.H = sparse.csr_array((np.concatenate(value), (np.concatenate(row), np.concatenate(column))), shape=shape)
 
     def known(self):
-        """Forces by the keys of their contacts, in space."""
+        """{contact key: force in space (dim,) [N]}."""
         force = np.einsum("mk,mki->mi", self.r, self.axes)
         return dict(zip(map(tuple, self.keys), force))
 
@@ -202,7 +202,7 @@ class Rest:
         return (self.H @ d).reshape(-1, self.dim)
 
     def errors(self, let_go):
-        """Of the forces as they are in a step: its true error, and the largest change of a velocity over `let_go`."""
+        """(true error, largest velocity over `let_go`) of a step with the current forces."""
         v = self.v_free + self.h * self.step_factors.solve(self.gathered(self.r)) if len(self.r) else self.v_free
         speed = np.abs(v).max() / let_go
         if not len(self.r):
@@ -231,12 +231,12 @@ class Rest:
         return np.where(out > 0, out, 1.0)
 
     def held_back(self, d, softness):
-        """Share of the load that inertia bears."""
+        """Share of the load carried by the regularisation e M instead of stiffness and contacts."""
         share = softness / self.h**2 * (self.mass @ d)
         return np.linalg.norm(share) / max(np.linalg.norm(self.force), np.finfo(float).tiny)
 
     def displacement(self, softness, stiffness, tol, rounds):
-        """d and how many steps of Newton's method it took; `r` are the forces then."""
+        """(displacement d, number of Newton steps); sets the contact forces `r`."""
         matrix = (self.bulk + softness / self.h**2 * self.mass).tocsc()
         factors = splu(matrix)
         d = factors.solve(self.force)

@@ -1,5 +1,5 @@
-"""What one output holds of bodies that deform: fields of their nodes, and their cells. Many plain bodies of one elasticity are
-taken side by side, as one of all their cells: what each costs alone is more than what is found for it."""
+"""Fields of deformable bodies for an output: of their nodes and cells. Many small elastic bodies of the same elasticity are
+evaluated together, since the overhead of a call for each would exceed the evaluation."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from .views import MeshView, core_of
 
 
 class MeshFields:
-    """Fields of the bodies of a simulation that deform; what stays is kept as long as these bodies do."""
+    """Fields of the deformable bodies of a simulation; the constant part is kept while these bodies do not change."""
 
     def __init__(self, simulation):
         self._simulation, self._seen = simulation, None
 
     def nodes(self):
-        """Fields of the nodes of all bodies, in the order of simulation.nodes, by name: displacement (n, dim) [m], and those of
-        MeshView.nodal_fields, zero of bodies that have none. Where faces of a mesh may open: the number of their mesh among those
-        whose cells are shown, by which a reader finds the corners of the cells of an output, -1 of none."""
+        """Fields of the nodes of all bodies by name, in the order of simulation.nodes: displacement (n, dim) [m], and those of
+        MeshView.nodal_fields, zero for bodies without them. If faces of a mesh may open, also `mesh` (n,): number of the mesh
+        among those with cells in the output, -1 for others; a reader needs it to find the corners of cells."""
         self._follow()
         n = len(self._simulation.nodes)
         out = {"displacement": np.zeros((n, self._simulation.scene.dim))}
@@ -33,7 +33,7 @@ class MeshFields:
                     if name not in out:
                         out[name] = np.zeros((n, *values.shape[1:]))
                         if name == "beam_rotation" and values.ndim == 2:
-                            out[name][:, 0] = 1.0  # others do not turn
+                            out[name][:, 0] = 1.0  # identity for nodes without rotation
                     out[name][place] = values
         if any(mesh.d.opening is not None for mesh in self._seen):
             out["mesh"] = np.full(n, -1)
@@ -43,8 +43,8 @@ class MeshFields:
         return out
 
     def cells(self):
-        """Cells where they are, as RunWriter.write_step takes them; None if there is none. Of the cells: the number of their
-        mesh, stress [Pa], strain, and what of their materials' states is shown."""
+        """Cells in their current positions, for RunWriter.write_step; None without cells. Fields of cells: number of their mesh,
+        stress [Pa], strain, and states of materials in SHOWN_STATES."""
         self._follow()
         if self._cells is None:
             return None
@@ -60,7 +60,7 @@ class MeshFields:
         return {"points": points, **self._cells, "fields": fields | {"mesh": self._mesh}}
 
     def _follow(self):
-        """Finds anew what stays, once bodies came in or went."""
+        """Rebuilds the constant part if bodies were added or removed."""
         views = self._simulation.meshes
         seen = [view._mesh for view in views]
         if self._seen is not None and len(seen) == len(self._seen) and all(a is b for a, b in zip(seen, self._seen)):
@@ -79,7 +79,7 @@ class MeshFields:
             self._parts.append((part, rows))
 
     def _place_cells(self, views, shown):
-        """Keeps corners, kinds and meshes of all cells; rows at which each body's kinds begin, and points of each body."""
+        """Stores corners, kinds and meshes of all cells; returns the first rows of the kinds of each body, and of its points."""
         most = max((len(cells_of(v.body)) for v, s in zip(views, shown) if s), default=0)
         begins, first = np.zeros((len(views), most + 1), int), np.zeros(len(views) + 1, int)
         corners, sizes, types, meshes, row = [], [], [], [], 0
@@ -103,9 +103,9 @@ class MeshFields:
         return begins, first
 
     def _alike(self, views):
-        """Numbers of the bodies that can be taken side by side, a list each."""
+        """Lists of numbers of bodies that can be evaluated together."""
         alone, together = [], {}
-        warm = "thermal" in self._simulation.scene.networks  # stresses of what is warm are found body by body
+        warm = "thermal" in self._simulation.scene.networks  # thermal stresses are evaluated body by body
         for k, view in enumerate(views):
             body = view.body
             if warm or type(body) is not ElasticBody or body.initial_stress is not None:
@@ -117,7 +117,7 @@ class MeshFields:
 
 
 class _Joined(MeshView):
-    """Plain elastic bodies as one of all their nodes and cells."""
+    """View of several elastic bodies as a single one with all their nodes and cells."""
 
     def __init__(self, simulation, views):
         body = _JoinedBody([view.body for view in views])
@@ -143,14 +143,14 @@ class _Joined(MeshView):
 
     @property
     def contact_force(self):
-        """Of contacts on the nodes, mean of the last step, (n, dim) [N]."""
+        """Contact forces on the nodes, mean over the last step, (n, dim) [N]."""
         h = self._simulation.info.get("dt", 0.0)
         impulses = np.concatenate([self._core.mesh_forces(k)[0] for k in self._numbers]).reshape(-1, self._mesh.dim)
         return impulses / h if h > 0 else np.zeros_like(impulses)
 
 
 class _JoinedBody(ElasticBody):
-    """Nodes and cells of plain bodies of one elasticity, without matrices: what stresses and strains are found by."""
+    """Nodes and cells of elastic bodies of the same elasticity, without matrices, for the evaluation of stresses and strains."""
 
     def __init__(self, bodies):
         one = bodies[0]
@@ -162,13 +162,13 @@ class _JoinedBody(ElasticBody):
         self._sides = np.concatenate([np.where(of < 0, -1, of + k) for of, k in zip(sides, first)])
 
     def boundary_edges(self):
-        """Of all bodies."""
+        """Boundary edges or faces of all bodies."""
         return self._sides
 
     boundary_faces = boundary_edges
 
 
 def _ranges(begin, end):
-    """The numbers from each begin to its end, one range after the other."""
+    """Concatenated ranges of numbers from each begin to its end."""
     size = end - begin
     return np.arange(size.sum()) + np.repeat(begin - np.cumsum(size) + size, size)

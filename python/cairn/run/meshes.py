@@ -1,4 +1,4 @@
-"""Deformable bodies of a simulation: their matrices go to the core once, loads and held velocities before each step."""
+"""Deformable bodies of a simulation: passes their matrices to the core once, and loads and held velocities before each step."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ..model.meshes import MovingMesh
 
 
 class Meshes:
-    """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each.
+    """Deformable bodies of a simulation in the order of insertion: `meshes`, a list of MovingMesh.
 
-    before: the Meshes that were; what of these is there still stays in the core as it is, with what the last step found, unless
-    `anew`: then matrices and factors are made again, and what the next step begins with is kept.
-    state: of a simulation, what its bodies of materials go on with.
+    before: the previous Meshes; bodies that remain keep their data in the core and the results of the last step. anew: True:
+    matrices and factors are made again, and only the history needed by the next step is kept.
+    state: state of a simulation, from which the materials of bodies are restored.
     """
 
     def __init__(self, simulation, core, before=None, state=None, anew=False):
@@ -48,8 +48,8 @@ class Meshes:
             self.restore(state)
 
     def restore(self, state):
-        """States of materials of bodies that are not linear, from the state of a simulation; none of what it does not name. Of
-        linear ones in which order nodes came to touch, where numbers depend on it by rounding."""
+        """Restores from the state of a simulation the states of materials of bodies that are not linear, and for linear bodies
+        the order in which nodes came into contact, since rounding depends on it. Bodies not in the state are reset."""
         kept = state.get("meshes", {})
         for k in range(len(self.meshes)):
             of = kept.get(f"{k:06d}")
@@ -61,7 +61,7 @@ class Meshes:
                 self._core.restore_mesh(k, of["state"], of["memory"])
 
     def removed(self, ids):
-        """After bodies went, a mesh with all of its own."""
+        """Renumbers the meshes after bodies of these ids were removed; a mesh is removed as a whole."""
         loaded = [k in self._loaded for k in range(len(self.meshes))]
         kept = [k for k, mesh in enumerate(self.meshes) if mesh.node_ids[0] not in ids]
         self.meshes = [self.meshes[k] for k in kept]
@@ -70,7 +70,7 @@ class Meshes:
         self._loaded = {new for new, k in enumerate(kept) if loaded[k]}
 
     def load(self, h):
-        """Forces and held velocities of the step from the core's time on; what is constant is written once."""
+        """Passes forces and held velocities of a step of h [s] to the core; constant ones are written once."""
         t = self._core.time
         for k, mesh in enumerate(self.meshes):
             if k in self._loaded:
@@ -103,12 +103,13 @@ class Meshes:
 
 
 def _end_share(scheme):
-    """Of the velocity at the end of a step in the way of held dofs: what drives is an impulse, with its part beside the share."""
+    """Weight of the end velocity in the displacement of held dofs over a step: `share`, plus the impulse term of the position
+    update, since a drive acts as an impulse."""
     return scheme["share"] + sum(scheme["position"][:1])
 
 
 def sets_of_meshes(simulation):
-    """(Deformable, [ids of each of its sets]) of the sets of a simulation that are there."""
+    """[(Deformable, [ids of each of its sets])] for the present sets of a simulation."""
     seen, sets = {}, [s for s in simulation._sets if s.mesh is not None]
     there = np.isin(np.concatenate([np.zeros(0, np.int64), *(s.own_ids for s in sets)]), simulation.nodes.id)
     end = np.cumsum([len(s.own_ids) for s in sets])
@@ -119,8 +120,8 @@ def sets_of_meshes(simulation):
 
 
 def _forces(core, was, mesh):
-    """Impulses of contacts and forces that hold, by the last step, which a mesh has of the one that it was: nodes that parted
-    share theirs by their masses."""
+    """Contact impulses and reactions of the last step, which a changed mesh inherits; duplicated nodes share those of their
+    former node in proportion to mass."""
     force = [of.reshape(-1, mesh.dim) for of in core.mesh_forces(was.number)]
     if mesh.d.opening is not None and was.d.opening is not None:
         parent, mass = np.empty(mesh.size // mesh.dim, int), mesh.body.nodal_mass()
@@ -132,7 +133,7 @@ def _forces(core, was, mesh):
 
 
 def _model(mesh, origin):
-    """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
+    """Data of a mesh for the core, a dict of arrays; matrices as lower triangles on a common pattern."""
     d, body, dim = mesh.d, mesh.body, mesh.dim
     own = getattr(body, "solver", None) is not None
     if own or not hasattr(body, "lower"):
@@ -196,18 +197,18 @@ def _model(mesh, origin):
     return {**out, **calls, "free": mesh.free, "solver": lambda h, theta: body.solver(h, theta, mesh.held)}
 
 
-MOST_NODES = 4  # that a contact on a deformable body moves with
+MOST_NODES = 4  # most nodes that a contact point on a deformable body is interpolated from
 
 
 def _wide(rows, filled):
-    """(n, 4) from (n, k)."""
+    """Rows (n, k) padded to (n, 4)."""
     out = np.full((len(rows), MOST_NODES), filled)
     out[:, : rows.shape[1]] = rows
     return out
 
 
 def lower_triangles(matrices, n):
-    """Lower triangles of symmetric scipy.sparse matrices on the pattern that holds them all: (start, row, values of each)."""
+    """Lower triangles of symmetric scipy.sparse matrices on their common pattern, by columns: (start, row, list of values)."""
     parts, places = [a.tocoo() for a in matrices], []
     for a in parts:
         a.sum_duplicates()

@@ -1,4 +1,4 @@
-"""Bodies that pass through each other in the flight to the configuration of detection, which finds them on the far side."""
+"""Detection of tunnelling: bodies that pass through each other on their path to the configuration of contact detection."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MOST = 16  # number of the fastest bodies looked at in a step, and of contactors
 BEYOND = 0.25  # share of the mover's size by which it is on its way out again at detection
 FINE = 8192  # largest number of samples of a path
 WITHIN = 0.9  # share of the mover's size below which a sample lies within a body; above it the two touch
-FEW = 1000  # number of bodies up to which speeds are read in every step, of strategies that do not report ways
+FEW = 1000  # number of bodies up to which speeds are read in every step, for strategies that do not report displacements
 SELDOM = 32  # steps between two readings of more bodies
 
 
 class Passage(NamedTuple):
-    """Ids of the mover and of the body it passed through; its speed [m/s], its size [m], its path over that size."""
+    """Ids of the mover and of the body it passed through; speed [m/s] and size [m] of the mover; ways: its path over its size."""
 
     body: int
     other: int
@@ -30,15 +30,15 @@ class Passage(NamedTuple):
 
 
 class Flights:
-    """Search for passages; shapes are kept while no body comes in or goes."""
+    """Search for passages; shapes are cached until bodies are added or removed."""
 
     def __init__(self):
         self._of, self._placed = None, None
 
     def look(self, simulation, info, h):
-        """The first Passage of a step of h [s]; None: there was none, or no body moved by more than its size."""
+        """First Passage found in a step of h [s], or None; only bodies that moved by more than their size are checked."""
         core = core_of(simulation)
-        if "events" in info or info.get("sub_steps", 1) > 1:  # impacts are timed, or the report is of the last part alone
+        if "events" in info or info.get("sub_steps", 1) > 1:  # event-driven, or the report covers the last part alone
             return None
         flight = info["time_detection"] - (info["time"] - info["dt"]) if simulation.strategy.stages else h
         if not flight > 0 or not self._may_pass(simulation, info, flight, h):
@@ -65,7 +65,7 @@ class Flights:
 
     @staticmethod
     def _may_pass(simulation, info, flight, h):
-        """True if a body may move by more than its size in the flight; a cheap bound."""
+        """Cheap bound: False if no body moves by more than its size during `flight` [s]."""
         if info.get("way", 0.0) > 0:
             return info["way"] * flight > h
         if not len(simulation.bodies):

@@ -1,4 +1,4 @@
-"""How a run is going, on the terminal, and how it ends at a signal."""
+"""Progress of a run on the terminal, and its end at a signal."""
 
 import shutil
 import signal
@@ -8,17 +8,17 @@ import time
 
 _REFRESH_SECONDS = 0.1  # on a terminal
 _LINE_SECONDS = 30.0  # where there is none
-_BARS = (24, 10)  # lengths of the bar, the longest that there is room for
+_BARS = (24, 10)  # lengths of the bar; the longest that fits is taken
 SHOWN = ("contacts", "iterations", "residual", "overlap")  # figures of a step, in their order on the line
 
 
 class Progress:
-    """How far it is: a bar on a terminal, a line every 30 s where there is none, as in the file of a batch job.
+    """Progress of a run: a bar on a terminal, else a line every 30 s, as in the output file of a batch job.
 
-    total : steps to come, or None if nobody knows. unit : what is counted.
+    total : steps to come, or None if unknown. unit : name of a step.
     enabled : False to be silent; "always" to draw although the output is no terminal.
-    A bar shows steps and the time left, and of residual, overlap, contacts, iterations, the bar itself and the time gone what
-    there is room for. It is drawn at most ten times a second; between, an update costs a look at the clock.
+    A bar shows steps and the time left; if there is room also residual, overlap, contacts, iterations, the bar itself and the
+    time elapsed. It is drawn at most ten times a second; other updates only read the clock.
 
     >>> with Progress(2, enabled=False) as bar:
     ...     for _ in range(2):
@@ -70,7 +70,7 @@ class Progress:
         return Progress(*self._columns.values(), console=console, auto_refresh=False)
 
     def update(self, contacts=None, iterations=None, residual=None, steps=1, overlap=None):
-        """One more step is done (or `steps` of them). overlap: the deepest so far over the size of the smaller body."""
+        """Counts `steps` more steps. overlap: the deepest so far over the size of the smaller body [-]."""
         self.steps += steps
         if self._enabled:
             now = time.monotonic()
@@ -100,7 +100,7 @@ class Progress:
         self._stream.flush()
 
     def _chosen(self, figures, width):
-        """Names of the columns that a width has room for, in their order on the line, and the text of the figures."""
+        """(names of the columns that fit into a width, in their order on the line; text of the figures)."""
         count = len(str(self.steps if self.total is None else self.total))
         room = width - 1 - len(self._unit) - 1 - (2 * count + 1) - 1 - len("left -:--:--")
         shown, parts = {"unit", "steps", "left", "time left"}, []
@@ -123,7 +123,7 @@ class Progress:
 
 
 def _figures(contacts, iterations, residual, overlap):
-    """Words on the last step."""
+    """{name: text} of the figures of the last step."""
     out = {}
     if contacts is not None:
         out["contacts"] = f"{int(contacts):,} contacts"
@@ -137,15 +137,15 @@ def _figures(contacts, iterations, residual, overlap):
 
 
 def _clock(seconds):
-    """Hours, minutes and seconds."""
+    """Text "h:mm:ss" of a time in seconds."""
     minutes, seconds = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}"
 
 
 class StopAtSignal:
-    """While it is entered, Ctrl-C and SIGTERM ask for a stop instead of causing one: the step at hand is finished.
+    """Context in which Ctrl-C and SIGTERM only request a stop, so that the current step is finished.
 
-    It is true once a signal came. A second signal is a KeyboardInterrupt at once. Handlers are restored at the exit.
+    It is true once a signal came. A second signal raises KeyboardInterrupt at once. Handlers are restored at the exit.
     Outside the main thread, where Python has no signals, it stays false.
 
     >>> with StopAtSignal() as stop:

@@ -1,5 +1,5 @@
-"""Rigid bodies made deformable in a run, and back: momentum, angular momentum, ids, contacts and impulses pass over; what the
-kinetic and the stored energy lose is a term of the balance, "dissipated_reshaping"."""
+"""Rigid bodies made deformable in a run, and back: momentum, angular momentum, ids, contacts and impulses are kept. The loss of
+kinetic and stored energy is the term "dissipated_reshaping" of the balance."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def deform(sim, id, body, *, material=None, **options):
     carry(d, s, row)
     d.former = {"id": int(id), "set": s, "row": row, "base": place["base"], "own": place["own"]}
     if hasattr(made, "blocks"):
-        made.tangent(place["displacement"])  # a material that has no stress there is refused while the body is
+        made.tangent(place["displacement"])  # raises for a material without a stress there, before the body is removed
     contacts = PassedContacts(sim, [id])
     sim.remove([id])
     made = sim.add(shown)
@@ -89,7 +89,7 @@ def rigidify(sim, mesh, shape=None):
         one = replace(one, position=centre[None])
     factor = mass / one.mass[0]
     one = replace(one, mass=one.mass * factor, inertia=one.inertia * factor)
-    if former is not None and shape is not None:  # under its id again, it has what the set that it came in with gives it
+    if former is not None and shape is not None:  # keeps force and damping of the former body
         damping = damping_of(former["set"], former["row"])
         one = replace(one, force=force_of(former["set"], former["row"]), damping=damping or None)
     velocity, kinetic = _core.velocity_of(dim, mass, at["momentum"], axes, np.atleast_1d(one.inertia[0]))
@@ -99,7 +99,7 @@ def rigidify(sim, mesh, shape=None):
     new = sim.add(sets.checked(one))
     if shape is None and former["id"] not in sim.bodies.id:
         core.scene.give_id(int(new[0]), former["id"])
-        sim._sets.pop()  # it is of its former set again, which says how it stood as it came in, and its force and damping
+        sim._sets.pop()  # it belongs to its former set again, which has its initial rotation, force and damping
         if place_of(former["set"], sim._sets) is None:
             sim._sets.append(former["set"])
         new = np.array([former["id"]])
@@ -110,15 +110,15 @@ def rigidify(sim, mesh, shape=None):
 
 
 def _account(sim, kinetic, stored):
-    """What came to the kinetic and to the stored energy [J]. The balance begins with the first step, from the bodies as they are
-    then, and of a strategy that keeps none it stays empty."""
+    """Adds changes of kinetic and stored energy [J] to the balance. Before the first step, where the balance starts, and with a
+    strategy without a balance it does nothing."""
     if sim.steps and getattr(sim.strategy, "energy", True):
         core_of(sim).account_for_reshaping(kinetic, stored)
 
 
 class Watch:
-    """Bodies that become deformable when a contact force or a mean stress is above a threshold, and rigid again when no contact
-    force is above another; see Simulation.reshape_when."""
+    """Makes bodies deformable when a contact force or a mean stress is above a threshold, and rigid again when all contact forces
+    are below another; see Simulation.reshape_when."""
 
     def __init__(self, ids, body, force, stress, back, options):
         if force is None and stress is None:
@@ -127,10 +127,11 @@ class Watch:
             if value is not None:
                 checks.positive(name, value)
         self.ids, self.body, self.force, self.stress, self.back, self.options = list(ids), body, force, stress, back, options
-        self.meshes = {}  # Deformable by the id of the body that it was, those of a restored checkpoint too
+        self.meshes = {}  # {id of the former rigid body: Deformable}, also after a restored checkpoint
 
     def look(self, sim):
-        """After a step: what is above its threshold, as a call that reshapes it, or None. All watches look before any calls."""
+        """After a step: a function that reshapes the bodies beyond their thresholds, or None without any. All watches look before
+        any of these functions is called."""
         formers = [(getattr(m._mesh.d, "former", None) or {}).get("id") for m in sim.meshes]
         self.meshes = {i: m._mesh.d for i, m in zip(formers, sim.meshes) if i in self.ids}
         there = set(sim.bodies.id.tolist())
@@ -153,7 +154,7 @@ class Watch:
 
     def _reshape(self, sim, above, back):
         for i in above:
-            if np.isin(i, sim.bodies.id):  # two watches may look at it
+            if np.isin(i, sim.bodies.id):  # another watch may have reshaped it
                 body = self.body[i] if isinstance(self.body, dict) else self.body
                 self.meshes[i] = deform(sim, i, body, **self.options)._mesh.d
         for d in back:
@@ -162,7 +163,7 @@ class Watch:
                 rigidify(sim, view)
 
     def _volume(self, sim, i):
-        """By mass and density; in the plane its area."""
+        """Volume of a body from mass and density [m3]; in 2D mass over density."""
         if self.stress is None:
             return 1.0
         s, row = _set_of(sim, i)
@@ -174,7 +175,7 @@ class Watch:
 
 
 class PassedContacts:
-    """What contacts of bodies remember, for those of what comes in their place; see cxx/strategies/reshaping.hpp."""
+    """Memory of the contacts of bodies, passed to the contacts of their replacement; see cxx/strategies/reshaping.hpp."""
 
     def __init__(self, sim, ids):
         self.sim = sim
@@ -186,11 +187,11 @@ class PassedContacts:
             self.core.pass_to(core_of(self.sim), np.asarray(ids, np.int64))
 
 
-# ---------------------------------------------------------------------- of bodies
+# ---------------------------------------------------------------------- rigid bodies
 
 
 def _set_of(sim, id):
-    """The set that a rigid body came in with, and its row there."""
+    """(set, row in it) of a rigid body. Raises ValueError for a body that is held, driven, unknown or without shapes."""
     present = sim.bodies.id
     for s in reversed(sim._sets):
         if s.mass is None or s.mesh is not None:
@@ -207,7 +208,7 @@ def _set_of(sim, id):
 
 
 def _start(s, row, dim):
-    """How a body of a set stood as it came in, (dim, dim)."""
+    """Initial rotation matrix of a body of a set, (dim, dim)."""
     return np.eye(dim) if s.rotation is None else _core.rotation_of(dim, np.atleast_1d(s.rotation[row]))
 
 
@@ -216,22 +217,22 @@ def _times(density, factor):
 
 
 def _stressed(body):
-    """Whether it has a stress before it moves."""
+    """True for a body with an initial stress."""
     return any(getattr(body, name, None) is not None for name in ("initial_force", "initial_stress"))
 
 
 def before_first_step(sim, energy):
-    """Terms of the balance before there is one, with what initial stresses of bodies store."""
+    """Energy terms before the first step, with the energy stored by initial stresses."""
     return {**energy, "stored": energy["stored"] + sum(_stored(sim, m) for m in sim.meshes if _stressed(m.body))}
 
 
 def _stored(sim, view):
-    """Energy that the displacements at hand store [J]."""
+    """Energy stored in a mesh at its current displacement [J]."""
     return _core.stored_by_mesh(core_of(sim), view._mesh.number)
 
 
 def _one_of(s, row):
-    """A set of the one body of a set, its shapes with it."""
+    """A set with a single body of a set and its shapes."""
     contactors = []
     for c in s.contactors:
         mine = np.flatnonzero(c.body == row)
@@ -247,7 +248,7 @@ def _one_of(s, row):
 
 
 def _some_hulls(hulls, which):
-    """Those of some polygons or polyhedra."""
+    """Hulls of the polygons or polyhedra with these numbers."""
 
     def cut(values, first, of):
         parts = [values[first[k] : first[k + 1]] for k in of]

@@ -1,4 +1,4 @@
-"""What a simulation makes of its bodies between steps: deformable, rigid, one of several."""
+"""Methods of Simulation that change bodies between steps: make them deformable or rigid, join and merge them."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from ..pre import checks
 
 
 class Reshaping:
-    """Methods of Simulation."""
+    """Methods of Simulation that reshape, join and merge bodies."""
 
     def deform(self, id, body, *, material=None, **options):
-        """Makes a rigid body deformable between steps: `body`, an ElasticBody or SolidBody of its shape as it stood when it came
-        in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the
-        rigid body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember
-        passes to those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"]. A body
-        that a bond or zone holds is refused.
+        """Makes a rigid body deformable between steps; returns the view of its mesh.
+
+        id: of the rigid body; body: an ElasticBody or SolidBody of its shape, in its initial position, which gets its place,
+        mass, momentum and angular momentum. material: of its contacts, that of the rigid body by default. options: as for
+        cairn.deformable; contact and edges or faces are the whole surface by default. The memory of contacts passes to the
+        nearest new contacts; lost kinetic energy is in info["energy"]["dissipated_reshaping"]. Raises ValueError for a body held
+        by a bond or cohesive zone.
         """
         from .reshape import deform
 
@@ -21,10 +23,12 @@ class Reshaping:
         return deform(self, id, body, material=material, **options)
 
     def rigidify(self, mesh, shape=None):
-        """Makes a mesh (of `meshes`, or its number there) rigid between steps, with its momentum and angular momentum; returns
-        the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one
-        that was none, or that keeps another shape. What it stored, and the energy of its deformation, is
-        "dissipated_reshaping". A mesh that a bond or zone holds is refused.
+        """Makes a mesh rigid between steps, with its momentum and angular momentum; returns the id of the body, which is that of
+        the former rigid body if there was one.
+
+        mesh: a view of `meshes`, or its number there. shape: a set with a single body in the position of the mesh, needed if it
+        was no rigid body before, or for another shape. Stored energy and kinetic energy of deformation are in
+        info["energy"]["dissipated_reshaping"]. Raises ValueError for a mesh held by a bond or cohesive zone.
         """
         from .reshape import rigidify
 
@@ -32,9 +36,9 @@ class Reshaping:
         return rigidify(self, mesh, shape)
 
     def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
-        """From now on rigid bodies are made deformable (`deform`) after a step in which one of their contacts bore more than the
-        `force` [N], or a principal value of their mean stress was above `stress` [Pa]; and rigid again once none bears `back`
-        [N]. body: of all, or {id: body}.
+        """Makes rigid bodies deformable (`deform`) after each later step in which a contact force on them exceeds `force` [N], or
+        a principal value of their mean stress exceeds `stress` [Pa]; and rigid again once all their contact forces are below
+        `back` [N]. body: for all of them, or {id: body}; options: as for `deform`.
         """
         from .reshape import Watch
 
@@ -42,8 +46,8 @@ class Reshaping:
         self._watches.append(Watch(checks.body_ids(ids), body, force, stress, back, options))
 
     def join(self, a, b, joint):
-        """Joins two rigid bodies by their ids, or one and the world (b None), as they stand between steps, by one of the kinds of
-        Scene.join; its name. Velocities that it does not allow are an impact in the next step.
+        """Joins two rigid bodies in their current positions between steps, or a body and the world (b None). a, b: ids; joint: as
+        for Scene.join. Returns the name of the joint. Velocities that violate it cause an impact in the next step.
         """
         from .joining import join
 
@@ -51,7 +55,7 @@ class Reshaping:
         return join(self, a, b, joint)
 
     def unjoin(self, name):
-        """Lets a joint go between steps, by the name that join gave. What its spring stored is
+        """Removes a joint between steps. name: as returned by join. Energy stored in its spring is in
         info["energy"]["dissipated_reshaping"].
         """
         from .joining import unjoin
@@ -60,10 +64,12 @@ class Reshaping:
         unjoin(self, name)
 
     def merge(self, ids):
-        """Makes rigid grains one body between steps, and returns its id, the lowest of theirs: disks, spheres, clumps of one
-        group. Mass, momentum and angular momentum pass over, and what contacts with others remember. The kinetic energy of their
-        motion against each other, and what their contacts stored, is info["energy"]["dissipated_reshaping"], once a step has
-        begun the balance. In a periodic cell grains are taken as the images that stand together, with the velocities of these.
+        """Merges rigid grains (disks, spheres, clumps, in the same group) to a single body between steps; returns its id, the
+        lowest of theirs.
+
+        Mass, momentum, angular momentum and the memory of contacts with other bodies are kept. The kinetic energy of relative
+        motion and the energy stored in contacts between the grains are in info["energy"]["dissipated_reshaping"], after the first
+        step. In a periodic cell neighbouring images of the grains are merged, with the velocities of these images.
         """
         from .merging import merge
 

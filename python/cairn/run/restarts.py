@@ -1,4 +1,4 @@
-"""Checkpoints of a simulation, states in memory, and the way back to them."""
+"""Checkpoints of a simulation and states in memory, and their restoration."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .sets import ids_of, later_to_dict
 
 
 class Restarts:
-    """Methods of Simulation."""
+    """Methods of Simulation for checkpoints and states."""
 
     def checkpoint(self, path):
-        """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
+        """Writes the full state to a file, which is replaced atomically; `restore` continues from it with the same bits."""
         from ..post.checkpoint import save
 
         self.between_steps("checkpoint")
@@ -32,19 +32,19 @@ class Restarts:
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
-                "core_scene": self._core_scene,  # by which C and Fortran know the scene
+                "core_scene": self._core_scene,  # fingerprint of the scene for programs in C and Fortran
                 "materials": len(self._species),
                 "later": {f"{k:06d}": later_to_dict(s, self._sets) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
 
     def get_state(self):
-        """All that the future depends on besides laws and functions of time, dicts of arrays: a checkpoint in memory."""
+        """Full state besides laws and functions of time, as nested dicts of arrays: a checkpoint in memory."""
         self.between_steps("get_state")
         return cracks.in_state(self._sets, self._core.get_state())
 
     def set_state(self, state):
-        """Goes back, or on, to what get_state gave, to the same bits. Raises ValueError if bodies came in or went since."""
+        """Restores a state of get_state, to the same bits. Raises ValueError if bodies were added or removed since."""
         self.between_steps("set_state")
         if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
             raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
@@ -55,11 +55,11 @@ class Restarts:
         if opened is not None:
             self._sets = opened
             self._start_meshes(state, anew=True)
-        self._constant_force_set = False  # a state from before the first step has none
+        self._constant_force_set = False  # a state from before the first step has no forces
         self._came("state")
 
     def _fingerprint(self):
-        """Tells scenes apart: bodies and contactors that it was made of."""
+        """Hash of the initial bodies and contactors, by which checkpoints recognise their scene."""
         digest = hashlib.blake2b(digest_size=16)
         for s in self._sets[: self._sets_seen]:
             for array in (s.position, s.mass, s.inertia, *(a for c in s.contactors for a in (c.body, c.radius))):
@@ -67,24 +67,24 @@ class Restarts:
         return digest.hexdigest()
 
     def restore(self, path):
-        """Goes back, or on, to a checkpoint of the same scene: to the same bits.
+        """Restores a checkpoint of the same scene, to the same bits.
 
-        Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
-        first. Raises FileError when the file is no checkpoint of this scene.
+        Bodies added since the start are read from the file, with their drives and forces; if these are Python functions, add the
+        same sets first. Raises FileError when the file is no checkpoint of this scene.
         """
         self.between_steps("restore")
         restored.restore(self, path)
         self._came("checkpoint")
 
     def _came(self, how):
-        """Records the source of the present state other than steps; runs written before need not end at this state any more."""
+        """Records that the current state comes from `how` instead of steps, and forgets where earlier run files ended."""
         self._came_by, self._last_outputs = how, {}
 
     def _take(self, state, species, rules, sets, dt, info, strategy):
         if strategy != self._strategy:
             self._core.set_strategy(strategy.settings())
             self._strategy = strategy
-        # meshes that there are may be others than those of the state: these have their states when they are there
+        # present meshes may differ from those of the state, whose own data are restored below, when they exist
         self._core.set_state({name: of for name, of in state.items() if name != "meshes"})
         self._use_laws(species, rules, sets[self._sets_seen :])
         self._sets, self._dt, self._radii, self._info = sets, dt, None, info

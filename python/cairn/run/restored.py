@@ -1,5 +1,5 @@
-"""What a checkpoint says of a simulation, looked at before any of it is used: of the core's state by cxx/files/state_check.cpp,
-of what Python keeps beside it here."""
+"""Restoration of checkpoints, checked before use: the state of the core by cxx/files/state_check.cpp, the part kept by Python
+here."""
 
 from dataclasses import replace
 
@@ -15,11 +15,11 @@ from .strategies import Default
 
 
 def restore(sim, path):
-    """Simulation.restore: all that the file holds is looked at first; what is refused later still leaves all as it was."""
+    """See Simulation.restore. The content of the file is checked first; after an error the previous state is restored."""
     content = load(path)
     if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
-    of_program = "scene" not in content and "core_scene" in content  # in C or Fortran: laws and drives are the program's
+    of_program = "scene" not in content and "core_scene" in content  # written in C or Fortran, without laws and drives
     name, own = ("core_scene", sim._core_scene) if of_program else ("scene", sim._fingerprint())
     if not isinstance(content.get(name), str) or (content[name] != own and not _is_older(sim, content)):
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
@@ -39,7 +39,7 @@ def restore(sim, path):
 
 
 def _is_older(sim, content):
-    """Whether the file is of this scene, when points, edges and faces of meshes were bodies: their masses were in the mark."""
+    """True for a file of this scene by an older version, whose fingerprint counted parts of meshes as bodies."""
     try:
         return sim._is_older_state(content["state"])
     except DAMAGE:
@@ -47,7 +47,7 @@ def _is_older(sim, content):
 
 
 def _completed(sim, content):
-    """What the checkpoint of a program in C or Fortran does not say is as the simulation has it."""
+    """Content of a checkpoint from C or Fortran, completed by laws, species and step of the simulation."""
     species = {f"{k:06d}": {"material": m, "group": g} for (m, g), k in sim._species.items()}
     return {"dt": sim._dt, "species": species, "rules": rules_to_dict(sim._rules), "later": {}, **content}
 
@@ -58,7 +58,7 @@ def _damaged(path, error):
 
 
 def _content(sim, path, content):
-    """What a checkpoint holds, as Simulation._take takes it."""
+    """Checked content of a checkpoint, as arguments of Simulation._take."""
     dim = sim.scene.dim
     if content["dim"] != dim:
         raise ValueError(f"dim is {content['dim']!r}: the scene has {dim}")
@@ -76,7 +76,8 @@ def _content(sim, path, content):
 
 
 def solver_to_dict(sim):
-    """What a checkpoint says of the solver, where the simulation chose it: as bodies last came in, and not as they are."""
+    """Entry of a checkpoint for a solver chosen by the simulation: the choice dates from the last added bodies, and might differ
+    if it were made again. Empty if the user chose the solver."""
     return {"solver": type(sim.strategy.solver).__name__} if _chooses(sim) else {}
 
 
@@ -85,7 +86,7 @@ def _chooses(sim):
 
 
 def _strategy(sim, name):
-    """The strategy of a simulation with the solver that the one that wrote the file chose; older files do not say it."""
+    """Strategy with the solver that the writing simulation had chosen; older files do not name it."""
     if name is None or not _chooses(sim) or name == type(sim.strategy.solver).__name__:
         return sim.strategy
     if name not in ("Auto", "NLGS"):
@@ -100,7 +101,8 @@ def _text(value):
 
 
 def _later(path, dim, content, of_ids, first):
-    """The sets that came in after the first, again; of_ids: those of the simulation that reads, by their ids."""
+    """Sets added after the start, rebuilt from a checkpoint. of_ids: {ids as bytes: set} of the reading simulation; first: its
+    initial sets."""
     out, k = [], 0
     while k < len(content):
         d = content[k]
@@ -118,7 +120,8 @@ def _later(path, dim, content, of_ids, first):
 
 
 def _later_from_dict(path, dim, d, known):
-    """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
+    """A later set rebuilt from a checkpoint. known: the set with the same ids in the reading simulation, which supplies Python
+    functions, or None."""
     if "mesh" in d:
         if known is None or known.mesh is None or known.mesh.name != d["mesh"]:
             told = f"the mesh {d['mesh']!r} came in later, with a function in Python or a solver of its own, which no file holds"

@@ -1,4 +1,4 @@
-"""Walls that hold a wanted stress."""
+"""Servo-controlled walls, which keep a given stress."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import time_functions
 
 
 class Servo:
-    """Force of a wall that carries a wanted normal stress, for `wall(..., force=Servo(...))`.
+    """Force of a wall that keeps a given normal stress, for `wall(..., force=Servo(...))`.
 
     stress: pressure [Pa] or a function of time giving it. normal: (dim,) of the wall, out of the solid: the force acts along it,
     on the bodies in front. area: loaded area [m2] (length times depth in 2D), a function(sim) that measures it each step, or
@@ -38,12 +38,12 @@ class Servo:
         return stress * area * self.normal
 
     def extent(self, simulation):
-        """Area that the grains fill across the normal [m2]."""
+        """Extent of the grains across the normal, times the depth in 2D [m2]."""
         radii, position = simulation.radii(), simulation.bodies.position
         grains = radii > 0
         if not np.any(grains):
             return 0.0
-        # the directions across the normal: the other columns of an orthogonal matrix that has the normal for its first
+        # directions across the normal: further columns of an orthogonal matrix whose first column is the normal
         across = np.linalg.qr(np.column_stack([self.normal, np.eye(len(self.normal))]))[0][:, 1:].T
         periodic = simulation.scene.periodic
         lengths = None if periodic is None else np.asarray(periodic.lengths, float)
@@ -58,7 +58,7 @@ class Servo:
         return area
 
     def to_dict(self):
-        """For Scene.save; a measuring function of one's own cannot be kept."""
+        """Content of a scene file. Raises ValueError if area is a Python function."""
         if callable(self.area):
             raise ValueError("area of a Servo is a Python function, which a file cannot hold: give a number or None")
         return {

@@ -1,4 +1,4 @@
-"""Sets of bodies that a simulation keeps: which of their bodies are there, and what a checkpoint says of later ones."""
+"""Sets of bodies of a simulation: search for their present bodies, and entries of checkpoints for sets added later."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ FUNCTIONS = ("drive", "force", "damping")  # of time, or constant
 
 
 def later_to_dict(s, sets):
-    """What a checkpoint says of bodies that came in, or were driven, after the start; sets: all of the simulation, in order."""
+    """Entry of a checkpoint for a set added, or a drive imposed, after the start. sets: all sets of the simulation, in order."""
     out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
     if s.mesh is not None:
         out["mesh"] = s.mesh.name
-        if next(other for other in sets if other.mesh is s.mesh) is s:  # its sides come with it
+        if next(other for other in sets if other.mesh is s.mesh) is s:  # written once, with its sides
             out |= _mesh_to_dict(s.mesh, sets)
     elif s.mass is not None:
         from ..model.scene import set_to_dict
@@ -29,18 +29,18 @@ def later_to_dict(s, sets):
 
 
 def place_of(s, sets):
-    """Where a set of rigid bodies, or the one that a checkpoint made of it, is among sets; None if it went with its bodies."""
+    """Index in `sets` of a set of rigid bodies, or of its copy from a checkpoint; None if it was removed with its bodies."""
     found = (k for k, of in enumerate(sets) if of.mesh is None and of.mass is not None and np.array_equal(of.ids, s.ids))
     return next(found, None)
 
 
 def _mesh_to_dict(d, sets):
-    """What a Deformable was made of, if a file can hold it, and what rigid body it was."""
+    """Entries for a Deformable: its arguments, and the rigid body it replaced; {} if no file can hold them."""
     from ..model.mesh_files import to_dict
 
     try:
         out = {"made": to_dict(d)}
-    except ValueError:  # of a function in Python, a solver of another code: it is to be added before restore
+    except ValueError:  # Python functions or a user's solver: the user adds this mesh again before restore
         return {}
     former = getattr(d, "former", None)
     if former is not None:
@@ -48,7 +48,7 @@ def _mesh_to_dict(d, sets):
         place = place_of(former["set"], sets)
         if place is not None:
             out["former"]["set"] = place
-        else:  # it came in later, and went with its last body
+        else:  # its set was added later and removed with its last body
             out["former"]["body"] = of = later_to_dict(former["set"], sets)
             if any(of.get(name, {}).get("kind") == "python" for name in FUNCTIONS):
                 return {}
@@ -56,7 +56,7 @@ def _mesh_to_dict(d, sets):
 
 
 def mesh_from_dict(content, ids, sets):
-    """The sets of a mesh that came in later, with the ids of each; sets: those before it."""
+    """Sets of a mesh added later, from its entry. ids: of each set; sets: all sets before it."""
     from ..model.mesh_files import from_dict
     from .carried_forces import carry
 
@@ -76,13 +76,13 @@ def mesh_from_dict(content, ids, sets):
 
 
 def later_from_dict(dim, d, **functions):
-    """The set of rigid bodies, or the carrier of what drives them, again; functions: those in Python, which no file holds."""
+    """Set of rigid bodies, or of imposed velocities, from its entry. functions: Python functions, which no file holds."""
     from ..model.scene import set_from_dict
 
     ids = np.asarray(d["ids"], np.int64)
     n, values = len(ids), {name: time_functions.from_dict(d[name]) for name in FUNCTIONS if name in d and name not in functions}
     values |= {"driven": tuple(name for name in d["driven"].split(",") if name), "ids": ids, **functions}
-    if "body" not in d:  # files of before they held shapes have none of bodies, too
+    if "body" not in d:  # a drive, or a file of an older version without shapes
         return BodySet(dim, np.zeros((n, dim)), None if d["carrier"] else np.ones(n), None, [], **values)
     made = set_from_dict(dim, d["body"])
     if len(made) != n:
@@ -91,19 +91,19 @@ def later_from_dict(dim, d, **functions):
 
 
 def ids_of(scene):
-    """Ids of the bodies and the nodes of a scene, as its state holds them, rising, (n,)."""
+    """Rising ids (n,) of the bodies and nodes in the state of a scene."""
     return np.sort(np.concatenate([scene[of]["id"].ravel() for of in ("bodies", "nodes") if of in scene]))
 
 
 def found(ids, present):
-    """Which ids are among the rising `present`, and where: 0 for those that are not."""
+    """(mask of the ids in the rising array `present`, their indices there, 0 for the others)."""
     rows = np.minimum(np.searchsorted(present, ids), max(len(present) - 1, 0))
     alive = present[rows] == ids if len(present) else np.zeros(np.shape(ids), bool)
     return alive, np.where(alive, rows, 0)
 
 
 def numbers_of_meshes(scene, sets):
-    """The core's numbers of the meshes of sets that are there, by the id() of each, see insert."""
+    """{id() of the Deformable: number in the core} of the present meshes of sets, see insert."""
     if all(s.mesh is None for s in sets):
         return {}
     order = np.argsort(scene.node("id").ravel())
@@ -117,13 +117,13 @@ def numbers_of_meshes(scene, sets):
 
 
 def dofs_named(s):
-    """Bits of the dofs of which a set has the last word: those that it drives; all if it sets its bodies free."""
+    """Bits of the dofs that a set determines: those that it drives; all of them if it sets its bodies free."""
     return s.mask if s.mask or s.mass is not None else 2 ** (3 * s.dim - 3) - 1
 
 
 def living(sets, seen, present):
-    """The sets without those that came in after the first so many and have no body left among the rising `present`; of drives
-    those, too, of which later ones drive every dof of every body."""
+    """Sets without those after the first `seen` that have no body left in the rising array `present`, and without drives that
+    later drives replace in every dof of every body."""
     spoken, kept = np.zeros(len(present), np.uint8), []  # dofs that later drives name
     meshes = {id(s.mesh) for s in sets[seen:] if s.mesh is not None and np.any(found(s.own_ids, present)[0])}
     for s in reversed(sets[seen:]):
@@ -140,7 +140,7 @@ def living(sets, seen, present):
 
 
 def free_masses(sets):
-    """(mass, mass over its nodes that may touch) of each deformable body of sets that is free along some axis [kg]."""
+    """[(mass, mass over number of contact nodes)] [kg] of the deformable bodies of sets with a free axis."""
     meshes = {id(s.mesh): s.mesh for s in sets if s.mesh is not None}.values()
 
     def free(d):

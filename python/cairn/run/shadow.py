@@ -1,6 +1,6 @@
-"""Shadow mode: a second kernel runs beside one stage of the step, on the same input; what differs is recorded.
+"""Shadow mode: a second kernel runs beside a stage of the step, on the same input, and the differences are recorded.
 
-The step itself is not touched: a simulation with shadows makes the same bits as one without.
+The step itself is not changed: a simulation gives the same bits with and without shadows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..names import listed
 from . import contact_problem, shadow_cells, shadow_laws
 from .stages import ORDER
 
-# What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
+# Results of stages that are compared with a shadow: fields of bodies (n, components) in internal order.
 OUTPUTS = {
     "predict_configuration": ("position",),
     "compute_free_velocity": ("velocity_free",),
@@ -29,9 +29,9 @@ INPUTS = ("position", "velocity", "mass", "inertia", "inverse_mass", "velocity_f
 
 @dataclass
 class Shadow:
-    """What a shadow found. records: one (step, time, difference, body) a step, the difference relative to the largest value;
-    beyond: the first record above tol, or None; dump: the file that holds its input. Of contact_laws, of: the law; columns: the
-    largest difference so far of impulse, moment and each state variable."""
+    """Results of a shadow. records: (step, time [s], difference, body) of each step, the difference relative to the largest
+    value; beyond: the first record above tol, or None; dump: file with the input of that step. For contact_laws, of: the law;
+    columns: largest difference so far of impulse, moment and each state variable."""
 
     stage: str
     kernel: object
@@ -59,7 +59,7 @@ class Shadow:
 
 
 def add(simulation, stage, kernel, tol, folder, name, of=None):
-    """Checks what was asked for; see Simulation.shadow."""
+    """Makes a checked Shadow; see Simulation.shadow."""
     known = [*OUTPUTS, *shadow_cells.STAGES, *shadow_laws.STAGES]
     if stage not in known:
         raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(known, stage)}")
@@ -99,7 +99,7 @@ def _named(stage, name):
 
 
 def step(simulation, dt, shadows):
-    """One step stage by stage, each shadow beside its stage; the report of the step."""
+    """Makes a step stage by stage, with the shadows beside their stages; returns the report of the step."""
     stages = simulation.stages
     stages.begin_step(dt)
     found, solved = [], []
@@ -112,7 +112,7 @@ def step(simulation, dt, shadows):
             getattr(stages, stage)()
             done = list(zip(mine, before))
             found += [(s, given, shadow_laws.difference(simulation, s, given)) for s, given in asked]
-            if stage == "solve_contacts":  # compared by the velocities that its impulses make: impulses need not be unique
+            if stage == "solve_contacts":  # compared by velocities, since impulses need not be unique
                 solved, done = done, []
             for s, given in solved if stage == "update_velocity" else done:
                 found.append((s, given, _difference(simulation, s, given)))
@@ -136,7 +136,7 @@ def step(simulation, dt, shadows):
 
 
 def _input(simulation, shadow, h):
-    """What a kernel is given: copies, so that it can do no harm."""
+    """Input of a shadow kernel: copies, which it may change."""
     s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": simulation.stages.gravity}
     s |= {name: contact_problem.stacked(simulation, name) for name in INPUTS}
     if simulation.meshes:
@@ -147,8 +147,8 @@ def _input(simulation, shadow, h):
 
 
 def _of_mesh(simulation, mesh, h):
-    """What a kernel is told of a deformable body: rows of its nodes, which stand below the rigid bodies; matrices; loads at both
-    ends of the step; held dofs and their velocities; displacement at the start; forces of an initial stress, if it has one."""
+    """Input on a deformable body: rows of its nodes, below those of rigid bodies; matrices; loads at both ends of the step; held
+    dofs and their velocities; displacement at the beginning of the step; forces of an initial stress, if any."""
     t = simulation.time
     rows = len(simulation.bodies) + mesh.rows
     reference = mesh.body.points - simulation.scene.origin
@@ -161,11 +161,11 @@ def _of_mesh(simulation, mesh, h):
     return known | {"displacement": displacement, "explicit": simulation.strategy.explicit}
 
 
-_FOUND = WeakKeyDictionary()  # forces of SolidBodies as they lie at the start
+_FOUND = WeakKeyDictionary()  # forces of SolidBodies at zero displacement, kept
 
 
 def _initial_force(body):
-    """Forces (n dofs) of the stress that a body has before it moves [N], None without; of a SolidBody its law finds them."""
+    """Nodal forces (n dofs) of the initial stress of a body [N], None without; evaluated by its material for a SolidBody."""
     if getattr(body, "initial_stress", None) is None or not hasattr(body, "blocks"):
         known = getattr(body, "initial_force", None)
         return None if known is None else np.ravel(known)
@@ -175,7 +175,7 @@ def _initial_force(body):
 
 
 def _difference(simulation, shadow, given):
-    """(largest difference / largest value, id of the body, what the kernel gave)."""
+    """(largest difference / largest value, id of the body, result of the kernel)."""
     other = shadow.kernel(given)
     mine = contact_problem.stacked(simulation, OUTPUTS[shadow.stage][0])
     if shadow.stage == "solve_contacts":
@@ -202,7 +202,7 @@ def _difference(simulation, shadow, given):
 
 
 def _dump(shadow, given, other, steps):
-    """Input of the first step beyond the tolerance: a problem file in FCLIB's layout, or arrays for numpy."""
+    """Writes the input of the first step beyond the tolerance: a problem file in FCLIB's layout, or arrays for numpy."""
     shadow.folder.mkdir(parents=True, exist_ok=True)
     stem = shadow.folder / f"shadow_{shadow.name}_{steps:06d}"
     if shadow.stage == "solve_contacts":
@@ -228,7 +228,7 @@ def _dump(shadow, given, other, steps):
 
 
 def plain_solution(s):
-    """The textbook's sweeps of core_f90/reference until velocities stay; for bodies whose levers lie along the normal."""
+    """Gauss-Seidel sweeps of core_f90/reference until velocities are constant; for bodies whose levers lie along the normal."""
     if s.get("meshes"):
         raise ValueError("the scene has meshes, whose nodes move together, and the plain reference knows round bodies alone: "
                          "give kernel='nlgs' for an independent solver of the same problem")  # fmt: skip
@@ -257,7 +257,7 @@ def plain_solution(s):
 
 
 def plain_free_velocity(s):
-    """v + h (g + f/m), f/J for spins, body by body; driven dofs take their velocity. Without damping, isotropic inertia."""
+    """v + h (g + f/m), h f/J for spins, body by body; driven dofs take their velocity. Assumes no damping, isotropic inertia."""
     v, dim = s["velocity"], s["dim"]
     free = np.array(v)
     for i in range(len(v)):
@@ -274,8 +274,8 @@ def plain_free_velocity(s):
 
 
 def plain_free_nodes(s, mesh):
-    """v + A^-1 h (M g + f - f0 - C v - K (q + h theta v)) of the nodes of a mesh, f0 of an initial stress, q + 0 in explicit
-    steps; held dofs take theirs."""
+    """Free velocity v + A^-1 h (M g + f - f0 - C v - K (q + h theta v)) of the nodes of a mesh; f0: forces of an initial stress;
+    explicit steps use K q. Held dofs take their velocity."""
     dim, h, theta = s["dim"], s["h"], s["theta"]
     v, q = s["velocity"][mesh["rows"], :dim].ravel(), mesh["displacement"].ravel()
     force = mesh["M"] @ np.tile(s["gravity"][:dim], len(v) // dim)

@@ -1,4 +1,4 @@
-"""Shadows of materials and elements: stresses of cells and forces of nodes that a second code makes of the same displacements."""
+"""Shadows of materials and elements: stresses of cells and nodal forces by a second code, for the same displacements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .views import core_of
 
 STAGES = {"stresses": "true stresses of the cells", "element_forces": "forces of the nodes by the stresses of the cells"}
 
-# Corners of the parent cells, and between which of these the other nodes lie, one after the other.
+# Corners of the parent cells; then, for each further node, the corners whose mean is its position.
 _TRIANGLE = np.array([(0, 0), (1, 0), (0, 1)], float)
 _TETRA = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 _QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
@@ -27,9 +27,9 @@ _CELLS = {
 
 
 def given_of(simulation, view, h):
-    """What a kernel is told of a mesh after a step: places (n, dim) at the start [m], cells by kinds, displacements at both ends
-    of the step, materials by kinds (a class of cairn and its numbers), kinematics, plane, thickness, states of the cells; where
-    stresses are those that are shown: a mean over the points, of linear bodies "middle" of the cell, in the plane xx yy xy."""
+    """Input of a kernel on a mesh after a step: initial positions (n, dim) [m], cells by kinds, displacements at both ends of the
+    step [m], materials by kinds (class of cairn, parameters, rows), kinematics, plane, thickness [m], states of the cells.
+    stress_at: "points", stresses are means over the integration points; "middle", for linear bodies, in 2D xx yy xy."""
     body = view.body
     if getattr(body, "initial_force", None) is not None or getattr(body, "initial_stress", None) is not None:
         raise ValueError(f"{view.name!r} has an initial stress, which shadows of cells are not told: leave initial_stress out")
@@ -59,7 +59,7 @@ def _materials(body, solid):
 
 
 def found(simulation, view, stage):
-    """What Cairn found in the step: {kind: (m, 6 | 3)}, or (n, dim)."""
+    """Cairn's own result in the step: stresses {kind: (m, 6 | 3)} [Pa], or nodal forces (n, dim) [N]."""
     if stage == "stresses":
         return {kind: np.array(stress) for kind, stress in view.stress.items()}
     if hasattr(view.body, "blocks"):
@@ -68,7 +68,7 @@ def found(simulation, view, stage):
 
 
 def difference(simulation, shadow, view, given):
-    """(largest difference / largest value, id of the body of a node near it, what the kernel gave)."""
+    """(largest difference / largest value, id of a node at that place, result of the kernel)."""
     mine, other = found(simulation, view, shadow.stage), shadow.kernel(given)
     if shadow.stage == "element_forces":
         pairs = [(mine, np.asarray(other, float), None)]
@@ -92,7 +92,7 @@ def difference(simulation, shadow, view, given):
 
 
 def plain_stresses(given):
-    """Means over the points of the cells, {kind: (m, 6)}; of linear bodies in their middles, in the plane (m, 3)."""
+    """Cauchy stresses [Pa]: means over the points of the cells, {kind: (m, 6)}; for linear bodies in the middle, in 2D (m, 3)."""
     out = {}
     middle = given["stress_at"] == "middle"
     shown = [0, 1, 3] if middle and given["points"].shape[1] == 2 else slice(None)
@@ -106,7 +106,7 @@ def plain_stresses(given):
 
 
 def plain_forces(given):
-    """Sum over the points of P grad N dV, cell by cell."""
+    """Nodal forces (n, dim) [N]: sum over the points of P grad N dV, cell by cell; P: first Piola-Kirchhoff stress."""
     out = np.zeros_like(given["points"])
     for kind, cells in given["cells"].items():
         for cell, law in zip(cells, _law_of_each(given, kind)):
@@ -125,7 +125,8 @@ def _law_of_each(given, kind):
 
 
 def _points(given, kind, cell, law, middle=False):
-    """Of each point of a cell, or its middle: first Piola and true stress (6,), gradients of the shape functions, volume."""
+    """Yields for each point of a cell, or its middle: first Piola-Kirchhoff stress (3, 3) and Cauchy stress (6,) [Pa], gradients
+    of the shape functions [1/m], volume [m3]."""
     dim = given["points"].shape[1]
     if (dim == 2 and given["plane"] != "strain") or given["mean_dilatation"]:
         raise ValueError("the plain reference knows plane strain and 3D without mean dilatation: give a function")
@@ -141,18 +142,18 @@ def _points(given, kind, cell, law, middle=False):
 
 
 def _powers(kind):
-    """Exponents (nodes, dim) of the monomials that the shape functions are sums of."""
+    """Exponents (nodes, dim) of the monomials that span the shape functions."""
     corner, between = _CELLS[kind]
     dim, order = corner.shape[1], 2 if between else 1
     powers = np.array(list(np.ndindex(*[order + 1] * dim)))
     if len(corner) == dim + 1:
         return powers[powers.sum(axis=1) <= order]
     whole = len(corner) + len(between) == 3**dim
-    return powers if whole or order == 1 else powers[(powers == 2).sum(axis=1) <= 1]  # those of serendipity
+    return powers if whole or order == 1 else powers[(powers == 2).sum(axis=1) <= 1]  # serendipity elements
 
 
 def _points_of(kind):
-    """Gauss's points (k, dim) of a cell and their weights (k,)."""
+    """Gauss points (k, dim) of a cell and their weights (k,)."""
     corner, between = _CELLS[kind]
     dim = corner.shape[1]
     if len(corner) == dim + 1:
@@ -169,8 +170,8 @@ def _points_of(kind):
 
 
 def _rule(kind, middle=False):
-    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight; of the middle the whole of it. The
-    functions are those sums of monomials that are one at their node and nothing at the others."""
+    """[(derivatives of the shape functions (nodes, dim), weight)] at the Gauss points, or in the middle with the whole weight.
+    Shape functions are found by inversion of the matrix of monomials at the nodes."""
     if kind not in _CELLS:
         raise ValueError(f"the plain reference knows {', '.join(_CELLS)}, not {kind}: give a function")
     corner, between = _CELLS[kind]
@@ -191,7 +192,7 @@ def _rule(kind, middle=False):
 
 
 def _stress(name, values, kinematics, f):
-    """First Piola and true stress (3, 3) of a law at a gradient of deformation."""
+    """First Piola-Kirchhoff and Cauchy stress (3, 3) [Pa] of a law at a deformation gradient f (3, 3)."""
     young, poisson = values.get("young", 0.0), values.get("poisson", 0.0)
     mu, lame = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
     if name == "IsotropicElastic" and kinematics == "small":

@@ -1,4 +1,4 @@
-"""Shadows of contact laws with a solution of their own: impulses and states that a second law makes of the same contacts."""
+"""Shadows of contact laws with a local solution of their own: impulses and states of the same contacts by a second law."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ STAGES = {"contact_laws": "impulses and states of laws with a solution of their 
 
 
 def checked(simulation, kernel, of):
-    """The law that is shadowed, a Law with its parameters or a class: all of its contacts. ValueError if it cannot be told."""
+    """Law to be shadowed: a Law for the contacts with its parameters, or a class for all contacts of that law. Raises ValueError
+    if it is ambiguous or the kernel does not fit it."""
     known = _asked(simulation)
     if of is None and isinstance(kernel, Law) and any(type(kernel) is type(law) for law in known):
         of = type(kernel)
@@ -42,17 +43,17 @@ def checked(simulation, kernel, of):
 
 
 def _asked(simulation):
-    """Laws of the simulation's rules that have a solution of their own."""
+    """Laws in the rules of a simulation with a local solution of their own."""
     listed = _listed()
     return [law for _, _, law in simulation._rules if law is not None and law.name != "joint" and listed[law.row]["solves"]]
 
 
 def _listed():
-    return _core.laws()  # with those that were plugged in meanwhile
+    return _core.laws()  # includes plugged laws
 
 
 def columns_of(law, dim):
-    """{name of a state variable: its columns} of a law or a class."""
+    """{name of a state variable: slice of its columns} for a law or its class."""
     out, at = {}, 0
     for name in _listed()[law.row]["state"]:
         width = dim - 1 if name.endswith("*") else 1
@@ -62,9 +63,9 @@ def columns_of(law, dim):
 
 
 def given_of(simulation, of):
-    """What a kernel is told of the contacts, before they are committed: gap (n,), impulse, velocity, velocity_free, bias (n, c),
-    delassus (n, c, c), parameters and state {name: (n,) or (n, dim - 1)}, area, radius, mass (n,), h, theta, dim, law; candidate
-    (n,) their places among simulation.contacts."""
+    """Input of a kernel on contacts before they are committed: gap (n,), impulse, velocity, velocity_free, bias (n, c), delassus
+    (n, c, c), parameters and state {name: (n,) or (n, dim - 1)}, area, radius, mass (n,), h, theta, dim, law; candidate (n,):
+    rows in simulation.contacts."""
     rows, dim = core_of(simulation).law_rows(of.row), simulation.scene.dim
     n, c = len(rows.candidate), rows.components
     names = _listed()[of.row]["parameters"]
@@ -77,7 +78,7 @@ def given_of(simulation, of):
     given["state"] = _named(rows.state, columns_of(of, dim), n)
     given["chosen"] = np.ones(n, bool)
     if isinstance(of, Law):
-        largest = np.finfo(float).max  # an infinite parameter is handed to laws as the largest number
+        largest = np.finfo(float).max  # laws get the largest number for an infinite parameter
         for name, value in zip(of.parameter_names, of.values):
             given["chosen"] &= given["parameters"][name] == min(value, largest)
     given["rows"] = rows
@@ -90,7 +91,7 @@ def _named(state, columns, n):
 
 
 def asked(kernel, of):
-    """A function of the stage's input that asks a law alone; kernel "reference": the law that the contacts obey."""
+    """Kernel (a function of the input) that evaluates a law alone; kernel "reference": the law `of` the contacts itself."""
     law = of if kernel == "reference" else kernel
 
     def answer(given):
@@ -107,8 +108,9 @@ def asked(kernel, of):
 
 
 def _scale(shadow, given, mine, name):
-    """By what a quantity is measured: its largest value in this step; of impulses in all steps so far, or a millionth of what
-    would stop a contact where they are less, as of bonds that fly: those are rounding."""
+    """Scale of the differences of a quantity: its largest value in this step. For impulses and moments the largest of all steps
+    so far, at least a millionth of the impulse that would stop a contact, since smaller impulses (of bonds in free flight) are
+    rounding."""
     if name not in ("impulse", "moment"):
         return max(np.abs(mine).max(initial=0.0), np.abs(given["state"][name]).max(initial=0.0))
     part = slice(None, given["dim"]) if name == "impulse" else slice(given["dim"], None)
@@ -118,8 +120,8 @@ def _scale(shadow, given, mine, name):
 
 
 def difference(simulation, shadow, given):
-    """(largest difference / largest value, id of the first body of that contact, what the kernel gave); shadow.columns keeps the
-    largest of each quantity."""
+    """(largest difference / scale, id of the first body of that contact, result of the kernel); updates shadow.columns, the
+    largest difference of each quantity."""
     other, dim = shadow.kernel(given), given["dim"]
     after = given_of(simulation, shadow.of)["state"]
     mine = {"impulse": given["impulse"], **after}

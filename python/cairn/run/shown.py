@@ -1,4 +1,4 @@
-"""Arrays of a simulation that are read: what is written into them is refused, and says how to set what moves."""
+"""Read-only copies of arrays of a simulation: writing raises an error that says how to set the quantity instead."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 
 
 class Shown(np.ndarray):
-    """A copy of an array of a simulation: to be read, since writing into it would change nothing that moves.
+    """A copy of an array of a simulation that refuses assignments, since these would not change the simulation.
 
-    What is computed from it, `copy()` too, is a plain array. Its memory may be written to, which libraries ask for that only read
-    (scipy's rotations): the class refuses what is assigned.
+    Results computed from it, such as `copy()`, are plain arrays. Its memory is writable, because some libraries that only read
+    require it (scipy's rotations); the class refuses assignments instead.
     """
 
     remedy, fixed = "", False
 
     def __array_finalize__(self, source):
         self.remedy = getattr(source, "remedy", "")
-        self.fixed = getattr(source, "fixed", False) and np.may_share_memory(self, source)  # else it is a copy of some of it
+        self.fixed = getattr(source, "fixed", False) and np.may_share_memory(self, source)  # else it is a copy of a part
 
     def _refuse(self):
         if self.fixed:
@@ -42,7 +42,7 @@ class Shown(np.ndarray):
         return super().__array_function__(function, types, inputs, options)
 
     def copy(self, order="C"):
-        """A plain array of its own."""
+        """A writable copy, a plain array."""
         return _plain(self).copy(order)
 
     def __repr__(self):
@@ -56,7 +56,7 @@ _WRITERS = {np.copyto, np.place, np.putmask, np.put, np.fill_diagonal, np.put_al
 
 
 def _refusing(name):
-    """The method of arrays that writes into its own, refused where these are shown."""
+    """Wraps a method of ndarray that writes in place, so that it refuses read-only copies."""
 
     def method(self, *given, **named):
         self._refuse()
@@ -74,7 +74,7 @@ def _plain(array):
 
 
 def shown(values, remedy):
-    """The array as one to be read."""
+    """The array as a Shown. remedy: text of the error on assignment."""
     out = values.view(Shown)
     out.remedy, out.fixed = remedy, True
     return out

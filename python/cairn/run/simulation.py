@@ -22,13 +22,13 @@ from .strategies import NSCD, checked_strategy
 
 
 class Simulation(Reshaping, Restarts, Spelt):
-    """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
+    """Simulation of a scene: `step` and `run` advance it, `stages` are the parts of a step.
 
-    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: what to do
-    when bodies overlap at the start by more than overlap_share of the smaller radius, of shapes that are not round half of
-    their least width: "warn", "error" or "ignore".
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: "warn",
+    "error" or "ignore" if bodies initially overlap by more than overlap_share of the smaller radius, or of half the least width
+    of shapes that are not round.
 
-    Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
+    Raises ValueError (or cairn.Error, a ValueError too) naming field, index, value and remedy.
     """
 
     def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
@@ -53,7 +53,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
         self._came_by, self._last_outputs = "steps", {}  # source of the state; steps of the last outputs by path
         self._cell_seen = (scene.periodic, scene.origin.copy())
-        self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
+        self.check_state = self._core.check_state  # raises ValueError for an impossible state
         self.contactors, self._stage = views.ContactorView(self._core), Place()
         ask_for_parts(self)
         self._start_functions()
@@ -87,7 +87,7 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def strategy(self):
-        """How the scene moves, with the solver that was chosen; another may be given between steps."""
+        """Strategy, with the solver that was chosen for it; another may be given between steps."""
         return self._strategy
 
     @strategy.setter
@@ -112,24 +112,24 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def info(self):
-        """The last step: status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of passes,
-        ...; and largest_penetration, the deepest overlap of the steps so far over the size of the smaller body."""
+        """Report of the last step: status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of
+        Newton's iterations, ...; and largest_penetration, the deepest overlap so far over the size of the smaller body [-]."""
         told = {**self._info, "largest_penetration": self._deepest} if self._info else self._info
         return Info({**told, "energy": self.energy, **self._core.seconds()}, self.steps)
 
     @property
     def report(self):
-        """What the last step returned, without energy and seconds; {} before the first."""
+        """Report of the last step without energy and seconds; {} before the first."""
         return self._info
 
     def add_to_report(self, **more):
-        """The report of the last step, with what else was found out of it."""
+        """Adds entries to the report of the last step; returns the report."""
         self._info = {**self._info, **more}
         return self._info
 
     @property
     def energy(self):
-        """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
+        """Terms of the energy balance since the start [J]; closure is their residual, in_play its scale."""
         found = self._core.energy()
         if self.steps or not self.meshes:
             return found
@@ -140,7 +140,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     @property
     def bodies(self):
         """Arrays of the rigid bodies: position, velocity, ...; see BodyView."""
-        return views.BodyView(self, self._core)  # made anew: a simulation that held its views would be held by them
+        return views.BodyView(self, self._core)  # not kept, to avoid a reference cycle
 
     @property
     def nodes(self):
@@ -154,12 +154,12 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def stages(self):
-        """The stages of a step, to be called one by one; see Stages."""
+        """The stages of a step, for individual calls; see Stages."""
         return Stages(self, self._core, self._stage)
 
     @property
     def meshes(self):
-        """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
+        """Views of the deformable bodies in the order of insertion: displacement, velocity, stress, ..."""
         return [views.MeshView(self, self._core, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
 
     @property
@@ -169,12 +169,12 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def held_bytes(self):
-        """Bytes held for "bodies" (with contactors and velocities of the solver) and for "contacts", a dict."""
+        """Memory in bytes of "bodies" (with contactors and velocities of the solver) and of "contacts", a dict."""
         return dict(zip(("bodies", "contacts"), self._core.bytes()))
 
     @property
     def stable_step(self):
-        """Stable step [s] of smooth contacts as they are; of deformable bodies by bounds of frequencies; else inf."""
+        """Stable step [s]: of the current smooth contacts, or of deformable bodies by bounds of their frequencies; else inf."""
         return self._core.stable_step()
 
     @property
@@ -203,7 +203,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self._radii.copy()
 
     def follow_rotations(self):
-        """Rotations of the bodies are kept from now on where no contact needs them, too: readers of a run look at them."""
+        """Stores rotations of bodies from now on even if no contact needs them, for readers of run files."""
         self._stage.at_rest("follow_rotations")
         n = len(self.bodies)
         if (n or len(self.nodes)) and "rotation" not in self.bodies.names:
@@ -212,7 +212,8 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ stepping
 
     def step(self, dt=None):
-        """One step; returns its report (see info). Raises and leaves everything as it was if the step cannot be made."""
+        """Makes a step; returns its report (see info). dt: its length [s], None for self.dt. If it fails it raises and leaves the
+        state unchanged."""
         self.between_steps("step")
         if self._shadows:
             from . import shadow
@@ -224,7 +225,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self.stepped(report, h)
 
     def ready(self, dt=None):
-        """What a step of dt [s] begins with, and its length: gravity, loads and driven velocities of its time; see stages."""
+        """Prepares a step of dt [s]: gravity, loads and driven velocities at its time; returns its length [s]. See stages."""
         h = self._dt if dt is None else checks.positive("dt", dt)
         with self._stage.of_loads():
             self._follow_scene()
@@ -233,7 +234,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return h
 
     def stepped(self, report, h):
-        """What a step of h [s] ends with: its report, looked at and kept; see stages."""
+        """Ends a step of h [s]: stores and returns its report, gives warnings, opens cracks, reshapes bodies. See stages."""
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
@@ -244,16 +245,16 @@ class Simulation(Reshaping, Restarts, Spelt):
         return report
 
     def time_error(self, dt=None):
-        """The error in time of the coming step, estimated by doubling: one step of dt against two of dt / 2 from the same state.
+        """Time error of the coming step, estimated by step doubling: a step of dt against two of dt / 2 from the same state.
 
         Returns {"velocity": |v - v*|_M / max(|v*|_M, |v_0|_M, |h g|_M), "position": |q - q*|_M / max(|q* - q_0|_M, h |h g|_M),
-        "order"}: what the step of dt misses of the exact motion, 0 before it and * after its halves, M masses and inertia, from
-        what both differ by over 1 - 2**-order (Richardson). order is that of the integrator in smooth motion, and 1 where a
-        contact begins to bear, lets go or changes by half: across impacts a step is of first order, an error of positions of a
-        share of h v, and velocities may differ by all that the impact changes. Of CentralDifference and BetaScheme, whose
-        velocities stand in the middle of steps, "velocity" is that of the mean over the step. It is the error of one step,
-        which a run adds up; that of the contact solver is in it, see NSCD(accuracy=), so tol is to be well below it. The
-        simulation stays as it was, to the bit; contacts are shown again after the next step, as after set_state.
+        "order"}. _0 is the state before the step, * that after both halves, M holds masses and inertia; differences are divided
+        by 1 - 2**-order (Richardson extrapolation). order is that of the integrator in smooth motion, and 1 if a contact force
+        begins, ends or changes by half: across impacts a step is of first order, with an error of positions of a share of h v,
+        and velocities may differ by their whole jump. For CentralDifference and BetaScheme, whose velocities are staggered,
+        "velocity" is the error of the mean velocity over the step. It is the error of a single step, and errors accumulate in a
+        run; it contains that of the contact solver, see NSCD(accuracy=), so tol should be well below it. The state of the
+        simulation does not change; contacts are available again after the next step, as after set_state.
         """
         from .time_error import time_error
 
@@ -261,7 +262,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return time_error(self, dt)
 
     def between_steps(self, what):
-        """Raises ValueError if a step is being made, by the core or stage by stage, where `what` would find it half done."""
+        """Raises ValueError if a step is in progress, in the core or stage by stage. what: name of the refused operation."""
         self._stage.at_rest(what)
         if self._stage.due is not None:
             text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
@@ -283,17 +284,16 @@ class Simulation(Reshaping, Restarts, Spelt):
         append=False,
         time_error_every=None,
     ):
-        """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
+        """Makes steps until a number of steps is taken, time `until` [s] is reached, or the condition `while_(sim)` is false.
 
         output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
-        the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
-        recorded each step in the history. overwrite: replace the file if it is there. append: go on at its end, or after restore,
-        when later outputs are dropped and made again; FileError if it is of another scene, or reaches farther and nothing was
-        restored. cairn.load takes several files as one, too.
-        time_error_every: steps between estimates of the error in time, `time_error` of the step that follows, in the history and
-        in info["time_error"]; steps between, and those that cannot be made in halves, have none, and NaN in the history. Each
-        costs two steps of dt / 2.
-        Ctrl-C and SIGTERM end the run after the step at hand and close the file. Returns the number of steps taken.
+        the output. callback(sim): called after each step; returning False ends the run. probes: {name: function(sim) -> number},
+        recorded in the history each step. overwrite: replace an existing file. append: continue an existing file; after restore
+        its later outputs are dropped and made again. Raises FileError if the file is of another scene, or has later steps without
+        a restore. cairn.load can also read several files as one.
+        time_error_every: steps between estimates of the time error (`time_error`), in the history and in info["time_error"]; the
+        history has NaN in other steps, and if the halves fail. Each estimate costs two steps of dt / 2.
+        Ctrl-C and SIGTERM end the run after the current step and close the file. Returns the number of steps taken.
         """
         from .loop import run
 
@@ -317,15 +317,15 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ comparisons
 
     def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None, of=None):
-        """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
+        """Runs a second kernel beside a stage of each later step, on the same input; returns the Shadow with the differences.
 
-        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration; of meshes stresses or
-        element_forces; contact_laws, beside the law `of`: see docs/shadow.md. kernel: "reference", the plain loop; for
+        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration; for meshes stresses or
+        element_forces; contact_laws, for the law `of`: see docs/shadow.md. kernel: "reference", the plain loop; for
         solve_contacts also the name of a solver of cairn.problems, for contact_laws a law; or a function of the stage's input,
-        a dict of arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`: it gives the
-        stage's output (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by the
-        velocities they make. tol: relative to the largest value. The first step beyond it is written into folder, under name:
-        a problem file (FCLIB) for solve_contacts, arrays (.npz) else. The simulation goes on as without shadows, to the bit.
+        a dict of arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`. It returns the
+        stage's output (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by their
+        velocities. tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem
+        file (FCLIB) for solve_contacts, else arrays (.npz). The simulation gives the same bits with and without shadows.
         """
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
@@ -336,8 +336,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of contacts that can move, then
-        limits and motors of joints (see the page on joints), whose other components are eliminated."""
+        """Contact problem of the last step, a cairn.problems.Problem: bias, friction and W of contacts that can move, then limits
+        and motors of joints (see the page on joints), whose equality constraints are eliminated."""
         from . import contact_problem as step
 
         return step.jointed_problem_of(self) or step.problem_of(self)["problem"]
@@ -351,7 +351,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ changes between steps
 
     def plug(self, routine):
-        """A body force or a free velocity from a library (cairn.plug) counts from now on; forces add up. Not with SmoothDEM."""
+        """Adds a body force or a free velocity from a library (cairn.plug) to later steps; forces add up. Not with SmoothDEM."""
         self._stage.at_rest("plug")
         from ..plugs.plug import Routine
 
@@ -361,7 +361,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         call(routine._core, list(routine.params.values()))
 
     def interact(self, a, b, law):
-        """The law between two materials or groups from now on, as Scene.interact."""
+        """Sets the law between two materials or groups for later steps, as Scene.interact."""
         self._stage.at_rest("interact")
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
@@ -369,7 +369,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._warn_of_shapes()
 
     def _use_laws(self, species, rules, sets=()):
-        """sets: those that come in now."""
+        """Uses the laws of these species and rules from now on. sets: sets that are being added."""
         table = self.scene.law_table(species, rules, [*self._sets, *sets])
         self._core.set_laws(table)
         self._species, self._rules, self._table = species, rules, table
@@ -378,7 +378,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         unmet_shapes.warn(self._core.scene, self._unmet, 4, bool(free_masses(self._sets)), self._table.meet)
 
     def _follow_scene(self):
-        """Rules that the scene got meanwhile count; bodies have to come in through this simulation."""
+        """Takes over rules added to the scene since. Raises ValueError if its bodies, cell or origin were changed."""
         if len(self.scene.sets) != self._sets_seen:
             raise ValueError("bodies were added to the scene after the simulation was made of it: add them by Simulation.add")
         if self.scene.periodic is not self._cell_seen[0] or not np.array_equal(self.scene.origin, self._cell_seen[1]):
@@ -401,7 +401,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         for s in sets:
             for c in s.contactors:
                 species.setdefault(c.species(s.group), len(species))
-        if len(species) > len(self._species) or any(s.mesh for s in sets):  # whose nodes meet no nodes
+        if len(species) > len(self._species) or any(s.mesh for s in sets):  # nodes never touch nodes
             self._use_laws(species, self._rules, sets)
         numbers, ids = numbers_of_meshes(self._core.scene, self._sets), []
         for s in sets:
@@ -429,15 +429,16 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._start_functions()
 
     def drive(self, ids, dofs, velocity):
-        """Imposes velocities on dofs of bodies from now on: of all, (3 | 6,) or (n, 3 | 6), a number of one, a function of time.
+        """Imposes velocities on dofs of bodies in later steps.
 
-        Dofs that are not named go on as they did; no dofs, (), sets bodies free of all that drove or held them.
+        ids: of the bodies; dofs: names; velocity: (3 | 6,) or (n, 3 | 6) over all dofs, a number if a single dof is named, or a
+        function of time. Other dofs keep their drive. No dofs, (), removes all drives and holds of the bodies.
         """
         self._stage.at_rest("drive")
         ids, dim = checks.body_ids(ids), self.scene.dim
         imposed = {"driven": dofs, "drive": bodies.driven_at(dofs, velocity, len(ids), dim)}
         carrier = bodies.checked(bodies.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], ids=ids, **imposed))
-        self._core.scene.drive(ids, carrier.mask, None)  # refuses what is no rigid body
+        self._core.scene.drive(ids, carrier.mask, None)  # raises for ids that are no rigid bodies
         self._sets.append(carrier)
         self._sets = living(self._sets, self._sets_seen, self._present())
         self._start_functions()
@@ -456,7 +457,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return of_simulation(self)
 
     def explain(self):
-        """What will run: stages, arrays, bytes for each body and contact, the settings chosen, scales of the scene."""
+        """Text on stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step."""
         from .explain import explain
 
         return explain(self)
@@ -469,7 +470,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return ids_of({of: {"id": ids} for of, ids in (("bodies", scene.body("id")), ("nodes", scene.node("id")))})
 
     def _start_functions(self):
-        """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
+        """Collects drives, forces and damping of the present bodies; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
         self._drives, self._forced = Drives(self._sets, self._core, self.scene.dim), []
         damping = None
@@ -489,7 +490,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._constant_force_set = False
 
     def _start_meshes(self, state=None, anew=False):
-        """Gives the deformable bodies to the core, see Meshes; scenes without any load nothing for them."""
+        """Passes the deformable bodies to the core, see Meshes; their modules are imported only if there are any."""
         before, self._meshes = getattr(self, "_meshes", None), None
         if self._core.scene.node_count:
             from .meshes import Meshes
@@ -528,7 +529,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             self._constant_force_set = True
 
     def _call(self, function, t):
-        """A function of time, or one of time and the simulation (a servo)."""
+        """Value at time t [s] of a function of time, or of a function of time and simulation (Servo)."""
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
 
     def _rows(self, name, value, alive):

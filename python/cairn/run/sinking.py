@@ -1,4 +1,4 @@
-"""Overlap that grows from step to step: errors within the tolerance add up, since overlap is not pushed back."""
+"""Detection of growing overlap (drift): errors within the tolerance accumulate, since overlap is not pushed back."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from ..model.extents import Placed
 from .sets import found
 from .views import core_of
 
-WINDOW = 16  # number of converged steps whose smallest overlap counts, so that momentary overlaps of impacts do not
-SINKS = 0.05  # least overlap that is warned of, over the size of the smaller body
+WINDOW = 16  # converged steps in a window; its smallest overlap counts, which excludes momentary overlaps of impacts
+SINKS = 0.05  # least overlap for a warning, over the size of the smaller body
 RISES = 3  # number of windows with a larger overlap than all windows before
-MORE = 1.02  # ratio of two overlaps that counts as larger
+MORE = 1.02  # ratio of overlaps above which one counts as larger
 
 
 class Sinking:
-    """The overlaps of the steps of a run, WINDOW by WINDOW."""
+    """Smallest overlaps of the steps of a run in windows of WINDOW steps."""
 
     def __init__(self):
         self._count, self._least, self._levels, self._rises = 0, np.inf, [0.0], 0
 
     def look(self, overlap, first):
-        """Takes the overlap of a converged step, over the size of the smaller body; first: that of the start. Returns the overlap
-        of some windows before and the number of steps since, once overlaps have grown beyond SINKS; else None."""
+        """Adds the overlap of a converged step, over the size of the smaller body; first: initial overlap. Once overlaps have
+        grown beyond SINKS returns (overlap some windows before, number of steps since then); else None."""
         self._count += 1
         self._least = min(self._least, overlap)
         if self._count % WINDOW:
@@ -37,7 +37,7 @@ class Sinking:
 
 
 def deepest_pair(simulation):
-    """Ids of the two bodies with the largest overlap over the size of the smaller one in the last step; None without overlap."""
+    """Ids of the bodies with the largest overlap in the last step, over the size of the smaller body; None without overlap."""
     core = core_of(simulation)
     gap, pairs = core.contact("gap"), core.contact("bodies")
     deep = np.flatnonzero(gap < 0)

@@ -1,4 +1,4 @@
-"""Systems of linear equations: factorised once, solved many times, in the storage that fits the matrix."""
+"""Systems of linear equations, factorised once and solved many times, in a storage that suits the matrix."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ STORAGES = ("diagonal", "banded", "dense", "sparse")
 class SOE:
     """A x = b with A symmetric and positive definite, any scipy.sparse matrix (n, n); its lower triangle is read.
 
-    storage: "diagonal"; "banded", Cholesky in LAPACK after Cuthill & McKee's renumbering (1969), backwards; "dense", Cholesky
-    in LAPACK; "sparse", CHOLMOD's factors, simplicial or supernodal, or those of Eigen in a build without it; None: diagonal
-    if A is, dense up to 60 unknowns, banded while its half band is at most 24, else sparse; "unsymmetric", LU factors by
-    UMFPACK or Eigen of any regular matrix. Raises ValueError for a matrix that is not square, not finite, not definite (a
-    pivot below 8 roundings of its diagonal entry counts as none), or not of the storage asked for. Solutions have the same
-    bits with any number of threads or columns, and when A is multiplied by a power of two.
+    storage: "diagonal"; "banded", Cholesky in LAPACK after reverse Cuthill-McKee renumbering (1969); "dense", Cholesky in
+    LAPACK; "sparse", Cholesky by CHOLMOD, simplicial or supernodal, or by Eigen in a build without it; "unsymmetric", LU by
+    UMFPACK or Eigen, for any regular matrix; None: diagonal if A is, dense up to 60 unknowns, banded up to a half band of 24,
+    else sparse. Raises ValueError for a matrix that is not square, not finite, not positive definite (a pivot below 8 roundings
+    of its diagonal entry counts as zero), or not of the given storage. Solutions have the same bits with any number of threads
+    or columns, and when A is multiplied by a power of two.
     """
 
     def __init__(self, matrix, storage=None):

@@ -1,4 +1,4 @@
-"""The stages of a step of NSCD, to be called one by one: to look between them, or to put something else in the place of one.
+"""The stages of a step of NSCD as individual calls, to inspect arrays between them or to replace a stage.
 
 stages = simulation.stages
 stages.begin_step()
@@ -36,17 +36,17 @@ ORDER = (
 
 
 class Place:
-    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: its length [s]; begin:
-    when a step that may be made in parts began [s], None of others; asks: whether loads of a part of it are asked for; works:
-    the threads in which the core is at work, where what functions that it calls find is half done; others wait for its end.
-    loads: the threads in which a step begins, where its loads are asked for."""
+    """Progress within a step, used to refuse calls in the middle of it. due: number of the next stage, None between steps; h:
+    length of the step [s]; begin: begin time of a whole step, which may be made in parts [s], else None; asks: True while loads
+    of a part are evaluated; works: threads in which the core is at work, so that users' functions called there see a half-made
+    step; loads: threads in which the loads of a step are evaluated."""
 
     def __init__(self):
         self.due = self.h = self.begin = None
         self.asks, self.works, self.loads = False, set(), set()
 
     def at_rest(self, what):
-        """Raises ValueError if the core is at work on a step, where `what` would change or tell what is half done."""
+        """Raises ValueError if the core is in the middle of a step. what: name of the refused operation."""
         if self.asks:
             raise ValueError(f"{what} stands between steps, and one is being made in parts: wait for its end")
         if get_ident() in self.works:
@@ -55,7 +55,7 @@ class Place:
 
     @contextmanager
     def of_loads(self):
-        """While functions give the loads of a step, which may do as they like but step."""
+        """Context while users' functions give the loads of a step: they may do anything but step."""
         if get_ident() in self.loads:
             text = "a step begins with what functions of time say, and one of them steps"
             raise ValueError(f"{text}: step in `callback` of run, or between calls of step")
@@ -67,7 +67,7 @@ class Place:
 
     @contextmanager
     def of_core(self):
-        """While the core is at work on a step or a stage."""
+        """Context while the core is at work on a step or a stage."""
         self.works.add(get_ident())
         try:
             yield
@@ -76,7 +76,7 @@ class Place:
 
     @contextmanager
     def of_step(self, simulation):
-        """While the core makes a whole step; what parts showed of those before them goes if it cannot be made."""
+        """Context while the core makes a whole step; restores the report, which parts may have changed, if it fails."""
         info, self.begin = simulation._info, simulation.time
         try:
             with self.of_core():
@@ -89,16 +89,16 @@ class Place:
 
 
 class Stages:
-    """The stages of a simulation's step, in their order; each reads and writes arrays of simulation.raw, bodies n in internal
-    order, velocities (n, 3 | 6) of dofs x y spin | x y z and three spins about the body's axes.
+    """The stages of a simulation's step, in their order. They read and write arrays of simulation.raw, with bodies (n) in
+    internal order; velocities (n, 3 | 6) are vx vy w in 2D, vx vy vz and three spins about the body's axes in 3D.
 
     begin_step: keeps the state for undo_step. predict_configuration: position, rotation of q + h (1 - theta) v.
     compute_free_velocity: velocity_free, inverse_mass, in 3D inverse_inertia. detect_contacts: simulation.contacts' gap, normal,
     point, bodies, key. prepare_contacts: `contacts`. solve_contacts: impulses, from velocity_free. update_velocity: velocity,
-    reaction. commit_contacts: what laws and the next step remember, energy. update_configuration: position, rotation, time.
+    reaction. commit_contacts: states of laws, memory for the next step, energy. update_configuration: position, rotation, time.
 
-    What is written into arrays of simulation.raw between two stages counts from then on. A stage that cannot be made undoes the
-    step, and raises ValueError (cairn.Error) as simulation.step does; so does one that is not due.
+    Values written into arrays of simulation.raw between two stages are used by the next ones. A stage that fails undoes the step
+    and raises ValueError (cairn.Error), as simulation.step does. A stage that is not due raises ValueError.
     """
 
     def __init__(self, simulation, core, place):
@@ -106,23 +106,23 @@ class Stages:
 
     @property
     def due(self):
-        """Name of the stage that comes next; None between steps."""
+        """Name of the next stage; None between steps."""
         if self._place.due is None:
             return None
         return ORDER[self._place.due] if self._place.due < len(ORDER) else "end_step"
 
     @property
     def h(self):
-        """Length of the step at hand [s]; None between steps."""
+        """Length of the current step [s]; None between steps."""
         return self._place.h
 
     @property
     def gravity(self):
-        """Gravity of the step at hand or of the last, (3,) [m/s2]: of a function of time its mean over the step."""
+        """Gravity of the current or the last step, (3,) [m/s2]; for a function of time its mean over the step."""
         return np.array(self._core.scene.gravity)
 
     def begin_step(self, dt=None):
-        """A step of dt [s] begins, simulation.dt if None: loads, driven velocities and gravity are those of this step."""
+        """Begins a step of dt [s], simulation.dt if None: sets its loads, driven velocities and gravity."""
         simulation = self._simulation
         simulation.between_steps("begin_step")
         if not simulation.strategy.stages:
@@ -136,24 +136,24 @@ class Stages:
         self._place.due, self._place.h = 0, h
 
     def predict_configuration(self):
-        """position, rotation: the configuration q + h (1 - theta) v, in which contacts are looked for."""
+        """Computes position, rotation: the configuration q + h (1 - theta) v of contact detection."""
         self._make("predict_configuration")
 
     def compute_free_velocity(self):
-        """velocity_free: velocity at the end of the step without contacts; inverse_mass (n, 3 | 6), 0 of driven dofs."""
+        """Computes velocity_free: end velocity of the step without contacts; inverse_mass (n, 3 | 6), 0 for driven dofs."""
         self._make("compute_free_velocity")
 
     def detect_contacts(self):
-        """simulation.contacts: pairs that may touch within the step, with gap, normal, point, bodies, key."""
+        """Finds simulation.contacts: pairs that may touch within the step, with gap, normal, point, bodies, key."""
         self._make("detect_contacts")
 
     def prepare_contacts(self):
-        """`contacts`: laws as conditions on velocities, impulses of the last step as a start."""
+        """Computes `contacts`: conditions of laws on velocities, and impulses of the last step as warm start."""
         self._make("prepare_contacts")
 
     def solve_contacts(self):
-        """Impulses of all contacts, by the solver of the strategy; with bodies whose stresses are not linear all passes of
-        Newton's method round it."""
+        """Solves for the impulses of all contacts by the solver of the strategy; with nonlinear bodies within all iterations of
+        Newton's method."""
         self._make("solve_contacts")
         if self._passes():
             with self._place.of_core():
@@ -168,7 +168,7 @@ class Stages:
         return not all(is_linear(mesh.body) for mesh in meshes)
 
     def give_impulses(self, impulses, *, converged=True, iterations=0, error=0.0, hint=""):
-        """In the place of solve_contacts: impulses (m, dim) along normal and tangents of `contacts`, on the first body [N s].
+        """Sets the impulses instead of solve_contacts: (m, dim) along normal and tangents of `contacts`, on the first body [N s].
 
         converged, iterations, error, hint: for the report.
         """
@@ -183,19 +183,19 @@ class Stages:
         self._place.due += 1
 
     def update_velocity(self):
-        """velocity = velocity_free + A^-1 H r; reaction (n, 3 | 6) [N s] on driven bodies."""
+        """Computes velocity = velocity_free + A^-1 H r, and reaction (n, 3 | 6) [N s] on driven bodies."""
         self._make("update_velocity")
 
     def commit_contacts(self):
-        """States of laws, memory of impulses, terms of energy."""
+        """Commits states of laws, memory of impulses and terms of energy."""
         self._make("commit_contacts")
 
     def update_configuration(self):
-        """position, rotation at the end of the step: q + h theta v further; the simulation's time and number of steps."""
+        """Computes position, rotation at the end of the step, by h theta v; advances time and number of steps."""
         self._make("update_configuration")
 
     def end_step(self):
-        """Removes overlap if the strategy says so; the report of the step, as simulation.step returns it."""
+        """Projects positions if the strategy has project_positions; returns the report of the step, as simulation.step."""
         self._is_due("end_step")
         simulation, h = self._simulation, self._place.h
         if simulation.strategy.project_positions:
@@ -205,7 +205,7 @@ class Stages:
         return simulation.stepped(self._core.report(), h)
 
     def undo_step(self):
-        """Bodies and time as they were at begin_step; not after update_configuration."""
+        """Restores bodies and time of begin_step; refused after update_configuration."""
         self._place.at_rest("undo_step")
         if self._place.due is not None and self._place.due == len(ORDER):
             raise ValueError("the step is made: call end_step()")
@@ -215,7 +215,7 @@ class Stages:
 
     @property
     def contacts(self):
-        """The contacts that were prepared, a ContactRows; ValueError before the first step."""
+        """Prepared contacts, a ContactRows. Raises ValueError before the first step."""
         return ContactRows(self._core.contact_rows(), self._simulation.scene.dim)
 
     def _is_due(self, stage):

@@ -1,4 +1,4 @@
-"""What a step warns of, once a run: a converged step may still be far from what was meant."""
+"""Warnings after steps, once in a run each: a converged step may still be physically wrong."""
 
 from __future__ import annotations
 
@@ -15,47 +15,47 @@ from .views import core_of
 
 
 class OverlapWarning(UserWarning):
-    """Bodies overlap at the start by more than the share that was allowed, lie all behind a wall, or sink into each other in
-    steps that converge; or one begins deep in a mesh, or wholly within it."""
+    """Bodies initially overlap by more than the allowed share, all lie behind a wall, or sink into each other in steps that
+    converge; or a body begins deep or wholly inside a mesh."""
 
 
 class StableStepWarning(UserWarning):
-    """The step is longer than the contacts of a smooth scene keep stable."""
+    """The step is longer than the stable step of smooth contacts."""
 
 
 class EnergyCreatedWarning(UserWarning):
-    """Contacts made energy from nothing in a step that converged: what its tolerance leaves, or what its error does not see."""
+    """Contacts created energy in a step that converged: an error within the tolerance, or one that its measure does not show."""
 
 
 class JointWarning(UserWarning):
-    """A joint stands off by more of its length than the tolerance: its bodies turn or swing faster than the step follows."""
+    """The drift of a joint exceeds the tolerance over its length: its bodies rotate or swing too fast for the step."""
 
 
 class TunnellingWarning(UserWarning):
-    """A step moved a body through another one, or moved a mesh against other bodies by more than the width of a cell."""
+    """A step moved a body through another body, or moved a mesh against other bodies by more than the width of a cell."""
 
 
 class TurnedWarning(UserWarning):
-    """A mesh turned whose displacements count as small: it grows by half the square of its turn."""
+    """A mesh with small-displacement kinematics rotated: its size grows by half the square of the rotation [rad]."""
 
 
 class UnjoinedWarning(UserWarning):
-    """Bodies came in touching under a law that joins by the area of a contact, along a line or at a corner, which has none."""
+    """Bodies touch along a line or at a corner under a cohesive law, which bonds by contact area and so does not bond them."""
 
 
 class RunawayWarning(UserWarning):
-    """A step gave a body a velocity that moves it a million times as far as all bodies reach: what follows has no meaning."""
+    """A step gave a body a velocity that moves it a million times the extent of the scene: later results are invalid."""
 
 
-# a step's way over the reach of all bodies
+# displacement in a step over the extent of the scene
 FAR = 1e6
-# of the energy of a step; a bounce that ends within a step may show a sixth
+# created energy over the energy of a step; a bounce that ends within a step may show a sixth
 MOST_CREATED = 0.25
-# beyond which the error may not see what heavy bodies do to light ones
+# mass ratio above which the error may not show the effect of heavy bodies on light ones
 MASSES_DIFFER = 100
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
-# the same ratio for a body wholly within another one, up to rounding
+# the same ratio for a body wholly within another body, up to rounding
 WITHIN = 2 * (1 - 1e-6)
 
 
@@ -64,7 +64,7 @@ ENDED = {"iteration_limit": "ended at the limit of its iterations", "diverged": 
 
 
 def _reach_of(simulation, h):
-    """How far apart bodies and nodes were before a step, with their radii [m], and the least mass that is finite [kg]."""
+    """(extent of bodies and nodes with their radii before a step [m], least finite mass [kg]); inf, inf without an extent."""
     low, high, lightest = np.inf, -np.inf, np.inf
     for view in (simulation.bodies, simulation.nodes):
         if len(view):
@@ -72,13 +72,13 @@ def _reach_of(simulation, h):
             x = view.position - h * view.velocity[:, : simulation.scene.dim]
             low, high = np.minimum(low, x.min(axis=0)), np.maximum(high, x.max(axis=0))
             lightest = min(lightest, mass[mass > 0].min(initial=np.inf))
-    if not lightest < np.inf or not np.any(high > low):  # nothing that moves, or one place alone: no scene to leave
+    if not lightest < np.inf or not np.any(high > low):  # nothing moves, or no extent
         return np.inf, np.inf
     return float(np.linalg.norm(high - low)) + 2 * float(np.max(simulation.radii(), initial=0.0)), lightest
 
 
 def _creators(simulation):
-    """What in the scene may make energy at a small error, and what helps, in words."""
+    """Text on causes in the scene that create energy at a small error, and on remedies."""
     mass = np.ravel(simulation.bodies.mass)
     mass = np.concatenate([mass[np.isfinite(mass) & (mass > 0)], [whole for whole, _ in free_masses(simulation._sets)]])
     laws, ratio = [law for *_, law in simulation._rules if law is not None], mass.max() / mass.min() if len(mass) else 1.0
@@ -92,24 +92,24 @@ def _creators(simulation):
 
 
 def _named(simulation):
-    """The two bodies that overlap most, in words."""
+    """Text naming the two bodies with the largest overlap."""
     pair = deepest_pair(simulation)
     return "two bodies" if pair is None else f"bodies {pair[0]} and {pair[1]}"
 
 
 class StepWarnings:
-    """Warns of each kind once."""
+    """Checks each step, and warns once of each kind."""
 
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
         self._flights, self._sinking = Flights(), Sinking()
 
     def begins_with(self, overlap):
-        """The deepest overlap before the first step, of the smaller body's size: that of the first step may be its own doing."""
+        """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
         self._first_overlap = overlap
 
     def look(self, simulation, info, h):
-        """Looks at the report of a step of h [s]."""
+        """Checks the report of a step of h [s]."""
         if info.get("stable_step", h) < h and simulation.strategy.unstable != "ignore":
             self._tell(
                 StableStepWarning,
@@ -130,8 +130,8 @@ class StepWarnings:
             self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
         if "passed" not in self._told:
             self._look_for_passages(simulation, info, h)
-        # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
-        # converged are told of, too
+        # only NSCD itself: springs of GranularElement return stored energy, and overlap by design. Steps that miss convergence by
+        # light bodies alone are checked as well
         if type(simulation.strategy) is not NSCD or info["status"] == "diverged":
             return
         if info["status"] != "converged" and info["error"] > simulation.strategy.solver.tol:
@@ -175,7 +175,7 @@ class StepWarnings:
         )
 
     def _look_for_passages(self, simulation, info, h):
-        """Warns of the first body that passed through another one in a step of h [s]."""
+        """Warns of the first body that passed through another body in a step of h [s]."""
         found = self._flights.look(simulation, info, h)
         if found is not None:
             self._tell(
@@ -187,7 +187,7 @@ class StepWarnings:
             )
 
     def _look_for_runaways(self, simulation, info, h):
-        """Of all bodies by their energy and the lightest one, so that nearly all steps are done with one root."""
+        """Warns of a runaway body. A bound from kinetic energy and least mass avoids the loop over bodies in nearly all steps."""
         core = core_of(simulation)
         count = (core.scene.body_count, core.scene.node_count)
         if self._reach[:2] != count:

@@ -1,4 +1,4 @@
-"""How a scene moves: the strategy and its contact solver, with defaults that a scene explains (Simulation.explain)."""
+"""Strategies of time stepping and their contact solvers; Simulation.explain tells the defaults chosen for a scene."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..names import by_name, one_of
 from ..pre import checks
 from .integrators import INTEGRATORS, Integrator
 
-MOST_THREADS = 1024  # of one step; what asks an operating system for more ends the program instead of the call
+MOST_THREADS = 1024  # a request for more threads than the operating system gives would end the program
 
 
 @dataclass(frozen=True)
 class ContactSolver:
-    """What every contact solver of a step has.
+    """Base of the contact solvers of a step.
 
     tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
     """
@@ -37,12 +37,12 @@ class ContactSolver:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
     def for_scene(self, core, rules=(), meshes=()):
-        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each; meshes:
-        (mass, mass of a contact) of deformable bodies that are free [kg]."""
+        """Solver that a simulation of a core scene uses. rules: (a, b, law) each; meshes: (mass, mass of a contact) of free
+        deformable bodies [kg]."""
         return self
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {"solver": self.name, "tol": float(self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
 
 
@@ -50,18 +50,18 @@ class ContactSolver:
 class NLGS(ContactSolver):
     """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999), over colours, on the velocities of bodies: W is never formed.
 
-    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
-    acceleration: "nesterov": from the tenth on a sweep begins beyond the last one, by a share of what that one changed (Nesterov
-    1983), which begins again where it leads astray (O'Donoghue & Candes 2015), and tiles of the pile that change most are swept
-    more often; "none": plain sweeps, over-relaxed. Sweeps stay plain where free bodies differ by more than a million in mass, and
-    where most contacts are those of polygons, polyhedra or clumps: there a step has several right answers, and plain ones stay
-    with the one that is near. Iterations count sweeps over all contacts, or as much work.
-    associated_start: True: where a pile at rest has no impulses to begin with, extrapolated sweeps begin with associated
-    friction, a convex problem (Anitescu 2006) in which grains that can lean on each other do. It comes to 1e-6 in fewer sweeps,
-    and of several solutions to another one, at the edge of sliding: for one state whose impulses are unknown, not for a run.
-    softening_relaxation: share of its change of impulse, above 0 and up to 1, that a bond of a cohesive zone takes in a sweep
-    while it softens in the step. 1: all of it. Below 1 sweeps are under-relaxed there alone: what they converge to is the same,
-    and 0.5 mends those that go round in circles since softening bonds open and close in turn (docs/cohesion.md).
+    tol: on the true error, the natural map in an energy norm, without units. min_iter, max_iter: iterations of a step, counted
+    in sweeps over all contacts or the equivalent work.
+    acceleration: "nesterov": from the tenth sweep on, sweeps are extrapolated (Nesterov 1983) with restarts (O'Donoghue & Candes
+    2015), and tiles of the pile that change most are swept more often; "none": plain sweeps, over-relaxed. Sweeps stay plain if
+    masses of free bodies differ by more than a factor of a million, or if most contacts are those of polygons, polyhedra or
+    clumps: a step then has several solutions, and plain sweeps stay near the initial one.
+    associated_start: True: without initial impulses, extrapolated sweeps of a pile at rest begin with associated friction, a
+    convex problem (Anitescu 2006). This reaches 1e-6 in fewer sweeps, but another of several solutions, with more contacts at
+    the limit of sliding: use it for a single state with unknown impulses, not for a run.
+    softening_relaxation: in (0, 1], share of its change of impulse that a softening bond of a cohesive zone takes in a sweep. The
+    limit of the sweeps does not depend on it; 0.5 cures sweeps that cycle as softening bonds open and close in turn
+    (docs/cohesion.md).
     enough, patience: a step that has taken `patience` iterations ends at a true error of `enough`, above tol; None: tol alone.
     """
 
@@ -85,7 +85,7 @@ class NLGS(ContactSolver):
             raise ValueError(f"softening_relaxation is {self.softening_relaxation}: give a number above 0 and up to 1; 1 is none")
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {
             **super().settings(),
             "extrapolates": self.acceleration == "nesterov",
@@ -98,7 +98,7 @@ class NLGS(ContactSolver):
 
 @dataclass(frozen=True)
 class ProblemSolver(ContactSolver):
-    """What solvers of problems have, too: memory, bytes that W in blocks and factors may take."""
+    """Base of solvers that form W. memory: most bytes for W in blocks and its factors."""
 
     memory: float = 4e9
 
@@ -107,16 +107,16 @@ class ProblemSolver(ContactSolver):
         checks.positive("memory", self.memory)
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {**super().settings(), "memory": float(self.memory)}
 
 
 @dataclass(frozen=True)
 class Auto(ProblemSolver):
-    """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
+    """NLGS, then proximal point around Newton's method once the predicted remaining sweeps cost more.
 
-    What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
-    memory: bytes that factors, and the compliance of a mesh, may take; above them, sweeps alone.
+    Newton steps that do not reduce the error are rejected, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts
+    sweeps. memory: most bytes for factors and the compliance of a mesh; beyond it sweeps alone are used.
     """
 
     memory: float = 1e9
@@ -126,13 +126,14 @@ class Auto(ProblemSolver):
 
 @dataclass(frozen=True)
 class Default(ContactSolver):
-    """NLGS, or Auto where a free body, rigid or deformable, is over 1000 times as heavy as another, where faces meet, or where
-    bonds or joints may make a solid of many bodies.
+    """NLGS; or Auto if a free body, rigid or deformable, is over 1000 times as heavy as another, if bodies have faces, or if
+    bonds or joints may connect many bodies to a solid.
 
-    There sweeps alone end far from the answer: a box on ten light ones sinks, a wall or a chain takes thousands of them.
-    Simulation chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in
-    NLGS. tol=None: 1e-4, and for grains, where it is NLGS and nothing deforms, 1e-3 once a step has taken 50 iterations: stress
-    and volume of a dense pack are right within a few percent, at a tenth of the cost (docs/study.md).
+    In these cases sweeps alone converge too slowly: a heavy box sinks into light ones, a wall or a chain takes thousands of
+    sweeps. Simulation chooses when it is made and when bodies are added; Simulation.explain() tells the choice. tol, min_iter,
+    max_iter: as in NLGS.
+    tol=None: 1e-4; for grains, where NLGS is chosen and nothing deforms, 1e-3 once a step has taken 50 iterations. Stress and
+    volume of a dense pack are then right within a few percent, at a tenth of the cost (docs/study.md).
     """
 
     tol: float | None = None
@@ -153,24 +154,24 @@ class Default(ContactSolver):
         return replace(solver, enough=ENOUGH, patience=PATIENCE) if grains else solver
 
     def for_scene(self, core, rules=(), meshes=()):
-        """As that of every solver."""
+        """See ContactSolver.for_scene."""
         shapes = np.array(_core.shapes())[core.contactor("shape")]
         mass = core.raw_body("mass").ravel()
-        held = 2 ** (3 * core.dim - 3) - 1  # driven along all of its degrees of freedom
+        held = 2 ** (3 * core.dim - 3) - 1  # bits of a body with all dofs driven
         free = np.isfinite(mass) & (mass > 0)
         if len(driven := core.raw_body("driven").ravel()):
             free &= driven != held
-        whole, each = np.reshape(meshes, (-1, 2)).T  # what bears one contact of a mesh does not bear all of it
+        whole, each = np.reshape(meshes, (-1, 2)).T  # a contact of a mesh carries a share of its mass
         light, heavy = np.concatenate([mass[free], whole]), np.concatenate([mass[free], each])
         uneven = len(light) and heavy.max() > HEAVY * light.min()
         body = core.contactor("body")
-        carried = body >= 0  # others are of meshes
+        carried = body >= 0  # the others are on meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         solid = any(law is not None and law.bonds for _, _, law in rules)
         return self.chosen("Auto" if faces or solid or uneven else "NLGS", meshes)
 
 
-# a mass ratio beyond which sweeps alone end with bodies that sink (docs/problems.md)
+# mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
 HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts; overlap that contacts leave
 # then, over the size of the smaller body (docs/study.md)
@@ -178,7 +179,7 @@ TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
 
 
 def solver_class(name, python_name, summary):
-    """The class by which a strategy names a solver of problems."""
+    """Makes the class of a contact solver from a row of the list of problem solvers."""
     text = f"""{summary[0].upper()}{summary[1:]}.
 
     The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones, joints eliminated from W.
@@ -186,29 +187,29 @@ def solver_class(name, python_name, summary):
     ends with the impulses it began with, and says so.
     """
     body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
-    return type(python_name, (ProblemSolver,), body)  # without fields of its own it is a dataclass as its base is one
+    return type(python_name, (ProblemSolver,), body)  # a dataclass by its base, without further fields
 
 
-# what Cairn chooses, NLGS, Auto, and one class for each row of the kernels' list that solves problems
+# {name: class} of contact solvers: Default, NLGS, Auto, and a class for each row of the list of problem solvers
 SOLVERS = {"Default": Default, "NLGS": NLGS, "Auto": Auto}
 for _row in _core.problem_solvers():
     SOLVERS.setdefault(_row[1], solver_class(*_row))
 
 
 class Strategy:
-    """How a scene moves: a row of the core's list of strategies and its settings."""
+    """Base of strategies of time stepping: a row of the core's list of strategies and its settings."""
 
     row = ""  # its name in the core
-    stages = False  # those of NSCD, each of which can be called alone
+    stages = False  # True if it has the stages of NSCD, see run/stages.py
     pose = "moreau"  # the condition at contacts
-    end_share = 0.5  # of the end of the step in gravity and forces that change with time; the rest is of its start
+    end_share = 0.5  # weight of the end of the step in gravity and forces that change with time; the rest is its start
 
     def for_scene(self, core, rules=(), meshes=()):
-        """This strategy with what it chooses by a scene of the core, its rules, (a, b, law) each, and masses of meshes [kg]."""
+        """This strategy with the solver chosen for a core scene. rules, meshes: see ContactSolver.for_scene."""
         return self
 
     def settings(self):
-        """What the core reads: options by name, and `strategy`, the row."""
+        """Settings for the core: options by name, and `strategy`, the row."""
         return {"strategy": self.row}
 
 
@@ -216,28 +217,29 @@ class Strategy:
 class NSCD(Strategy):
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
-    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. integrator: another method than the theta-method, Newmark(beta=, gamma=),
+    theta: in [1/2, 1]; 1/2 conserves energy, 1 damps most. integrator: replaces the theta-method: Newmark(beta=, gamma=),
     HHT(alpha=), GeneralisedAlpha(spectral_radius=), CentralDifference(), VelocityVerlet(), Gear(values=), ...
     solver: Default(...), NLGS(...), Auto(...), ...
     margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
-    project_positions: remove overlap after each step without changing a velocity (Acary 2013); laws whose overlap is a spring
-    are refused beside it.
-    overlap: of rigid bodies, over the size of the smaller one: contacts take back the rest, by an eighth of it in a step at most;
-    info["drift"] tells the deepest. inf: overlap stays. None: 0.005 where the solver names no tol, else inf. Under the laws
-    Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
-    warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
-    renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
-    "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
-    has it: between two polygons the middle all the same, on meshes theirs for both bodies, and conditions on
-    velocities where contacts are detected, which on curved surfaces loses distance and speed in proportion to the step.
-    accuracy: largest error of the velocities that contacts leave, |v - v*|_M / max(|v*|_M, |h g|_M), v* the exact solution of the
-    step, M the masses, h g what loads alone make of the velocities: estimated from how velocities changed while the error of
-    impulses fell and proved by what Newton's method would change of them, or by an error that is far smaller, and the solver
-    goes on until it holds; info["velocity_error"] tells the estimate. None: tol alone counts.
-    newton_tol: on the balance of deformable bodies that are not linear, in an energy norm without units; newton_passes: of
-    Newton's method round the contact solver, at most. cut_back: how often a step that Newton's method does not make, where a cell
-    turns inside out, a material has no stress or the balance stays open, is halved: its parts are made one after the other,
-    info["sub_steps"] tells how many, and what cannot be made in parts of dt / 2**cut_back leaves all as it was before the step.
+    project_positions: True: removes overlap after each step without changing velocities (Acary 2013); laws whose overlap is that
+    of a spring are refused.
+    overlap: limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest, by at most an
+    eighth of the limit in a step; info["drift"] tells the deepest. inf: overlap stays. None: 0.005 where the solver names no
+    tol, else inf. It holds under Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
+    warm_start: True: begin from the impulses of the last step. threads: 0: as OpenMP decides; results do not depend on it.
+    renumber_every: steps between renumberings of the bodies along a space-filling curve.
+    contact_point: where impulses act: "middle" of the gap, which conserves the angular momentum of the pair; or "surface" of each
+    body, as in LMGC90. With "surface" the middle is still used between two polygons, and the point of the mesh for both bodies on
+    meshes; velocities are constrained at the detected points, which loses distance and speed on curved surfaces in proportion to
+    the step.
+    accuracy: largest error of the velocities after the contact solution, |v - v*|_M / max(|v*|_M, |h g|_M); v*: exact solution of
+    the step, M: masses, h g: change of velocity by loads alone. The solver goes on until its estimate holds. The estimate comes
+    from the change of velocities while the error of impulses fell, and is confirmed by a Newton correction or a far smaller
+    error; info["velocity_error"] tells it. None: tol alone counts.
+    newton_tol: on the residual of nonlinear deformable bodies, in an energy norm without units. newton_passes: most iterations of
+    Newton's method around the contact solver. cut_back: how often a step may be halved if Newton's method fails (a cell inside
+    out, no stress of a material, no convergence); info["sub_steps"] is the number of parts made. If parts of dt / 2**cut_back
+    fail the state before the step is restored.
     """
 
     theta: float = 0.5
@@ -285,7 +287,7 @@ class NSCD(Strategy):
 
     row = "nscd"
     stages = True
-    unstable = "error"  # a step beyond the limit of an explicit integrator
+    unstable = "error"  # reaction to a step beyond the stable step of an explicit integrator
 
     def moved_by(self):
         """The integrator: the one that was given, or the theta-method."""
@@ -293,17 +295,17 @@ class NSCD(Strategy):
 
     @property
     def explicit(self):
-        """Whether deformable bodies move by their mass alone, A = M."""
+        """True if the step matrix of deformable bodies is their mass alone, A = M."""
         step = self.moved_by().scheme(1.0)
         return not (step["damping"] > 0 or step["stiffness"] > 0)
 
     @property
     def end_share(self):
-        """Of the end of the step in gravity and forces that change with time."""
+        """Weight of the end of the step in gravity and forces that change with time."""
         return self.theta if self.integrator is None else self.integrator.end_share
 
     def for_scene(self, core, rules=(), meshes=()):
-        """This strategy with the solver that a simulation of this scene (of the core) takes under these rules."""
+        """This strategy with the solver chosen for a core scene; see ContactSolver.for_scene."""
         overlap = self.overlap
         if overlap is None:
             own = self.project_positions or self.contact_point == "surface" or self.pose != "moreau" or self.accuracy is not None
@@ -311,7 +313,7 @@ class NSCD(Strategy):
         return replace(self, solver=self.solver.for_scene(core, rules, meshes), overlap=overlap)
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {
             "strategy": self.row,
             "margin": math.nan if self.margin is None else float(self.margin),
@@ -337,10 +339,10 @@ class Carpenter(NSCD):
     contact imposed on the gap at the end of the step.
 
     q(t+) = q + h v, v(t + h/2) = v(t - h/2) + h M^-1 (f(q) + H r / h) with gap + h H'v >= 0, r >= 0: a problem with
-    h^2 H' M^-1 H on displacements, for the same solvers. Velocities stand in the middle of steps. An overlap is pushed out in one
-    step. penalty: stiffness of a contact [N/m] that pushes by its overlap at the end of the step instead; None: multipliers.
-    unstable: what to do with a step beyond 2/omega of a deformable body, "error" or "ignore". integrator:
-    CentralDifference(), if none is given, or BetaScheme(beta=), which damps. Other options are those of NSCD.
+    h^2 H' M^-1 H on displacements, for the same solvers. Velocities are those in the middle of steps. Overlap is pushed out in a
+    single step. penalty: stiffness [N/m] for penalty contact, by the overlap at the end of the step; None: multipliers.
+    unstable: "error" or "ignore", for a step beyond 2/omega of a deformable body. integrator: CentralDifference(), the default,
+    or BetaScheme(beta=), which damps. Other options are those of NSCD.
     """
 
     theta: float = 1.0
@@ -350,12 +352,12 @@ class Carpenter(NSCD):
     row = pose = "carpenter"
 
     def moved_by(self):
-        """Central differences, unless another was given."""
+        """The integrator, CentralDifference by default."""
         return INTEGRATORS["CentralDifference"]() if self.integrator is None else self.integrator
 
     @property
     def end_share(self):
-        """Of the end of the step: forces are those of its start."""
+        """Weight of the end of the step in forces that change with time, by the integrator."""
         return self.moved_by().end_share
 
     def __post_init__(self):
@@ -367,7 +369,7 @@ class Carpenter(NSCD):
         one_of("unstable", self.unstable, ("error", "ignore"))
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {**super().settings(), "stiffness": math.inf if self.penalty is None else float(self.penalty)}
 
 
@@ -375,10 +377,10 @@ class Carpenter(NSCD):
 class GranularElement(NSCD):
     """The granular element method (Kishino 1988) under the theta-method: springs at the contacts, treated implicitly.
 
-    A contact pushes by stiffness [N/m] times its overlap and drags by ratio times that stiffness and its slip, up to Coulomb's
-    limit; its force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+. The step is free of the limit of
-    explicit springs. Laws give the friction: Coulomb, Frictionless. theta 1/2 keeps the energy of springs, 1 damps most.
-    Other options are those of NSCD.
+    stiffness [N/m]: normal contact force over overlap. ratio: tangential over normal stiffness; the tangential force is stiffness
+    times slip, up to Coulomb's limit. The force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+, without
+    the stability limit of explicit springs. Laws give the friction: Coulomb, Frictionless. theta 1/2 conserves the energy of
+    springs, 1 damps most. Other options are those of NSCD.
     """
 
     theta: float = 1.0
@@ -395,7 +397,7 @@ class GranularElement(NSCD):
     row = pose = "granular_element"
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {**super().settings(), "stiffness": float(self.stiffness), "ratio": float(self.ratio)}
 
 
@@ -404,11 +406,11 @@ class SmoothDEM(Strategy):
     """Explicit dynamics with smooth contacts (Cundall & Strack 1979), unconstrained.
 
     Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
-    of the largest radius; results do not depend on it. overlap: share of the effective radius at which stiffness is taken for
-    the stable step. unstable: what to do with a dt beyond the stable step of two equal bodies, "error", "warn" or "ignore"; a
-    dt beyond the bound for the contacts as they are is warned of. energy: keep the balance of energy. threads: 0 as OpenMP
+    of the largest radius; results do not depend on it. overlap: share of the effective radius at which the stiffness for the
+    stable step is evaluated. unstable: "error", "warn" or "ignore" for a dt beyond the stable step of two equal bodies; a dt
+    beyond the bound for the current contacts gives a warning. energy: True: compute the energy balance. threads: 0: as OpenMP
     decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve. integrator:
-    None or VelocityVerlet(), time-centred; Gear(values=5), a prediction before the forces and a correction after.
+    None or VelocityVerlet(), time-centred; Gear(values=5), predictor-corrector.
     """
 
     skin: float | None = None
@@ -435,11 +437,11 @@ class SmoothDEM(Strategy):
 
     @property
     def end_share(self):
-        """Of the end of the step in forces that change with time; the rest is of its start."""
+        """Weight of the end of the step in forces that change with time; the rest is that of its start."""
         return 0.5 if self.integrator is None or self.integrator.row == "velocity_verlet" else self.integrator.end_share
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {
             **({"integrator": "velocity_verlet"} if self.integrator is None else self.integrator.settings()),
             "strategy": self.row,
@@ -453,7 +455,7 @@ class SmoothDEM(Strategy):
 
 
 class Listed(Strategy):
-    """A strategy that is a row of the core's list alone: its options by their names there."""
+    """Base of strategies defined by the core's list alone, with the options listed there."""
 
     def __init__(self, **options):
         rows = {row["name"]: row for row in _core.strategy_options(self.row)}
@@ -474,12 +476,12 @@ class Listed(Strategy):
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self._options.items())})"
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return {"strategy": self.row, **self._options}
 
 
 def _checked_option(row, value):
-    """A value of the kind and range that a row of the core's options names."""
+    """Value checked against kind and range of a row of the core's options."""
     name = row["name"]
     if row["kind"] == "text":
         return one_of(name, value, tuple(row["texts"]))
@@ -495,12 +497,12 @@ def _checked_option(row, value):
 
 
 class ListedStages(Listed):
-    """One of these that makes the stages of NSCD: each can be called alone."""
+    """A listed strategy with the stages of NSCD, see run/stages.py."""
 
     stages = True
 
     def moved_by(self):
-        """The integrator that its options name."""
+        """Integrator named by its options."""
         kind = next(kind for kind in INTEGRATORS.values() if kind.row == self.integrator)
         return kind(**{name: getattr(self, name) for name, *_ in kind.parameters if hasattr(self, name)})
 
@@ -508,12 +510,12 @@ class ListedStages(Listed):
 
     @property
     def end_share(self):
-        """Of the end of the step in gravity and forces that change with time."""
+        """Weight of the end of the step in gravity and forces that change with time."""
         return self.moved_by().end_share
 
 
 def _listed_class(row, python_name, summary, laws, stages):
-    """The class of a strategy that has none of its own in this file."""
+    """Makes the class of a strategy from its row of the core's list."""
     lines = [f"{summary[0].upper()}{summary[1:]}.", "", f"Laws: {', '.join(laws)}."]
     lines += [f"{o['name']}: {o['meaning']} ({o['default']!r})." for o in _core.strategy_options(row)]
     body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
@@ -521,7 +523,7 @@ def _listed_class(row, python_name, summary, laws, stages):
     return type(python_name, (ListedStages if stages else Listed,), body)
 
 
-# one class for each row of the core's list of strategies, by its name in Python
+# {name in Python: class} for each row of the core's list of strategies
 STRATEGIES = {"NSCD": NSCD, "Carpenter": Carpenter, "GranularElement": GranularElement, "SmoothDEM": SmoothDEM}
 for _row in _core.strategies():
     STRATEGIES.setdefault(_row[1], _listed_class(*_row))
@@ -534,7 +536,7 @@ def strategy(name, **options):
 
 
 def checked_strategy(strategy):
-    """The strategy itself; ValueError if it is none."""
+    """Returns the strategy. Raises ValueError if it is none."""
     if not isinstance(strategy, Strategy):
         raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
     return strategy

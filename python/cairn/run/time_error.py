@@ -1,4 +1,4 @@
-"""The error in time of a step, by doubling it: one step of dt against two of dt/2 from the same state."""
+"""Time error of a step by step doubling: a step of dt against two of dt/2 from the same state."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from .._core import Error
 from ..pre import checks
 from .views import core_of
 
-# integrators of second order whatever their parameters, and the parameter at which others are
+# integrators of second order for all parameters; SECOND_AT_HALF: parameter of others that must be 1/2 for second order
 SECOND_ORDER = ("discrete_gradient", "hht", "generalised_alpha", "central_difference", "velocity_verlet")
-STAGGERED = ("central_difference", "beta_scheme")  # velocities stand in the middle of steps
-KEEPS_FORCES = ("velocity_verlet", "gear")  # of the last step, where impulses of contacts are of this one; joints take the middle
-LARGEST_CHANGE, SHARE = 0.5, 0.05  # of an impulse between two halves of a step; of the momentum of a body
+STAGGERED = ("central_difference", "beta_scheme")  # velocities are those in the middle of steps
+KEEPS_FORCES = ("velocity_verlet", "gear")  # first order with contacts: forces are of the last step, contact impulses of this
+LARGEST_CHANGE, SHARE = 0.5, 0.05  # changes of impulse beyond both are impacts: over the impulse, over the momentum of a body
 SECOND_AT_HALF = {"theta": "theta", "beta_scheme": "beta", "newmark": "gamma"}
 
 
 def _moved_by(strategy):
-    """The integrator of a strategy; None of velocity Verlet, where no other was given, and of parabolas."""
+    """Integrator of a strategy; None for the default of SmoothDEM (velocity Verlet), and for parabolic flight."""
     return strategy.moved_by() if hasattr(strategy, "moved_by") else getattr(strategy, "integrator", None)
 
 
 def order_of(moved_by):
-    """Order of an integrator in smooth motion, of which one step errs by the next power; 1 of what is not known."""
+    """Order of convergence of an integrator in smooth motion; 1 if unknown."""
     if moved_by is None:
         return 2
     row, values = moved_by.row, moved_by.values
@@ -34,7 +34,7 @@ def order_of(moved_by):
 
 
 class End:
-    """Where bodies and nodes are at the end of a step and how fast."""
+    """Positions, velocities and rotations of bodies and nodes at the end of a step."""
 
     def __init__(self, simulation):
         bodies, nodes, dim = simulation.bodies, simulation.nodes, simulation.scene.dim
@@ -44,19 +44,19 @@ class End:
 
     @classmethod
     def of_arrays(cls, arrays):
-        """What as_arrays gave."""
+        """Inverse of as_arrays."""
         end = cls.__new__(cls)
         end.position, end.velocity = ([arrays[f"end_{name}_{k}"] for k in range(2)] for name in ("position", "velocity"))
         end.rotation = arrays.get("end_rotation")
         return end
 
     def as_arrays(self):
-        """By name, for a file."""
+        """Arrays by name, for a file."""
         out = {f"end_{name}_{k}": getattr(self, name)[k] for name in ("position", "velocity") for k in range(2)}
         return out if self.rotation is None else {**out, "end_rotation": self.rotation}
 
     def way_from(self, other):
-        """Displacements of bodies with their rotations, and of nodes, from another end of a step."""
+        """[displacements and rotations of bodies, displacements of nodes] from another state."""
         bodies, nodes = (a - b for a, b in zip(self.position, other.position))
         if self.rotation is None or other.rotation is None:
             return [bodies, nodes]
@@ -64,7 +64,7 @@ class End:
 
 
 def _turn(begin, end):
-    """Rotations from orientations to others, about the axes of the bodies, (n, 1 | 3) [rad]."""
+    """Rotations from orientations `begin` to `end`, about the axes of the bodies, (n, 1 | 3) [rad]."""
     if begin.ndim == 1:
         return (end - begin)[:, None]
     w, v = begin[:, :1], begin[:, 1:]
@@ -73,7 +73,7 @@ def _turn(begin, end):
 
 
 class EnergyNorm:
-    """The energy norm over the dofs that are free: sqrt(sum m |v|^2 + I |w|^2)."""
+    """Energy norm over the free dofs: sqrt(sum m |v|^2 + I |w|^2)."""
 
     def __init__(self, simulation):
         bodies, nodes, dim = simulation.bodies, simulation.nodes, simulation.scene.dim
@@ -85,7 +85,7 @@ class EnergyNorm:
         self._weights = [np.where(moves, rigid, 0.0), np.reshape(nodes.mass, (len(nodes), 1))]
 
     def __call__(self, parts):
-        """Of velocities or displacements of bodies (n, dim or all dofs) and of nodes (m, dim)."""
+        """Norm of velocities or displacements: [of bodies (n, dim or all dofs), of nodes (m, dim)]."""
         total = 0.0
         for w, x in zip(self._weights, parts):
             w = w[:, : x.shape[1]] if w.shape[1] > 1 else w
@@ -93,13 +93,13 @@ class EnergyNorm:
         return math.sqrt(total)
 
     def of_loads(self, simulation, h):
-        """What gravity alone makes of the velocities in h [s]."""
+        """Norm of the velocities that gravity alone gives in h [s]."""
         g, dim = np.linalg.norm(simulation.stages.gravity), simulation.scene.dim
         return h * g * math.sqrt(sum(float(np.sum(np.max(w[:, :dim], axis=1))) for w in self._weights if len(w)))
 
 
 class _Impulses:
-    """What contacts bore in a step, by their keys: ids of the bodies, {key: (2,)}, and sizes, {key: [N s]}."""
+    """Contact impulses of a step by contact keys: ids of the bodies {key: (2,)}, and magnitudes {key: [N s]}."""
 
     def __init__(self, simulation):
         contacts = simulation.contacts
@@ -108,11 +108,12 @@ class _Impulses:
         keys = list(map(tuple, np.array(contacts.key)[bears].tolist()))
         self.bodies = dict(zip(keys, np.array(contacts.bodies)[bears].tolist()))
         self.sizes = dict(zip(keys, np.linalg.norm(impulse[bears], axis=1).tolist()))
-        self.of_contacts = any(key[2] >= 0 for key in keys)  # those of joints are below
+        self.of_contacts = any(key[2] >= 0 for key in keys)  # keys of joints are negative
 
     def jump_from(self, before, momenta):
-        """Whether a contact bears otherwise than in a step as long, of which the sizes are known: an impact, which is no smooth
-        motion. Forces that change by less than half, or by little beside the momentum of what they move, do not count."""
+        """True if an impulse changed by an impact since the step before, of the same length. before: magnitudes of impulses then
+        {key: [N s]}; momenta {id: [kg m/s]}. Changes by less than LARGEST_CHANGE of the impulse, or by less than SHARE of the
+        smaller momentum of its bodies, count as smooth."""
         for key, bodies in self.bodies.items():
             size, was = self.sizes[key], before.get(key, 0.0)
             change, least = abs(size - was), min(momenta.get(i, math.inf) for i in bodies)
@@ -122,7 +123,7 @@ class _Impulses:
 
 
 def _sizes_before(state, h):
-    """Of the impulses that the last step left, for a step of h [s], {key: [N s]}."""
+    """Magnitudes of the impulses of the last step, scaled to a step of h [s], {key: [N s]}."""
     memory = state["memory"]
     of, keys = int(memory["impulse_components"]), np.asarray(memory["keys"])
     if not of or not len(keys):
@@ -133,7 +134,7 @@ def _sizes_before(state, h):
 
 
 def _momenta(simulation, begin, end):
-    """The larger momentum of each body and node that has one, at both ends of a step, {id: [kg m/s]}."""
+    """Larger of the momenta at both ends of a step, for bodies and nodes with finite mass, {id: [kg m/s]}."""
     out, dim = {}, simulation.scene.dim
     for k, view in enumerate((simulation.bodies, simulation.nodes)):
         if len(view):
@@ -145,13 +146,13 @@ def _momenta(simulation, begin, end):
 
 
 def staggered(strategy):
-    """Whether velocities stand in the middle of steps."""
+    """True if velocities are those in the middle of steps."""
     return strategy.row != "smooth_dem" and getattr(_moved_by(strategy), "row", "") in STAGGERED
 
 
 def apart(simulation, norm, begin, end, exact, h):
-    """How far the end of a step of h [s] is from the exact one, (of velocities, of positions): over the largest speed or what
-    gravity makes, and over the way. Speeds are those of the way where velocities stand in the middle of steps."""
+    """Relative differences (of velocities, of positions) between the end of a step of h [s] and the exact end. Scales: the
+    largest speed or that by gravity; the displacement. With staggered velocities the mean velocity of the step is compared."""
     loads, way = norm.of_loads(simulation, h), norm(exact.way_from(begin))
     differs = norm(end.way_from(exact))
     velocity = norm([a - b for a, b in zip(end.velocity, exact.velocity)])
@@ -162,7 +163,7 @@ def apart(simulation, norm, begin, end, exact, h):
 
 
 class Doubling:
-    """A step in two halves, made and undone, to be set against the whole one from the same state: see `against`."""
+    """A step made in two halves and undone, for comparison with the whole step from the same state: see `against`."""
 
     def __init__(self, simulation, dt=None):
         self._simulation, self._h = simulation, simulation.dt if dt is None else checks.positive("dt", dt)
@@ -170,7 +171,7 @@ class Doubling:
         self._staggered = staggered(simulation.strategy)
         self._state, self._norm = simulation.get_state(), EnergyNorm(simulation)
         self._begin = begin = End(simulation)
-        if self._staggered:  # velocities are those of dt / 2 before the step, and of halves of it are to be those of dt / 4
+        if self._staggered:  # given at dt / 2 before the step; half steps need those of dt / 4
             change = [0.25 * (v - before) for v, before in zip(self.undone(1)[0].velocity, begin.velocity)]
             self._shift = [before + of for before, of in zip(begin.velocity, change)]
         self._fine, halves = self.undone(2)
@@ -185,7 +186,7 @@ class Doubling:
         self._bears = first.of_contacts or second.of_contacts
 
     def undone(self, parts):
-        """The end of the step made in parts, and what contacts bore in each, undone again."""
+        """(end of the step made in parts, _Impulses of each part); the step is undone again."""
         simulation, bore = self._simulation, []
         try:
             if self._staggered and parts > 1:
@@ -201,16 +202,16 @@ class Doubling:
             simulation.set_state(self._state)
 
     def fits(self, simulation):
-        """Whether the bodies are those that there were."""
+        """True if the number of bodies and nodes is unchanged."""
         return len(simulation.bodies) == len(self._begin.position[0]) and len(simulation.nodes) == len(self._begin.position[1])
 
     def against(self, coarse):
-        """The estimate, from the end of the whole step."""
+        """Error estimate from the end of the whole step, a dict as of Simulation.time_error."""
         fine, h = self._fine, self._h
         order = order_of(self._moved_by)
         if not self._smooth or (self._bears and getattr(self._moved_by, "row", "") in KEEPS_FORCES):
             order = 1
-        left = 1 / (1 - 0.5**order)  # what the whole step errs by, over what it differs by
+        left = 1 / (1 - 0.5**order)  # error of the whole step over its difference from the halves
         velocity, position = apart(self._simulation, self._norm, self._begin, coarse, fine, h)
         return {"velocity": left * velocity, "position": left * position, "order": order}
 
@@ -220,7 +221,7 @@ def _over(difference, scale):
 
 
 def halved(simulation):
-    """The coming step in halves; None if it cannot be made so."""
+    """Doubling of the coming step; None if its halves fail."""
     try:
         return Doubling(simulation)
     except Error:
@@ -228,7 +229,7 @@ def halved(simulation):
 
 
 def of_step(simulation, doubling):
-    """The estimate for the step that was made since; None without one, and where bodies came in or went."""
+    """Error estimate of the step made since; None without a doubling, or if bodies were added or removed."""
     if doubling is None or not doubling.fits(simulation):
         return None
     return doubling.against(End(simulation))

@@ -1,6 +1,6 @@
-"""Values that change with time: numbers, callables, or the functions below, which also live in files.
+"""Values that change with time: numbers, callables, or the functions below, which can be saved in files.
 
-A scene saved to a file holds no Python code, so a plain callable is refused there; a Table says the same.
+A scene file holds no Python code, so a plain callable is refused there; use a Table instead.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class Table:
     times: (n,) [s], rising. values: (n,) or (n, components).
     """
 
-    times: Any  # an array once it is made
+    times: Any  # converted to an array
     values: Any
 
     def __post_init__(self):
@@ -79,7 +79,7 @@ class Harmonic:
 
 @dataclass(frozen=True, eq=False)
 class Ramp:
-    """value(t) * clip(begin + slope t, -1, 1): what comes on, or off, within a time. value: a number or a function of time."""
+    """value(t) * clip(begin + slope t, -1, 1): a value ramped up or down. value: a number or a function of time; slope [1/s]."""
 
     value: object
     begin: float
@@ -94,7 +94,7 @@ class Ramp:
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """One number or function of time for each component: an array (components,)."""
+    """An array (components,) from a number or a function of time for each component."""
 
     parts: tuple
 
@@ -114,7 +114,7 @@ def value_at(given, t):
 
 
 def to_dict(name, given):
-    """What a file holds of a value that may change with time."""
+    """Content of a file for a value that may change with time. Raises ValueError for a Python function."""
     if hasattr(given, "to_dict"):
         return given.to_dict()
     if callable(given):

@@ -1,4 +1,4 @@
-"""Shapes of a scene that pass through each other: a warning for each pair."""
+"""Warnings for pairs of shapes without contact detection, which pass through each other."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from .. import _core
 
 
 class ShapesWarning(UserWarning):
-    """Bodies of the scene have shapes between which there is no contact, or nothing that could hold."""
+    """Bodies of the scene have shapes without contact detection between them, or too thin to hold nodes."""
 
 
 def warn(scene, told, above, meshes_are_free=False, meet=None):
-    """Warns of pairs of shapes without a kernel of detection, if two bodies of them can move against each other (one has a free
-    dof) and no rule lets them pass. told: set of the warnings so far, extended here; above: stack level of the caller who is
-    warned; meshes_are_free: some mesh moves as a whole; meet(a, b): True if a rule lets two species meet."""
+    """Warns of pairs of shapes without contact detection, if two such bodies can move relative to each other (a dof is free) and
+    no rule lets them pass. told: set of the warnings so far, extended here; above: stack level of the warning; meshes_are_free:
+    True if a mesh can move as a whole; meet(a, b): True if a law exists between two species."""
     known = {frozenset(pair) for pair in _core.pairs()}
     names, own = np.array(_core.shapes())[scene.contactor("shape")], scene.contactor("body")
     thin = (names == "segment") & (own >= 0) & (scene.contactor("radius") == 0)
@@ -54,7 +54,7 @@ def _free(scene):
 
 
 def _unmet(of_a, of_b, own, species, free, meet):
-    """Internal numbers of two bodies with contactors of a and of b, a free one first, whose species meet; None without any."""
+    """Internal numbers of two bodies with contactors of a and of b whose species can touch, a free body first; None without."""
     kinds = [{s: np.unique(own[of & (species == s)]) for s in np.unique(species[of])} for of in (of_a, of_b)]
     for i, first in kinds[0].items():
         for j, second in kinds[1].items():
@@ -66,18 +66,18 @@ def _unmet(of_a, of_b, own, species, free, meet):
                     others = other[other != moving[0]]
                     if len(others):
                         return moving[0], others[0]
-                    if len(moving) > 1:  # the other is one body, the first that moves
+                    if len(moving) > 1:  # the only other body is the first that moves
                         return moving[1], other[0]
     return None
 
 
 def _both_are_endless(a, b):
-    """True for planes and tubes, which cut each other everywhere and are kept apart by bodies between them."""
+    """True for two unbounded shapes (planes, tubes), which always intersect; bodies between them keep them apart."""
     return not {a, b} & set(_core.shapes("bounded"))
 
 
 def _something_between(scene, pair, own, names, free, known):
-    """True if a free body has contact with both walls of a pair."""
+    """True if contact detection exists between a free body and both walls of a pair."""
     shapes = [set(names[own == body]) for body in pair]
     apart = free[own] & ~np.isin(own, pair)
     return any(all(any(frozenset((name, s)) in known for s in of) for of in shapes) for name in set(names[apart]))

@@ -1,4 +1,4 @@
-"""Arrays of a running simulation, as numpy copies, under the names of the field."""
+"""Views of a simulation: its arrays by name, as numpy copies."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ..names import listed, meant
 from ..pre import checks
 from .shown import shown
 
-# arrays of bodies, of nodes, that can be set
+# arrays of bodies and of nodes that can be set
 SETTABLE = ("position", "velocity", "rotation")
 FORCES_BY_SET = "; forces are those of the sets, force= of cn.disks and the like: give a function of time, which changes them"
 SETTABLE_OF_NODES = ("position", "velocity")
 
 
 class _View:
-    """Attributes that are read from a simulation and cannot be put in their place."""
+    """Base of views: attributes are read from a simulation and cannot be assigned."""
 
     def __setattr__(self, name, value):
         if name.startswith("_"):
@@ -50,7 +50,7 @@ class BodyView(_View):
 
     @property
     def fields(self):
-        """All arrays that bodies can have, a dict each: name, components, unit, meaning, stage that makes it, bytes, active."""
+        """All possible arrays of bodies, a dict each: name, components, unit, meaning, stage that computes it, bytes, active."""
         return self._core.scene.body_fields()
 
     def __getattr__(self, name):
@@ -101,11 +101,11 @@ class BodyView(_View):
 
 
 class NodeView(_View):
-    """Nodes of all deformable bodies in the order of insertion: position (n, dim), velocity (n, dim), mass, mesh (n,) the number
-    of the body, from 1 and never used twice, id (n,) numbers that no rigid body and no other part of a mesh has, temperature, ...
+    """Nodes of all deformable bodies in the order of insertion: position (n, dim), velocity (n, dim), mass, mesh (n,): number of
+    the body, from 1 and never reused, id (n,): unique among rigid bodies and parts of meshes, temperature, ...
 
-    Those of one body alone, in the same order, are at `simulation.meshes[k].place`. Every stored array can be read by its name
-    (`names`); `set` writes position and velocity.
+    The rows of a single body are `simulation.meshes[k].place`. Every stored array can be read by its name (`names`); `set`
+    writes position and velocity.
     """
 
     def __init__(self, simulation, core):
@@ -121,7 +121,7 @@ class NodeView(_View):
 
     @property
     def fields(self):
-        """All arrays that nodes can have, a dict each, as BodyView.fields."""
+        """All possible arrays of nodes, a dict each, as BodyView.fields."""
         return self._core.scene.node_fields()
 
     def __getattr__(self, name):
@@ -157,11 +157,11 @@ class NodeView(_View):
 
 
 class ContactView(_View):
-    """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
-    moment on it of joints and laws that have one, over the step, (n,) in the plane, (n, 3) in space [N m s], impulse_local,
-    relative_velocity, status, dissipated [J], bodies (n, 2) ids of rigid bodies and, on a mesh, of the node that bears most (in
-    simulation.bodies.id, in simulation.nodes.id), key (n, 4), by which a contact is found again.
-    Of laws that hold bodies together: beta (1 sound, 0 broken or never bonded), stored and released [J]."""
+    """Contacts of the last step: gap (n,) [m], normal (n, dim), point (n, dim) [m], impulse (n, dim) on the first body [N s],
+    moment (angular impulse on it, for joints and laws with moments), (n,) in 2D, (n, 3) in 3D [N m s], impulse_local,
+    relative_velocity [m/s], status, dissipated [J], bodies (n, 2): ids of rigid bodies (simulation.bodies.id) or, on a mesh, of
+    the node with the largest weight (simulation.nodes.id), key (n, 4): identifies a contact from step to step.
+    For cohesive laws: beta (1 sound, 0 broken or never bonded), stored and released energy [J]."""
 
     _names = (
         "bodies",
@@ -196,11 +196,11 @@ class ContactView(_View):
         return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
 
     def of_laws(self):
-        """What laws that keep their pairs say of the contacts, {name: (n,)}; {} in scenes without such laws."""
+        """Arrays of laws that keep their pairs, {name: (n,)}: beta, stored and released [J]; {} in scenes without such laws."""
         return {name: getattr(self, name) for name in ("beta", "stored", "released")} if self._core.laws_keep else {}
 
     def releases(self):
-        """What each contact released since it began, (n,) [J]; (0,) of smooth contacts, which are not known for it."""
+        """Energy released by each contact since it began, (n,) [J]; (0,) for smooth contacts, which do not have it."""
         return self.released if self._core.has_contact("released") else np.zeros(0)
 
     def of_networks(self):
@@ -215,9 +215,9 @@ class ContactView(_View):
 
 
 class ContactorView(_View):
-    """What contacts are found between, in the order of insertion: shape (m,) names, body (m,) ids of the bodies, or numbers of
-    the nodes, points, edges and faces of meshes, that carry them, radius (m,) [m], material (m,)
-    numbers of (material, group), id (m,); offset (m, dim) from the body's centre, direction and hull where some have one."""
+    """Contactors in the order of insertion: shape (m,): names, body (m,): ids of the bodies, or of the nodes, points, edges and
+    faces of meshes that carry them, radius (m,) [m], material (m,): numbers of (material, group), id (m,); if needed, offset
+    (m, dim) from the centre of the body [m], direction and hull."""
 
     def __init__(self, core):
         self._core = core
@@ -227,7 +227,7 @@ class ContactorView(_View):
 
     @property
     def fields(self):
-        """All arrays that contactors can have, a dict each, as BodyView.fields."""
+        """All possible arrays of contactors, a dict each, as BodyView.fields."""
         return self._core.scene.contactor_fields()
 
     def __getattr__(self, name):
@@ -242,22 +242,22 @@ class ContactorView(_View):
         return shown(values, self._remedy(name))
 
     def nodes(self):
-        """Ids of the nodes of meshes that each one is mapped from, (m, 4), -1 where there are fewer, as a run keeps them."""
+        """Ids of the nodes of meshes that each contactor follows, (m, 4), padded by -1; stored in run files."""
         return self._core.nodes_of_contactors()
 
     @property
     def shape(self):
-        """Name of each one's shape, (m,)."""
+        """Names of the shapes, (m,)."""
         return np.array(_core.shapes())[self.shape_number]
 
     @property
     def shape_number(self):
-        """Number of each one's shape, (m,), in the order of the list of shapes."""
+        """Numbers of the shapes, (m,), in the list of shapes."""
         return shown(self._core.scene.contactor("shape"), self._remedy("shape"))
 
     @property
     def hulls(self):
-        """Arrays of the hulls that `hull` names, by name: vertices, faces, planes, each with the first of every hull."""
+        """Arrays of the hulls that `hull` numbers, by name: vertices, faces, planes, and their first rows for each hull."""
         return self._core.scene.hulls
 
     def _remedy(self, name):
@@ -265,8 +265,8 @@ class ContactorView(_View):
 
 
 class RawView(_View):
-    """The live arrays of rigid bodies in internal order, and of nodes of meshes in `nodes`. Order changes at a renumbering: a
-    view kept across one is refused."""
+    """Live arrays of rigid bodies in internal order, and of nodes of meshes in `nodes`. The order changes at a renumbering; a
+    view kept across it raises RuntimeError."""
 
     def __init__(self, core, of="body"):
         self._core, self._of = core, of
@@ -274,7 +274,7 @@ class RawView(_View):
 
     @property
     def nodes(self):
-        """Live arrays of the nodes of meshes: sim.raw.nodes.velocity[sim.meshes[0].rows] are those of a mesh."""
+        """Live arrays of the nodes of meshes; those of a mesh are e.g. sim.raw.nodes.velocity[sim.meshes[0].rows]."""
         return RawView(self._core, "node")
 
     def _remedy(self, name):
@@ -293,17 +293,17 @@ class RawView(_View):
 
 
 def core_of(simulation):
-    """The core's object of a simulation, for what changes its bodies beside the stages of a step."""
+    """The core object of a simulation, for code that changes its bodies outside of steps."""
     return simulation.raw._core
 
 
-SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds of materials of solids
+SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # states of materials of solids in run files
 
 
 class MeshView(_View):
-    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.nodes.id; all_ids
-    with the numbers of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, ties of those that
-    follow others or None, contact_nodes (m,) of nodes that may touch."""
+    """A deformable body: arrays of its nodes in the order of the mesh. ids (n,): of the nodes, in simulation.nodes.id; all_ids:
+    with those of points, edges and faces; held (k,): dofs with imposed velocity; ties: slave dofs and their masters, or None;
+    contact_nodes (m,): nodes that may touch."""
 
     def __init__(self, simulation, core, mesh):
         self._simulation, self._core, self._mesh = simulation, core, mesh
@@ -317,7 +317,7 @@ class MeshView(_View):
 
     @property
     def modal_damping(self):
-        """Damping of its modes (n dofs, n dofs), scipy.sparse [N s/m]; None: there is none."""
+        """Matrix of modal damping (n dofs, n dofs), scipy.sparse [N s/m]; None without."""
         from scipy import sparse
 
         if self._mesh.d.modal_damping is None:
@@ -329,7 +329,7 @@ class MeshView(_View):
 
     @property
     def all_ids(self):
-        """Numbers of its nodes, points between them, edges or faces, (n,)."""
+        """Ids of its nodes, points between them, edges or faces, (n,)."""
         return self._mesh.all_ids
 
     def _remedy(self, name):
@@ -346,16 +346,16 @@ class MeshView(_View):
 
     @property
     def place(self):
-        """Rows of the nodes in the arrays of simulation.nodes, a slice, until a mesh that came in before goes."""
+        """Rows of the nodes in the arrays of simulation.nodes, a slice; changes if an earlier mesh is removed."""
         first = self._core.scene.node_place(self.ids[0])
         return slice(first, first + len(self.ids))
 
     def load(self, t):
-        """Given forces at a time, (n, dim) [N]."""
+        """External nodal forces at time t [s], (n, dim) [N]."""
         return self._mesh.load(t).reshape(-1, self._mesh.dim)
 
     def held_velocity(self, t):
-        """Velocities of held dofs at a time, zero elsewhere, (n, dim) [m/s]."""
+        """Imposed velocities of held dofs at time t [s], zero elsewhere, (n, dim) [m/s]."""
         return self._mesh.held_velocity(t).reshape(-1, self._mesh.dim)
 
     @property
@@ -376,8 +376,8 @@ class MeshView(_View):
 
     @property
     def rotation(self):
-        """Of the nodes of corotational beams, by which they turned since the start: (n,) in the plane, within a turn [rad], in
-        space unit quaternions (n, 4), w first."""
+        """Rotations of the nodes of corotational beams since the start: angles (n,) in 2D, modulo a turn [rad]; unit quaternions
+        (n, 4), w first, in 3D. Raises AttributeError for other bodies."""
         if not hasattr(self.body, "rotations"):
             raise AttributeError(f"the nodes of {self._mesh.d.name!r} have no rotations: those of cairn.beams(..., "
                                  "kinematics='corotational') do")  # fmt: skip
@@ -385,12 +385,13 @@ class MeshView(_View):
 
     @property
     def section_forces(self):
-        """Of cairn.bars and cairn.beams, what each bears where the last step left it, {name: values}.
+        """Section forces of cairn.bars and cairn.beams after the last step, {name: values}.
 
-        "axial_force" (m,) [N]: along it, tension positive. Of beams "shear_force" [N]: across it on its second end, (m,), in
-        space (m, 2) along the second and the third axis of the section. "bending_moment" [N m]: EI times the curvature of the
-        deflection across, (m, 2) at its first and its second end; in space (m, 4), of the deflections along the second axis and
-        the third at the first end, then at the second. In space "torsion_moment" (m,) [N m], which turns the second end about it.
+        "axial_force" (m,) [N]: tension positive. Beams also have: "shear_force" [N]: transverse force on the second end, (m,) in
+        2D, (m, 2) in 3D along the second and the third axis of the section. "bending_moment" [N m]: EI times the curvature of the
+        deflection, (m, 2) in 2D at the first and the second end; (m, 4) in 3D: for the deflections along the second and the third
+        axis at the first end, then at the second. "torsion_moment" (m,) [N m], in 3D: about the axis, on the second end.
+        Raises AttributeError for other bodies.
         """
         if not hasattr(self.body, "section_forces"):
             raise AttributeError(f"{self._mesh.d.name!r} has no sections: cairn.bars and cairn.beams have")
@@ -398,8 +399,8 @@ class MeshView(_View):
 
     @property
     def stress(self):
-        """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
-        mean of the true stresses that the last step found, (m, 6)."""
+        """Stress in the middle of each cell, {kind: (m, 3 | 6)} [Pa], see cairn.elastic.ElasticBody.stress; for a SolidBody the
+        mean Cauchy stress of each cell in the last step, (m, 6)."""
         if hasattr(self.body, "blocks"):
             from ..model.solid import by_kinds
 
@@ -413,8 +414,8 @@ class MeshView(_View):
 
     @property
     def stress_zz(self):
-        """Of a body in 2D, the stress across its plane in the middle of each cell, {kind: (m,)} [Pa]: in plane strain what holds
-        the strain at none, of axisymmetric bodies that round the axis, in plane stress none."""
+        """Out-of-plane stress in the middle of each cell of a body in 2D, {kind: (m,)} [Pa]: in plane strain the reaction to the
+        zero strain, for axisymmetric bodies the hoop stress, in plane stress zero."""
         if self._mesh.dim != 2:
             raise AttributeError(f"{self._mesh.d.name!r} is in 3D: `stress` has zz, its third component")
         return self._across(self.stress)
@@ -430,14 +431,14 @@ class MeshView(_View):
         return stress_across(self._mesh, stress, *warmth)
 
     def _warmth(self):
-        """Temperatures of the nodes, expansion, and the temperature at which there is none; None where nothing expands."""
+        """(temperatures of the nodes [K], expansion [1/K], reference temperature [K]); None without thermal expansion."""
         thermal = self._simulation.scene.networks.get("thermal")
         expansion = 0.0 if thermal is None else self._mesh.d.material.expansion
         return (self._of_nodes("temperature"), expansion, thermal.reference) if expansion else None
 
     @property
     def material_state(self):
-        """Means over the cells of the states of a SolidBody's materials, {kind: {name: (m,)}}; zero in those without."""
+        """Mean material states of the cells of a SolidBody, {kind: {name: (m,)}}; zero in cells of materials without them."""
         if not hasattr(self.body, "blocks"):
             return {}
         out = {kind: {} for kind in self.body.cells}
@@ -450,7 +451,7 @@ class MeshView(_View):
         return self._core.mesh_bulk(self._mesh.number)
 
     def reaction(self, group=None):
-        """Forces that hold the held dofs, mean of the last step, (n, dim) [N], zero elsewhere; of a group their sum (dim,):
+        """Reactions on held dofs, mean over the last step, (n, dim) [N], zero elsewhere; with a group their sum (dim,):
         probes={"pull": lambda s: s.meshes[0].reaction("top")[1]}."""
         found = np.zeros(self._mesh.size)
         found[self.held] = self._core.mesh_forces(self._mesh.number)[1][self.held]
@@ -465,32 +466,32 @@ class MeshView(_View):
 
     @property
     def contact_force(self):
-        """Of contacts on the nodes, mean of the last step, (n, dim) [N]; those on edges, faces and points between nodes by the
-        weights of their nodes."""
+        """Contact forces on the nodes, mean over the last step, (n, dim) [N]; forces on edges, faces and points between nodes are
+        distributed by the weights of the nodes."""
         impulses = self._core.mesh_forces(self._mesh.number)[0].reshape(-1, self._mesh.dim)
         h = self._simulation.info.get("dt", 0.0)
         return impulses / h if h > 0 else np.zeros_like(impulses)
 
     @property
     def contact_pressure(self):
-        """Of contacts on the nodes, over the part of the surface that each stands for where it is now, (n,) [Pa]."""
+        """Contact pressure at the nodes, over their tributary areas of the deformed surface, (n,) [Pa]."""
         from ..model.mesh_measures import pressure_of
 
         return pressure_of(self.body, self.displacement, self.contact_force)
 
     @property
     def strain(self):
-        """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], shear halved: small for a
-        linear body and small kinematics, else Hencky's ln V in the axes of space."""
+        """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], tensor shear: small strain
+        for a linear body and small kinematics, else Hencky's ln V in the axes of space."""
         from ..model.mesh_measures import mean_strain
 
         large = getattr(self.body, "kinematics", "small") != "small"
         return mean_strain(self.body, self.displacement, large)
 
     def nodal_fields(self):
-        """What a run file holds of the nodes, by name, (n,) or (n, 3 | 6): stress, in 2D stress_zz beside it, strain,
-        contact_pressure, and of materials that keep them accumulated_plastic_strain and damage; of corotational beams
-        beam_rotation, as `rotation`."""
+        """Fields of the nodes in a run file by name, (n,) or (n, 3 | 6): stress, in 2D stress_zz, strain, contact_pressure, and
+        accumulated_plastic_strain and damage if the material has them; for corotational beams only beam_rotation, see
+        `rotation`."""
         if hasattr(self.body, "section_forces"):
             beams = hasattr(self.body, "rotations") and "inertia" in self.body.sections
             return {"beam_rotation": self.rotation} if beams else {}
@@ -509,9 +510,9 @@ class MeshView(_View):
         return out | {"contact_pressure": self.contact_pressure}
 
     def cell_fields(self):
-        """What a run file holds of the cells, by name, (m,) or (m, 3 | 6) for all kinds of cells one after the other: stress and
-        strain in the order xx yy [zz] xy [yz zx], in 2D stress_zz beside them, accumulated_plastic_strain and damage of materials
-        that keep them; of bars and beams those of section_forces."""
+        """Fields of the cells in a run file by name, (m,) or (m, 3 | 6), concatenated over the kinds of cells: stress and strain
+        in the order xx yy [zz] xy [yz zx], in 2D stress_zz, accumulated_plastic_strain and damage if the material has them; for
+        bars and beams those of section_forces."""
         if hasattr(self.body, "section_forces"):
             return self.section_forces
 
@@ -530,7 +531,7 @@ class MeshView(_View):
         return out
 
     def nodal_stress(self):
-        """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
+        """Mean stress of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
         return self._mean_stress(self.stress)
 
     def _mean_stress(self, stress):
