@@ -21,11 +21,11 @@ class Contactors:
         return len(self.body)
 
     def select(self, *shapes):
-        """Those of the given shapes."""
+        """Contactors of the given shapes."""
         return self.where(np.isin(self.shape, shapes))
 
     def where(self, keep):
-        """Those of which keep (m,) is true."""
+        """Contactors whose keep (m,) is true."""
         columns = (self.body, self.shape, self.center, self.radius, self.direction, self.half)
         return Contactors(*(a[keep] for a in columns), None if self.joint is None else self.joint[keep])
 
@@ -169,7 +169,7 @@ def cell_of(step):
 
 
 def nearest_image(x, cell):
-    """Of each x (n, dim) [m], the image that is nearest to zero along each axis that repeats."""
+    """Periodic image of each x (n, dim) [m] nearest to zero along every periodic axis."""
     for k in cell.axes:
         x = nearest_along(x, cell, k)
     return x

@@ -23,8 +23,8 @@ def cells_of(body):
 
 
 def meshes_of(step):
-    """Of each mesh of which all nodes are there: what the scene says of it, and whether its faces may open: then nodes and
-    corners of cells are those of the step."""
+    """Description of each mesh whose nodes are all present, and whether its faces may open; if so, its nodes and the corners of
+    its cells are those of the step."""
     ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     now, out = _parted(step), []
     for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
@@ -36,7 +36,7 @@ def meshes_of(step):
 
 
 def meshes_at(step):
-    """Of each of these meshes: what is known of it, rows of its nodes among the bodies."""
+    """Description of each of these meshes with the rows of its nodes among the bodies."""
     return [(mesh, step.rows_of(mesh["nodes"])) for mesh, _ in meshes_of(step)]
 
 

@@ -17,7 +17,7 @@ MOST_BYTES_OF_ONE = 4096
 
 
 def copy(source, target, most, within=()):
-    """Groups, arrays of numbers and texts of source; ValueError for what is larger than the file can hold."""
+    """Copies groups, arrays of numbers and texts of source; raises ValueError for a dataset larger than the file can hold."""
     for name in source:
         member = source[name]
         if isinstance(member, h5py.Group):

@@ -43,7 +43,7 @@ class Side:
     aside: frozenset = frozenset()
 
 
-# What is compared, in the order of the table: name, meaning.
+# Compared quantities in the order of the table: name, meaning.
 COLUMNS = {
     "position": "largest distance of a body from its twin / body size",
     "position_rms": "the same, root of the mean square",
@@ -57,7 +57,7 @@ COLUMNS = {
 
 @dataclass
 class Comparison:
-    """What `verify` found: rows, one a common instant, of `time` and COLUMNS; tolerances; which of them were passed."""
+    """Result of `verify`: a row of `time` and COLUMNS for each common instant; tolerances; the tolerances that were exceeded."""
 
     a: str
     b: str
@@ -275,7 +275,7 @@ def _nearest(one, other):
 
 
 def side(path):
-    """A run of either program as a Side. Raises FileError or ValueError for what is neither."""
+    """A run of either program as a Side. Raises FileError or ValueError for any other file."""
     path = Path(os.fspath(path))
     if not path.exists():
         raise FileError(path, "there is no such file or folder", "give a .vtkhdf file, an lmgc90.h5 or a legacy case folder")
