@@ -104,7 +104,7 @@ class Blocks:
         return Blocks(self.dim, *([x[k] for k in at] for x in (self.vertices, self.faces, self.part)), self.flush)
 
     def mask(self, *parts):
-        """Whether each block's part is one of the names, (n,)."""
+        """Mask (n,) of the blocks whose part is one of the names."""
         return np.array([p in parts for p in self.part], bool)
 
     def moved(self, shift=None, rotation=None, about=None):

@@ -1,8 +1,8 @@
 """Clumps: rigid bodies made of several disks or spheres, and their mass, centre and inertia.
 
-Where parts overlap, the union is what has mass (`overlap="union"`) or each part counts for itself (`overlap="sum"`, dense
-where parts overlap). The union of disks is integrated along its outline, exactly; that of spheres by Gauss quadrature over
-slices whose union of disks is exact, to about 1e-8 of the mass at the default number of points (`points`).
+Where parts overlap, mass is that of their union (`overlap="union"`) or the sum over the parts (`overlap="sum"`, so overlaps count
+twice). The union of disks is integrated along its outline, exactly; that of spheres by Gauss quadrature over slices whose union
+of disks is exact, to about 1e-8 of the mass at the default number of points (`points`).
 """
 
 from __future__ import annotations
