@@ -1,4 +1,5 @@
-"""What to try next where nothing can be recommended: the one change that what was measured speaks for, as an option to type."""
+"""Suggestion for the next try where no setting can be recommended: a single change supported by the measurements, as an option to
+type."""
 
 from __future__ import annotations
 
@@ -82,7 +83,7 @@ def _luck(best, settings, accuracy):
 
 
 def _more_runs(best, kind, accuracy):
-    """The mean is within the accuracy and its interval is not: more of what is averaged makes the interval smaller."""
+    """The mean is within the accuracy, but its confidence interval is not: more runs or a longer average narrow the interval."""
     runs = best["runs"]
     if kind == "statistics" and best["error"] < accuracy:
         needed = math.ceil(runs * ((best["measured_upper"] - best["error"]) / (accuracy - best["error"])) ** 2)
