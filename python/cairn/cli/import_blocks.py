@@ -1,4 +1,4 @@
-"""`cairn import`: blocks from a file, with the report of what was found, and a scene of them to run."""
+"""`cairn import`: blocks from a file, with a report of their faults, and a scene of them to run."""
 
 from __future__ import annotations
 
