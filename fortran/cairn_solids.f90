@@ -51,7 +51,7 @@ module cairn_solids
       import
       type(c_ptr), value :: context
     end function body_state_size
-    !> What is kept, for a checkpoint. 0: done.
+    !> Writes the state of the body for a checkpoint; returns 0 on success.
     integer(c_int32_t) function body_save(context, size, state) bind(c)
       import
       type(c_ptr), value          :: context
@@ -339,7 +339,7 @@ contains
     call report_back(c_set_pressure(simulation%handle, int(mesh, c_int32_t), int(set, c_int32_t), begin, end, what), what, error)
   end subroutine set_pressure
 
-  !> Of cells of materials of solids: "stress" (6, cells), or a state by its name (1, cells).
+  !> Reads a field of cells of solid materials: "stress" (6, cells), or a state by its name (1, cells).
   subroutine mesh_cells(simulation, mesh, name, values, error)
     type(cairn_simulation), intent(in) :: simulation
     integer, intent(in) :: mesh                                  !< its number
