@@ -68,7 +68,7 @@ def build(options):
 
 
 def settle(structure, options, steps=10):
-    """Impulses of rest first, then steps from them; rows of the history. Discards any motion made before they were found."""
+    """Finds the impulses of equilibrium, then makes steps from them; returns the rows of the history."""
     history, start = [], time.process_time()
 
     def follow(found):
