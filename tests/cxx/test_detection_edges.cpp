@@ -455,7 +455,7 @@ TEST(SpaceFillingOrder, is_a_permutation_that_steps_to_neighbours) {
       for (std::size_t i = 1; i < order.size(); ++i) {
         double d2 = 0;
         for (int k = 0; k < dim; ++k) d2 += std::pow(x[order[i] * dim + k] - x[order[i - 1] * dim + k], 2);
-        if (d2 > 1e12) continue; // to and from what is far away
+        if (d2 > 1e12) continue; // jumps to and from distant bodies
         sum += std::sqrt(d2);
         ++steps;
       }
