@@ -162,7 +162,7 @@ def test_a_step_that_ends_early_is_not_worse_than_what_it_has_seen(tmp_path):
 
 
 def velocities(sim):
-    """Of rigid bodies and of nodes of meshes (n, dim)."""
+    """Velocities of rigid bodies and of nodes of meshes (n, dim)."""
     return np.concatenate([sim.bodies.velocity[:, : sim.scene.dim], sim.nodes.velocity])
 
 

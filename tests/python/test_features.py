@@ -1,4 +1,4 @@
-"""What a scene can hold and a simulation can do, each against a closed form or an identity."""
+"""Features of scenes and simulations, each against a closed form or an identity."""
 
 import cairn as cn
 import numpy as np
@@ -551,7 +551,7 @@ def test_explain_tells_what_runs():
 
 
 def test_a_boundary_begins_with_the_velocity_of_its_free_dofs():
-    """What is held is driven by it, what is free begins with it; a function drives what is held alone."""
+    """A velocity drives held dofs and is the initial velocity of free ones; a function drives held dofs alone."""
     for dim, free, velocity in ((2, "vy", (0.2, -1.0)), (3, ("vz", "wx"), (0.1, 0, -1.0, 0.3, 0, 0))):
         up = np.eye(dim)[-1]
         scene = cn.Scene(dim)
