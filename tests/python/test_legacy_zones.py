@@ -53,7 +53,7 @@ class Contacts:
         return state
 
     def sweep(self, velocity, frame, gap, beta):
-        """One turn of all contacts at these beta; velocities are those of the bodies, what is returned those of the contacts."""
+        """A sweep over all contacts at these beta; takes velocities of the bodies, returns those of the contacts."""
         law, radius, area = self.law, self.radius, self.radius / 2
         normal_spring, tangential_spring = DT**2 * area * law.normal_stiffness, DT**2 * area * law.tangential_stiffness
         seen = np.zeros((len(self.pairs), 2))

@@ -1,5 +1,5 @@
-"""Damping of the modes of linear meshes by a ratio each: free decay against its closed form, what is not damped, and the
-energy that it takes."""
+"""Damping of the modes of linear meshes by a ratio each: free decay against its closed form, undamped modes, and the dissipated
+energy."""
 
 import cairn as cn
 import numpy as np
@@ -35,7 +35,7 @@ def simulation(body, dt, damping, fixed=None, integrator=None, velocity=None, di
 
 
 def amplitude(sim, body, shape, omega):
-    """Of a mode, from its place and speed."""
+    """Amplitude of a mode, from its displacement and velocity."""
     m = body.M @ shape
     return np.hypot(m @ sim.meshes[0].displacement.ravel(), m @ sim.meshes[0].velocity.ravel() / omega)
 
