@@ -1,4 +1,4 @@
-"""Bad meshes are refused by name, good ones are measured, and reparable ones are repaired."""
+"""Bad meshes are refused by name, good meshes are measured, and faults are repaired where possible."""
 
 import time
 

@@ -8,7 +8,7 @@ RADIUS, STEP = 0.05, 1e-3
 
 
 def sag(count, stiffness, tol=1e-4):
-    """Of the end of a row whose first disk is held, at rest, times the stiffness [N/m2]."""
+    """Sag at rest of the end of a row whose first disk is held, times the stiffness [N/m2]."""
     grain = cn.Material("grain", density=2500.0)
     scene = cn.Scene(2, gravity=(0.0, -9.81))
     place = np.column_stack([2 * RADIUS * np.arange(count), np.zeros(count)])

@@ -1,4 +1,4 @@
-"""Bodies of materials of solids in scenes: Newton's method round the contact solver, plastic work, restart, what goes wrong."""
+"""Bodies of materials of solids in scenes: Newton's method round the contact solver, plastic work, restart, failures."""
 
 import cairn as cn
 import numpy as np
@@ -105,7 +105,7 @@ def test_kelvin_and_voigts_body_is_rayleigh_damping():
 
 
 def test_plastic_work_and_restart(tmp_path):
-    """A block thrown at a plane keeps its dents; what it dissipated is told; a restart goes on to the same bits."""
+    """A block thrown at a plane keeps its dents; its dissipation is reported; a restart goes on to the same bits."""
     steel = J2Plasticity(young=2e6, poisson=0.3, yield_stress=3e4, isotropic=2e4)
     ways = []
     for stop in (False, True):

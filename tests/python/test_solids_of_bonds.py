@@ -73,8 +73,7 @@ def test_short_steps_converge_too(h):
 
 
 def test_a_chain_of_a_hundred_hinges_keeps_its_energy():
-    """Sweeps take 46,000 a step here, one time through; joints are made good by five more. What is lost falls with the square
-    of the step."""
+    """A solve takes 46,000 sweeps here, the correction of joints five more. The energy loss falls with the square of the step."""
     steel, lost = cn.Material("steel", density=7800.0), []
     corners = np.array([[-0.1, -0.02], [0.1, -0.02], [0.1, 0.02], [-0.1, 0.02]])
     for dt in (4e-4, 2e-4):
@@ -202,7 +201,7 @@ def wall(law, h, solver):
 @pytest.mark.parametrize("ratio", [1e3, 1e6, 1e9, 1e12])
 @pytest.mark.parametrize("solver", [cn.Auto(), cn.NLGS()], ids=["auto", "nlgs"])
 def test_a_heavy_end_of_a_bonded_bar_stands_or_its_steps_are_not_called_converged(ratio, solver):
-    """The error of the whole is one of energies, of which light disks that fall under a heavy one have no share."""
+    """The global error is a sum of energies, to which light disks that fall under a heavy one do not contribute."""
     r = 0.01
     places = 2 * r * np.array([[i, j] for i in range(8) for j in range(4)], float)
     stone, heavy = cn.Material("stone", density=2500.0), cn.Material("heavy", density=2500.0 * ratio)

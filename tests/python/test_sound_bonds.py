@@ -1,4 +1,4 @@
-"""Bonds that are stiff in a step hold what is below their strength and break above, whatever a solver leaves to velocities."""
+"""Bonds that are stiff in a step hold below their strength and break above, for any residual velocities of the solver."""
 
 import cairn as cn
 import numpy as np
@@ -9,7 +9,7 @@ R, G, COUNT, STEP = 0.05, 9.81, 8, 1e-3
 
 
 def zone(law, stiffness, stress):
-    """Of 1 micrometre to the opening at which it is broken."""
+    """A zone that is broken at an opening of 1 micrometre."""
     both = dict(normal_stiffness=stiffness, tangential_stiffness=stiffness, within=1e-6)
     work = 1e-6 * stress
     two = dict(normal_strength=stress, tangential_strength=stress, normal_work=work, tangential_work=work)

@@ -43,8 +43,8 @@ def run(ground, bodies, steps, dt=2e-3, mu=0.3):
 
 @pytest.mark.parametrize("kind", ["flat", "edge", "corner", "turning"])
 def test_a_block_slides_on_triangles_as_on_a_plane(kind):
-    """On a flat floor of triangles it feels what it feels on a plane: lying, tipped on an edge or a corner, and spinning, its
-    corners passing over its edges and vertices. What turns has three corners below: about four, friction is not unique."""
+    """Contact with a flat floor of triangles equals that with a plane: lying, tipped on an edge or a corner, and spinning, with
+    corners passing over edges and vertices. The spinning body has three corners below, since friction at four is not unique."""
     tip = {"flat": 0.0, "edge": 0.3, "corner": 0.5, "turning": 0.0}[kind]
     axis = np.array([1.0, 0, 0]) if kind == "edge" else np.array([1.0, -0.7, 0.2]) / np.sqrt(1.53)
     q = np.append(np.cos(tip / 2), np.sin(tip / 2) * axis)
@@ -126,7 +126,7 @@ def test_least_gap_is_that_of_all_triangles(kind):
 
 
 def test_depths_are_those_between_solids():
-    """Of stones a little inside a cube of triangles: the depth Coal finds between the solids, or a shorter way out."""
+    """Stones a little inside a cube of triangles: the penetration depth by Coal between the solids, or a shorter way out."""
     pytest.importorskip("coal")
     rng = np.random.default_rng(4)
     cube = (CUBE * 4, triangles(CUBE_FACES))

@@ -1,4 +1,4 @@
-"""Tied sides of cells of second order: a uniform stress through cells that do not match, what they weigh, what is refused."""
+"""Tied sides of cells of second order: a uniform stress through non-matching cells, their mass, refusals."""
 
 import cairn as cn
 import numpy as np

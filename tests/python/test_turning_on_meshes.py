@@ -1,5 +1,5 @@
-"""Moments between rigid bodies and the edges and faces of meshes: friction against rolling and twisting, bonds; what cannot
-bear a moment is refused by name."""
+"""Moments between rigid bodies and the edges and faces of meshes: friction against rolling and twisting, bonds; sides that cannot
+bear a moment are refused by name."""
 
 import cairn as cn
 import numpy as np
@@ -115,7 +115,7 @@ LAWS = [cn.Rolling(mu=0.5, rolling=0.3, twisting=0.2), cn.ParallelBond(**STIFF, 
 @pytest.mark.parametrize("cells", [1, 3])
 @pytest.mark.parametrize("dim, kind", KINDS)
 def test_a_moment_on_a_face_is_balanced_by_a_couple(dim, kind, cells, solver, law):
-    """Of a ball that comes down on a free block and spins: no momentum and no angular momentum is lost, and both sides turn."""
+    """A spinning ball lands on a free block: momentum and angular momentum are kept, and both turn."""
     body = block(dim, kind, (cells,) * dim, warp=0.02)
     scene, place = cn.Scene(dim), np.array([0.11, 0.05][: dim - 1] + [R])
     scene.add(cn.deformable(body, BASE, **sides_of(dim)))
