@@ -73,7 +73,8 @@ def test_short_steps_converge_too(h):
 
 
 def test_a_chain_of_a_hundred_hinges_keeps_its_energy():
-    """A solve takes 46,000 sweeps here, the correction of joints five more. The energy loss falls with the square of the step."""
+    """Sweeps alone need 46,000 a step here, `Auto` fewer than 1,000 iterations. The energy error falls with the square of the
+    step."""
     steel, lost = cn.Material("steel", density=7800.0), []
     corners = np.array([[-0.1, -0.02], [0.1, -0.02], [0.1, 0.02], [-0.1, 0.02]])
     for dt in (4e-4, 2e-4):
