@@ -222,7 +222,7 @@ contains
     call read_field(c_body_field, simulation%handle, name, body_count(simulation), values, error)
   end subroutine body_field
 
-  !> The same of the nodes of meshes ("id", "position", "velocity", "mass", ...).
+  !> Reads a field of the nodes of meshes ("id", "position", "velocity", "mass", ...).
   subroutine node_field(simulation, name, values, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
@@ -395,7 +395,7 @@ contains
   !> Lets go a joint, of the scene or of the run.
   subroutine remove_joint(simulation, ends, error)
     type(cairn_simulation), intent(in) :: simulation
-    integer(c_int64_t), intent(in) :: ends(2)                    !< as add_joint or insert_joint told them
+    integer(c_int64_t), intent(in) :: ends(2)                    !< numbers returned by add_joint or insert_joint
     type(cairn_error), intent(out), optional :: error
     type(c_error) :: what
 

@@ -17,7 +17,7 @@ module cairn_solids
     integer(c_int32_t) :: gives_energy = 0      !< 1: forces fills energy
     integer(c_int32_t) :: gives_dissipation = 0 !< 1: forces fills dissipated; of a code that spends nothing it is 0
     integer(c_int64_t) :: dofs = 0, entries = 0 !< as the code knows them: refused where the mesh or its pattern has others
-    type(c_ptr)        :: context = c_null_ptr  !< handed to each call, c_loc of what the code keeps
+    type(c_ptr)        :: context = c_null_ptr  !< passed to each call, c_loc of the data of the code
     type(c_funptr)     :: forces = c_null_funptr !< c_funloc of a body_forces
     type(c_funptr)     :: commit = c_null_funptr, rollback = c_null_funptr !< of a body_history; null: nothing is kept
     type(c_funptr)     :: state_size = c_null_funptr, save = c_null_funptr, load = c_null_funptr !< for checkpoints, all or none
@@ -241,7 +241,7 @@ contains
     call report_back(c_mesh_set_calls(mesh%handle, start, row, mass, node_mass, calls, what), what, error)
   end subroutine set_calls
 
-  !> The same by the routine `body` of a shared library.
+  !> Adds a body computed by the routine `body` of a shared library.
   subroutine plug_body(mesh, library, body, params, start, row, mass, node_mass, error)
     type(cairn_mesh), intent(in) :: mesh
     character(*), intent(in) :: library, body
@@ -301,7 +301,7 @@ contains
                                      weight, what), what, error)
   end subroutine tie_node
 
-  !> Its points meet its own sides; its nodes meet sides of other meshes on average over its own.
+  !> Self-contact by points on its own sides; mortar contact of its nodes with sides of other meshes.
   subroutine set_contact(mesh, self_contact, mortar, error)
     type(cairn_mesh), intent(in) :: mesh
     logical, intent(in) :: self_contact, mortar

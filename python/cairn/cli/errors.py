@@ -3,7 +3,7 @@
 import os
 import sys
 
-# modules that some commands need, and what pip calls them
+# modules that some commands need, and their names for pip
 PACKAGES = {
     "PIL": "pillow", "coacd": "coacd", "gmsh": "gmsh", "ifcopenshell": "ifcopenshell", "manifold3d": "manifold3d",
     "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista", "scipy": "scipy",

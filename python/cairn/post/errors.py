@@ -94,12 +94,12 @@ def why(error):
 
 
 def as_file_error(path, error, writing=False):
-    """The FileError that tells of `error`, an OSError met at `path`. writing: a file was to be made there."""
+    """The FileError for `error`, an OSError at `path`. writing: true if the file was to be created."""
     if isinstance(error, FileError):
         return error
     problem, remedy = why(error)
     folder = os.path.dirname(os.fspath(path)) or "."
-    if writing and isinstance(error, FileNotFoundError) and os.path.isdir(folder):  # as /proc, which is there and takes none
+    if writing and isinstance(error, FileNotFoundError) and os.path.isdir(folder):  # e.g. /proc, which accepts no files
         problem, remedy = f"cannot be written: the folder {folder} takes no files", "choose another folder"
     result = FileError(path, problem, remedy)
     result.errno = error.errno

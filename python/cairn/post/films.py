@@ -73,7 +73,7 @@ def _brought_ffmpeg(plt):
 
 
 def camera_at(camera, share):
-    """The camera of a film at a share of it: what a function gives, a place along a path of cameras, or the one that there is."""
+    """The camera of a film at a share of its length: from a function, interpolated along a path of cameras, or fixed."""
     if callable(camera):
         return camera(share)
     places = np.asarray(camera, float) if camera is not None else None

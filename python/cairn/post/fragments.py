@@ -53,7 +53,7 @@ def _pieces_of(mesh):
 
 
 def _written_pieces(step):
-    """The same of all meshes of an output."""
+    """Fragments of all meshes of an output."""
     from ..model.opening_faces import parts_of  # scenes without meshes do not load it
 
     out = []

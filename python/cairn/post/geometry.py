@@ -1,4 +1,4 @@
-"""Where the contactors of a step are, from the places of the bodies that carry them."""
+"""Positions of the contactors of a step, from those of the bodies that carry them."""
 
 import numpy as np
 
@@ -92,8 +92,8 @@ def _contactors_of(step):
 
 
 def rows_of_nodes(table, ids):
-    """Which contactors (m,) are mapped from several nodes of a mesh that are there, and the rows of these, (m, 4), -1 where there
-    are fewer."""
+    """Mask (m,) of the contactors mapped from several present nodes of a mesh, and the rows of these nodes, (m, 4), filled with
+    -1."""
     nodes = np.asarray(table.get("nodes", np.zeros((0, 4))), np.int64).reshape(-1, 4)[: None if len(ids) else 0]
     order = np.argsort(ids, kind="stable")
     rows = order[np.minimum(np.searchsorted(ids, nodes, sorter=order), len(ids) - 1)]

@@ -74,6 +74,6 @@ def add_to(plotter, step, contactors, colour):
     lines, rings, radii = lines_and_rings(step, contactors)
     if len(lines):
         plotter.add_mesh(pyvista.line_segments_from_points(lines.reshape(-1, 3)), color=colour, line_width=3)
-    small = 0.01 * plotter.length  # of the picture: joints on nodes have no size of their own
+    small = 0.01 * plotter.length  # share of the picture, since joints on nodes have no size of their own
     for place, radius in zip(rings, radii):
         plotter.add_mesh(pyvista.Sphere(radius=radius or small, center=place), color=colour)

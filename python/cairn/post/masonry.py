@@ -107,7 +107,7 @@ class Structure:
         position, rotation = (np.array(x) for x in self.places())
         order = np.argsort(self.ids)
         for s in self.simulation._sets:
-            if s.mesh is not None or s.mass is None:  # nodes, and what drives bodies of other sets
+            if s.mesh is not None or s.mass is None:  # nodes, and drives of bodies of other sets
                 continue
             at, here = found(s.own_ids, self.ids[order])
             own, origin = order[here[at]], self.simulation.scene.origin
@@ -213,7 +213,7 @@ class Structure:
     # ------------------------------------------------------------------ motion
 
     def moved(self, points, block):
-        """Where points (m, dim) of the start, on the given blocks (m,), are now."""
+        """Present positions of points (m, dim) given at the start on blocks (m,)."""
         (p0, r0), (p1, r1) = self.start, self.places()
         local = points - p0[block]
         if self.dim == 2:

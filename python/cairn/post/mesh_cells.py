@@ -16,7 +16,7 @@ KINDS = {number: kind for kind, number in VTK_CELLS.items()}
 
 
 def cells_of(body):
-    """Cells by kind, {kind: (m, k)}, of a body that deforms as files and pictures have them; {} of one that has none of them."""
+    """Cells of a deformable body by kind, {kind: (m, k)}, as in files and pictures; {} if it has none."""
     if hasattr(body, "section_forces"):
         return {"line": body.lines}
     return body.cells if hasattr(body, "nodal_stress") and set(body.cells) <= set(VTK_CELLS) else {}
@@ -150,8 +150,8 @@ def with_rods(step, what, mesh, of_bodies):
 
 
 def with_surfaces(step, mesh, of_bodies, hidden):
-    """Points, triangles and rows of a picture (or None) and values of the rows, with the surfaces of meshes in the place of what
-    shows them: each triangle has a row of its own, the mean of its corners."""
+    """Points, triangles and rows of a picture (or None) and values of the rows, with the surfaces of meshes in place of their
+    contactors: each triangle has a row of its own, the mean of its corners."""
     corners = surfaces(step)
     if not len(corners):
         return mesh, of_bodies

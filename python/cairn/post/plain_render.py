@@ -18,7 +18,7 @@ class Canvas:
         self.origin = np.array([width, height]) / 2 - self.scale * (low + high) / 2
 
     def pixels(self, x):
-        """Where points (..., 2) on the plane of the picture are, in pixels from the lower left corner."""
+        """Positions in pixels from the lower left corner of points (..., 2) on the plane of the picture."""
         return self.origin + self.scale * x
 
     def window_of(self, low, high):

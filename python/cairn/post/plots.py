@@ -31,9 +31,9 @@ LABELS = {
     "torsion_moment": "torsion moment [N m]",
     "accumulated_plastic_strain": "accumulated plastic strain [-]",
 }
-AT_REST = 1e-5  # of the speed that gravity gives in a step
-THICKEST = 3  # of the width of the mean, in pictures of forces
-NOISE = 1e-12  # of the values themselves: a spread below it is rounding, and no field
+AT_REST = 1e-5  # share of the speed gained by gravity in a step
+THICKEST = 3  # times the width of the mean force, in pictures of forces
+NOISE = 1e-12  # relative to the values: a smaller spread is rounding
 
 
 AXES = {2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "zx")}
@@ -179,7 +179,7 @@ def plot_step(
 
 
 def draw_pale(ax, step, view, bodies=True, walls=True):
-    """All that is there in one pale colour, walls in theirs, to draw on. Returns disks and outlines of polygons."""
+    """Draws all bodies in a pale colour, walls in theirs, as a background. Returns disks and outlines of polygons."""
     from .frame_plots import draw_lines
 
     hidden, contactors = mesh_cells.shown_by_cells(step), contactors_of(step)

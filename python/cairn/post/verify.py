@@ -235,7 +235,7 @@ def _compare_contacts(fa, fb, size):
 
 
 def _keyed(fa, fb):
-    """{(one body, other body, number): row} of both: a contact and its twin have one key."""
+    """{(first body, second body, number): row} of both runs: corresponding contacts have the same key."""
     groups = [_by_pair(f) for f in (fa, fb)]
     a, b = {}, {}
     for pair in groups[0].keys() | groups[1].keys():
@@ -311,8 +311,8 @@ def _run_side(path):
 
 
 def _lengths(run):
-    """The length [s] of a step by its number: from the history, else what the run began with; None where neither is told, as in
-    files of programs that write outputs alone."""
+    """The length [s] of a step by its number: from the history, else the initial step of the run; None where neither is recorded,
+    as in files of programs that write outputs alone."""
     history, begun = run.history, run.scene.get("dt")
     known = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history else {}
     return lambda step: known.get(step, None if begun is None else float(begun))

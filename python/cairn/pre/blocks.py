@@ -17,7 +17,7 @@ from .box_pairs import overlapping_pairs
 
 # a box's corners are numbered x + 2 y + 4 z; its faces run anticlockwise seen from outside
 BOX_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-FLUSH = 1e-9  # of the size of an assembly: faces closer than this lie on each other
+FLUSH = 1e-9  # share of the size of an assembly: faces closer than this lie on each other
 
 
 class Joints(NamedTuple):

@@ -75,7 +75,7 @@ def sum_moments(c: np.ndarray, r: np.ndarray):
     """Volume, first moment (dim,) and second moment (dim, dim) of parts, each counted for itself."""
     dim = c.shape[1]
     volumes = np.pi * r**2 if dim == 2 else 4.0 / 3.0 * np.pi * r**3
-    own = np.sum(volumes * r**2) / (dim + 2)  # of a disk about a diameter m r^2/4, of a sphere about a plane m r^2/5
+    own = np.sum(volumes * r**2) / (dim + 2)  # disk about a diameter m r^2/4, sphere about a plane m r^2/5
     return volumes.sum(), volumes @ c, (c * volumes[:, None]).T @ c + own * np.eye(dim)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import mesh
 
-ENOUGH = 1e-13  # of the size: corners nearer to their planes stay
+ENOUGH = 1e-13  # share of the size: corners nearer to their planes stay
 SLOW = 0.5  # a step that gains less is the last
 
 

@@ -108,7 +108,7 @@ class Front:
         return turn < 0.0 if s == i else turn > 0.0
 
     def settle(self, i: int, j: int, r: float) -> tuple[int, int, float, float]:
-        """Where a disk of radius r dropped into the pit (i, j) comes to rest: the two supports and the centre."""
+        """Resting place of a disk of radius r dropped into the pit (i, j): the two supports and the centre."""
         n, pit, from_left = self.left, (i, j), False
         for _ in range(ROLLS):
             place = self.rest(i, j, r)

@@ -380,8 +380,8 @@ def is_closed(faces) -> bool:
 
 
 def read_meshio(path) -> Raw:
-    """Surfaces of triangles or quadrilaterals, or the skins of volume elements: of each volume that gmsh has tagged, else of
-    what hangs together. A physical volume gives its name to its blocks."""
+    """Surfaces of triangles or quadrilaterals, or the skins of volume elements: of each volume that gmsh has tagged, else of each
+    connected component. A physical volume gives its name to its blocks."""
     meshio = mesh.library("meshio", f"to read {path.suffix} files")
     m = by_library(path, meshio.read)
     points = np.asarray(m.points, float)

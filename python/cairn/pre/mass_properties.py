@@ -67,8 +67,8 @@ def polyhedra(vertices, faces) -> Properties:
 
 
 def polyhedra_of_arrays(points, starts, corners, first_corner) -> Properties:
-    """The same from flat arrays: points (p, 3), starts (n,) first point of each body; corners (t, 3) triangles by number of
-    point, first_corner (n,) first triangle of each body."""
+    """Mass properties from flat arrays: points (p, 3), starts (n,) first point of each body; corners (t, 3) triangles by number
+    of point, first_corner (n,) first triangle of each body."""
     owner = owners(starts, len(points))
     local, middle, size = normalised(points, starts, owner)
     a, b, c = (local[corners[:, k]] for k in range(3))

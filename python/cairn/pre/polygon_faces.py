@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
-FLAT = 1e-6  # of the extent: how far corners may stand out of their face
+SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # share of the largest coordinate: deviation of corners of a face by rounding
+FLAT = 1e-6  # share of the extent: allowed distance of corners from the plane of their face
 SLIVER = 1e-12  # double area of a triangle over the square of its longest edge, below which its normal is rounding
 
 
@@ -18,7 +18,7 @@ class FaceError(ValueError):
 
 
 def rounding(points, flat):
-    """How far corners may be from where they should [unit of the points]: flat of their extent, and what their digits round.
+    """Tolerance of the positions of corners [unit of the points]: flat times their extent, plus the rounding of their digits.
     points: a list of arrays (..., 3)."""
     points = np.concatenate([p.reshape(-1, 3) for p in points])
     points = points[np.isfinite(points).all(axis=1)]

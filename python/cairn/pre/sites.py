@@ -1,4 +1,4 @@
-"""Where spheres come to rest on a growing 3D deposit: places that touch three supports which can carry their weight.
+"""Resting places of spheres on a growing 3D deposit: places that touch three supports which can carry their weight.
 
 A support is a sphere, a vertical wall of the box or its floor. Every new sphere makes new places with the spheres around
 it; they stand in a heap by height, so that the next sphere goes to the lowest one that has room for it (the algorithm of

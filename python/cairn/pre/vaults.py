@@ -44,7 +44,7 @@ def arch_profile(options):
 
 def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
     """A groin vault over a square bay: two barrels along x and y, each kept where it is the higher, |x| < |y| for the
-    barrel along y. courses: blocks along half a barrel; what the diagonal leaves of one that is a splinter stays with the next.
+    barrel along y. courses: blocks along half a barrel; splinters left by the diagonal are merged with the next block.
     Parts: "web", "support" under the four corners."""
     courses = checks.count("courses", courses, 1)
     outlines, beds = arch_profile(arch)

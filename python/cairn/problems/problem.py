@@ -72,7 +72,7 @@ class Problem:
         row_start, column, data = _blocks(dim, W, self.contacts)
         self._row_start, self._column, self._data = row_start, column, data
         self._core = _core.FrictionProblem(dim, row_start, column, data, self.q, self.mu)
-        self._core.measure(np.zeros_like(self.q))  # refuses what no solver could take
+        self._core.measure(np.zeros_like(self.q))  # refuses input that no solver accepts
 
     @property
     def W(self):
@@ -115,7 +115,7 @@ class Problem:
         return self._core.measure(np.asarray(r, dtype=float))["error"]
 
     def figures(self, r):
-        """Error of r (n, dim), its worst contact and what a mechanic reads, a dict with the names of Result."""
+        """Error of r (n, dim), its worst contact and mechanical measures, a dict with the names of Result."""
         report = self._core.measure(np.asarray(r, dtype=float))
         names = ("error", "worst_error", "worst_contact", "penetration_rate", "cone_distance", "energy_created")
         return {name: report[name] for name in names}

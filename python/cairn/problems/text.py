@@ -206,7 +206,7 @@ def _read_blocks(words, shape, what):
 
 
 def _starts(words, many, size, what):
-    """Where each block row or column starts, from where each ends."""
+    """Start of each block row or column, from the ends."""
     first = words.place
     starts = np.concatenate([[0], words.take(many, int, what)])
     if (np.diff(starts) <= 0).any() or starts[-1] != size:

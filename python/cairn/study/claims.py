@@ -26,7 +26,7 @@ def exact_in_time(sim):
 
 
 def told_in_time(sim, reference):
-    """The error in time that the simulation tells of its coming step; nothing where the reference knows no exact end."""
+    """Estimated error in time of the simulation's next step; empty if the reference has no exact end."""
     if "in_time_end_velocity_0" not in reference:
         return {}
     try:
@@ -56,7 +56,7 @@ class Begin:
         return out
 
     def _apart(self, arrays, h, of_step=False):
-        """(velocity, position); of the step as posed the velocity alone, over its own speeds: what accuracy= promises."""
+        """(velocity, position); for the step as posed the velocity alone, over its own speeds, the error bounded by accuracy=."""
         exact, now = End.of_arrays(arrays), End(self._sim)
         if not of_step:
             return apart(self._sim, self._norm, self._end, now, exact, h)

@@ -168,7 +168,7 @@ class Recorder:
         periodic = sim.scene.periodic
         if periodic is not None:
             for axis, length in enumerate(periodic.lengths):
-                if 0 < length < np.inf:  # what crosses the cell's border counts whole, once
+                if 0 < length < np.inf:  # bodies across the cell's border count whole, once
                     low[axis], high[axis] = (centers[:, axis] - radii).min(), (centers[:, axis] + radii).max()
                     share *= (high[axis] - low[axis]) / length
         return share * solid_fraction(centers, radii, low, high)

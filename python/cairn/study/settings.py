@@ -153,7 +153,7 @@ def scene_settings(
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
-    if tuple(meshes or (0.0,)) != (0.0,):  # the default: what build() makes by itself
+    if tuple(meshes or (0.0,)) != (0.0,):  # the default mesh of build()
         for mesh in meshes:
             check_mesh("meshes", mesh)
     every = itertools.product(

@@ -16,7 +16,7 @@ def main():
     def read():
         for line in sys.stdin:
             lines.put(line)
-        os._exit(0)  # the study is over, or gone: so is what runs here
+        os._exit(0)  # the study has ended or died, and so does this process
 
     threading.Thread(target=read, daemon=True).start()
     from cairn.study import tasks
