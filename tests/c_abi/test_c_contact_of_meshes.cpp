@@ -93,7 +93,7 @@ TEST_F(CContactOfMeshes, a_mortar_passes_the_patch_test) {
     }
 }
 
-// The same of cells of second order, whose sides are integrated as wholes: 2 on 3 again, as a block and the nodes in
+// Patch test for cells of second order, whose sides are integrated as wholes: 2 on 3 again, as a block and the nodes in
 // the middles of its edges.
 struct CParabolicBlocks : CContactOfMeshes {
   void promote(int dim) {

@@ -262,8 +262,7 @@ TEST(CoupledMotion, HoldsItsComponents) {
         }
 }
 
-// It slides as Coulomb has it, but not by the limit or more, in either way; then it is held without a force, and comes
-// back.
+// Coulomb sliding is confined to the limit in both directions; there it is held without a force, and comes back.
 TEST(LimitedSlip, StopsAtItsLimit) {
   const double h = 1e-3;
   for (int dim : {2, 3})

@@ -171,7 +171,7 @@ def chained(dim, links=15):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_newtons_method_over_bodies_knows_the_node_and_the_far_end(dim):
-    """Where chains hang on both ends `Auto` takes its factors over bodies and the dofs of the mesh: as sweeps alone."""
+    """Chains hang on both ends: `Auto` factorises over bodies and the dofs of the mesh, with the result of sweeps alone."""
     ends, solvers = [], set()
     for solver in (cn.NLGS(tol=1e-11, max_iter=200000), cn.Auto(tol=1e-11)):
         sim = simulate(chained(dim), H, solver)

@@ -98,7 +98,7 @@ def test_what_stands_is_found_from_nothing(tmp_path):
 
 
 def test_bonds_do_not_begin_with_associated_friction(tmp_path):
-    """They are no cones: sweeps without restarts ran away there."""
+    """Laws of bonds are no cones: sweeps without restarts diverged."""
     sim = settled(SCENES["bonds"]())
     sim.checkpoint(path := tmp_path / "state.h5")
     solver = {"tol": 1e-8, "max_iter": 20000}

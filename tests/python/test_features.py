@@ -66,7 +66,7 @@ def test_bonded_bodies_move_as_one(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_chain_of_bonds_is_a_cantilever(dim):
-    """It holds its weight by the moment at its root, without creep."""
+    """The chain carries its weight by the moment at its root, without creep."""
     n, radius = 6, 0.1
     scene = cn.Scene(dim, gravity=-G * np.eye(dim)[-1])
     x = np.zeros((n, dim))
@@ -342,7 +342,7 @@ def test_clumps_keep_momentum_and_close_their_energy(dim, theta):
 
 
 def test_disk_on_a_segment():
-    """It rests on the bar, and beyond the end on the round end, where the normal leans."""
+    """Disks rest on the bar, and beyond its end on the round cap, where the normal is inclined."""
     scene = cn.Scene(2, gravity=(0, -G))
     x = 1.0 + 0.15 * np.sin(0.5)
     scene.add(cn.disks([[0.0, 0.15], [5.0, 0.15]], 0.1, ROCK, driven="w"))

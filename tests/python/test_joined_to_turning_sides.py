@@ -99,7 +99,8 @@ def test_a_face_of_a_cube_turns_with_the_side_of_a_box(law):
 
 
 def test_a_corner_between_two_triangles_of_a_mesh_has_one_contact():
-    """Each corner of the box stands on the diagonal of a face: a contact with the other half ran away against the bond."""
+    """Each corner of the box stands on the diagonal of a face: a second contact, with the other half, diverged against the
+    bond."""
     sim, _ = turning(3, cn.Bonded(), beyond=-0.02)
     for _ in range(60):
         sim.step()

@@ -454,7 +454,8 @@ def flight(speed):
 
 
 def test_a_joint_that_flies_is_as_tight_as_one_that_stays():
-    """To the rounding of its places: a tolerance of speeds of the scene left 1e-11 m at 1 km/s by two thirds of the sweeps."""
+    """Drift is within the rounding of positions. A tolerance relative to speeds of the scene would leave 1e-11 m at 1 km/s, for a
+    third less sweeps."""
     stays, sweeps, _ = flight(0.0)
     assert stays < 1e-8 * 1e-3 * 8.0 * 0.1  # of the step, the spin of one against the other and the arm
     for speed in (1e3, 1e6):

@@ -129,7 +129,7 @@ def test_an_elastic_wire_is_drawn_by_its_stiffness(dim):
 @pytest.mark.parametrize("pair", ["wall", "mesh"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_what_wears_sinks_as_archard_has_it(dim, pair):
-    """By k F s/A, a grain that is drawn along a wall or along the side of a mesh."""
+    """Wear depth k F s/A of a grain that is drawn along a wall or along the side of a mesh."""
     scene, up, wear, force, speed = cn.Scene(dim), np.eye(dim)[-1], 1e-9, 200.0, 0.5
     if pair == "wall":
         scene.add(cn.wall(np.zeros(dim), up, BASE))

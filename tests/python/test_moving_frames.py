@@ -259,7 +259,7 @@ def test_a_free_frame_tumbles_through_many_turns(kind, dim):
 @pytest.mark.parametrize("kinematics", ["corotational", "total_lagrangian"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_discrete_gradients_keep_energy_and_both_momenta_of_bars(dim, kinematics):
-    """To the tolerance of Newton's method; beams are refused."""
+    """Invariants hold to the tolerance of Newton's method; beams are refused."""
     strategy = cn.NSCD(integrator=cn.DiscreteGradient(), newton_tol=1e-12)
     sim, mass = tumbling("bars", dim, strategy, 4e-3, kinematics)
     linear, angular = momenta(sim, mass)

@@ -238,7 +238,8 @@ def test_cells_of_two_kinds_are_refused():
 @pytest.mark.parametrize("opens", [{}, {"opens": "threshold", "threshold": np.inf}])
 @pytest.mark.parametrize("warp", [0.0, 1e-6, 0.01, 0.1])
 def test_points_of_warped_faces_are_bonded_whatever_the_warp(warp, opens):
-    """Each once, to the face across, where nothing moves: a plate one cube thick, whose nodes move by so much of it."""
+    """Each point is bonded once, to the opposite face, in a plate at rest, a cube thick, whose nodes are displaced by a share
+    `warp` of the cube."""
     size = HIGH / 3
     points, cells = blocks(3, 3, 1, size, "hexahedron")
     body = body_of(points + warp * size * np.random.default_rng(5).uniform(-1, 1, points.shape), cells)

@@ -99,7 +99,7 @@ def test_steps_are_those_by_the_compliance(dim, body_of):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sweeps_are_the_same_sweeps(dim):
-    """To rounding, and as many of them."""
+    """Results agree to rounding, with equal numbers of sweeps."""
     one, two = (on_a_plane(dim, elastic, solver(1e-4)) for solver in (cn.NLGS, reached))
     for _ in range(5):
         one.step()

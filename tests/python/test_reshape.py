@@ -438,8 +438,8 @@ def state(sim):
 
 @pytest.mark.parametrize("law", BONDS, ids=lambda law: type(law).__name__)
 def test_what_a_bond_holds_is_not_deformed(law):
-    """It is told by name, the state is as it was, and the flight goes on; once its other is gone it may be deformed, at the same
-    energy."""
+    """The error names the bond, the state is unchanged, and the flight goes on; once its partner is removed the body may be
+    deformed, at the same energy."""
     x = [[0.0, 0.0], [1.01 if isinstance(law, cn.Rod) else 1.0, 0.0]]
     sim = bonded(law, cn.disks(x, 0.5, GLUE, velocity=[[1.0, 0.0, 0.0]] * 2))
     for _ in range(5):

@@ -223,7 +223,7 @@ def of_disks():
 
 
 def test_the_solver_that_was_chosen_is_chosen_again(tmp_path):
-    """It is by bodies that came in, those that went since among them, and velocities within the tolerance are by it."""
+    """The choice depends on bodies inserted, also on those removed since, and velocities within the tolerance depend on it."""
     one = of_disks()
     heavy = one.add(cn.disks([[0.1, 1.5]], 1.0, ROCK, density=1e6))
     one.step()

@@ -194,7 +194,7 @@ def test_nothing_is_caught_by_an_edge(kind, sunk):
 
 @pytest.mark.parametrize("share, falls", [(0.45, False), (0.55, True)])
 def test_a_drum_over_the_edge_of_a_table(share, falls):
-    """It stands while its centre is over the table, the crossings of the rim among its contacts, and falls beyond."""
+    """The drum stands while its centre is over the table, with contacts where its circle crosses the edge, and falls beyond."""
     drum = cn.cylinders([[2 - 0.6 + 1.2 * share, 0.2, 0.2]], 0.6, 0.4, ROCK)
     sim = run(cn.surface(*TABLE, GROUND), drum, 150, mu=0.5)
     assert (sim.bodies.position[0, 2] < 0.195) == falls

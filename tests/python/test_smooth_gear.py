@@ -77,7 +77,7 @@ def heap(integrator, dim=3, dt=2e-5):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_heap_falls_as_by_velocity_verlet(dim):
-    """To the order of the collisions: half of the step brings the two methods nearer, and the balance closes better."""
+    """Agreement to the order of collisions: with half of the step both methods are closer, and the balance closes better."""
     apart, closure = [], []
     for dt in (2e-5, 1e-5):
         ends = []

@@ -34,7 +34,7 @@ class Watched:
         return dict(self.sim.info["energy"])
 
     def taken(self, begin, end):
-        """By the integrator; and what the balance of the nodes leaves, times the middle of both velocities."""
+        """Dissipation of the integrator; and the residual of the balance of nodes times the mean of both velocities."""
         (q0, v0, history), (q1, v1, _), h = begin, end, self.h
         s = self.integrator.scheme(h)
         known = sum((s["velocity"][k] * a for k, a in enumerate(history)), 0 * v0)
@@ -109,7 +109,7 @@ def test_what_newtons_method_leaves_is_closure_and_no_dissipation(integrator):
 
 
 def test_closure_is_as_large_as_newtons_method_leaves_it():
-    """It falls with the error that a step ends with; stresses by energy leave the integrator nothing."""
+    """Closure falls with the final error of a step; energy-conserving stresses make the integrator's dissipation zero."""
     for integrator in (cn.Theta(), cn.HHT(alpha=-0.1), cn.DiscreteGradient()):
         left = []
         for tol in (1e-4, 1e-6, 1e-12):

@@ -199,7 +199,8 @@ def test_a_material_that_softens_to_nothing_is_told(kind):
 
 @pytest.mark.parametrize("kind", [cn.J2Plasticity, cn.FiniteJ2])
 def test_what_softened_to_nothing_has_a_fault_and_a_remedy_of_its_own(kind):
-    """By the kernel's status, by a body alone, and by a step, which says what helps; a hardening metal bears the same."""
+    """Reported by the kernel's status, by a single body, and by a step with its remedy; a hardening metal carries the same
+    strain."""
     points, cells = box("quad", (1, 1), (1.0, 1.0))
     law = {"young": 1e6, "poisson": 0.3, "yield_stress": 1e3}
     u = 0.3 * points[:, [1, 0]] * [1.0, 0.0]

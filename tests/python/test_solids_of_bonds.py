@@ -66,7 +66,7 @@ def test_the_solver_that_did_it_is_told_and_threads_do_not_matter():
 
 @pytest.mark.parametrize("h", [1e-6, 1e-5])
 def test_short_steps_converge_too(h):
-    """Where inertia is more than springs the passes may not help: they are given up, and sweeps go on."""
+    """Where inertia exceeds the stiffness of bonds, Newton passes may fail: they are abandoned, and sweeps go on."""
     sim = beam(2, LAWS[1], cn.Auto(tol=1e-6), h=h)
     sim.step()
     assert sim.info["status"] == "converged"

@@ -73,7 +73,8 @@ def test_a_row_falls_above_its_strength(law, stiffness, speed):
 @pytest.mark.parametrize("law", ["MAL", "MAC", "PlasticEXPO"])
 @pytest.mark.parametrize("stiffness", [1e12, 1e16, 1e24])
 def test_a_wall_that_moves_stays_sound(law, stiffness):
-    """Each bond bears a hundredth of its strength, and what a tolerance leaves at 10 m/s is a hundred times an opening."""
+    """Each bond carries a hundredth of its strength, and the residual displacement by the tolerance at 10 m/s is a hundred times
+    an opening."""
     side = 10
     rows = np.repeat(np.arange(side), side)
     places = np.column_stack([2 * R * np.tile(np.arange(side), side) + R * (rows % 2), np.sqrt(3) * R * rows])

@@ -156,7 +156,7 @@ def test_light_comes_near_heavy_without_friction(dim, law):
 
 @pytest.mark.parametrize("solver", ["Default", "Auto", "NLGS", "PPANewton", "ADMM", "AcceleratedGradient"])
 def test_disks_without_friction_under_a_heavy_one(solver):
-    """They are not thrown about, and no step says converged above its tolerance."""
+    """The disks are not ejected, and no step is called converged above its tolerance."""
     solver = strategies.SOLVERS[solver](tol=1e-6, max_iter=3000)
     lead = cn.Material("lead", density=1e6)
     rng = np.random.default_rng(2)
@@ -462,7 +462,7 @@ def test_a_disk_between_walls_that_close_is_no_step_that_converged(solver, both)
 
 
 def test_what_jams_between_held_walls_has_converged():
-    """The same without a drive, and a high column: large impulses, and nothing that closes."""
+    """Jam without a drive, in a high column: large impulses, and no closing contact."""
     scene = cn.Scene(2, gravity=(0, -9.81))
     scene.add(cn.disks([[0, 0.1 + 0.2 * k] for k in range(400)], 0.1, ROCK))
     scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((-0.1, 0), (1, 0), ROCK), cn.wall((0.1, 0), (-1, 0), ROCK))

@@ -318,7 +318,7 @@ def test_heat_of_events_and_of_what_rests(dt):
 
 
 def test_bodies_cool_in_flight():
-    """By events, too, time passes for temperatures while nothing touches."""
+    """Temperatures evolve in flight under event-driven dynamics as well."""
     temperatures = []
     for strategy in (cn.NSCD(), cn.EventDriven()):
         scene = cn.Scene(2, gravity=(0, -9.81))

@@ -74,7 +74,7 @@ def test_a_ball_rolls_down_a_block_beyond_the_slope_of_its_moment(dim, kind, sol
 
 @pytest.mark.parametrize("kind", CELLS[3])
 def test_a_sphere_that_spins_on_a_block_stops_as_on_a_wall(kind):
-    """By twisting R m g against 2/5 m R2 w: t = 2 R w/(5 twisting g)."""
+    """Moment `twisting` R m g against angular momentum 2/5 m R^2 w: t = 2 R w/(5 twisting g)."""
     twisting, spin, h = 0.1, 5.0, 1e-3
     stops = {}
     for floor in ("wall", "block"):

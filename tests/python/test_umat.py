@@ -94,7 +94,7 @@ def test_xit_and_nan_name_the_cell(umat):
 
 
 def test_a_step_that_the_routine_ends_is_told_with_what_helps(umat):
-    """By XIT above a strain of a half; halves of the step do not help either."""
+    """The routine calls XIT above a strain of a half; cutting the step back does not help."""
     points, cells = box("quad", (1, 1), (1.0, 1.0))
     groups = {"left": points[:, 0] < 0.5, "right": points[:, 0] > 0.5}
     body = SolidBody(points, cells, umat(3.0, 0.3, 0.0), density=1.0, groups=groups)

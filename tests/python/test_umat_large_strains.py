@@ -282,7 +282,7 @@ def test_a_restart_goes_on_to_the_same_bits(routine, name, props, tmp_path):
 
 
 def test_a_stress_that_is_no_number_leaves_the_state_before_the_step(routine):
-    """Where a strain passes a limit; cell and body are named, and a softer throw of the same state goes on."""
+    """The stress fails where a strain passes a limit; cell and body are named, and a slower throw from the same state goes on."""
     sim = thrown(routine["told"](2e6, 0.0025))
 
     def state():
