@@ -81,7 +81,7 @@ def step_scenes():
 
 
 def seconds_of_steps(sim, path, solver, warm, steps):
-    """(CPU seconds of the steps but for what is beside the solver, steps converged, iterations, largest error)."""
+    """(CPU seconds of a step in the mean, true if all steps converged, iterations in all, largest error)."""
     sim.restore(path)
     sim.strategy = cn.NSCD(theta=sim.strategy.theta, solver=solver, threads=1, warm_start=warm)
     before, infos = time.process_time(), []

@@ -84,7 +84,7 @@ def simulation(scene, dt, solver, **options):
 
 
 def watch(name, sim, steps, height=1.0):
-    """A row: what the free bodies did in so many steps."""
+    """A row: drift, sinking and speed of the free bodies over the steps."""
     start = sim.bodies.position
     begin, worst, failed = time.process_time(), 0.0, 0
     for _ in range(steps):

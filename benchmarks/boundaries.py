@@ -17,7 +17,7 @@ SIDE = 60
 
 
 def boundaries(rng):
-    """Of each name: the boundary, and centres (1600, 3) of bodies near it."""
+    """Boundaries by name, each with centres (1600, 3) of bodies near it."""
     x, y = np.meshgrid(np.arange(SIDE + 1.0), np.arange(SIDE + 1.0), indexing="ij")
     height = 0.15 * np.sin(1.3 * x) * np.cos(1.1 * y) + 0.03 * rng.normal(size=x.shape)
     corner = np.ravel([[i * (SIDE + 1) + j for j in range(SIDE)] for i in range(SIDE)])

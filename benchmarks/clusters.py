@@ -3,11 +3,11 @@
     python benchmarks/clusters.py [--moments 75 100 130] [--size 250] [--rounds 8]
 
 At each moment of disks2d_5000 at 1e-4 one step is swept 4,000 times, and its contact problem taken further. Domains: clusters of
---size contacts, with one or three layers of those around, are solved one after the other by mixed sweeps to 1e-9 while all other
-impulses stay (Schwarz' alternating method), alone or with 200 extrapolated sweeps of all between the rounds. Rigid clusters: of
-squares of the pile the grains move as one body each, the contacts between squares are solved as those of these bodies, and
-400 extrapolated sweeps of all follow (two levels). Sweeps: as many extrapolated ones alone. Errors are those of Coulomb's
-problem, the least of the rounds. Writes benchmarks/results/clusters.csv.
+--size contacts, with one or three layers of those around, are solved in sequence by mixed sweeps to 1e-9 with all other impulses
+held (alternating Schwarz method), alone or with 200 extrapolated sweeps over all contacts between the rounds. Rigid clusters (two
+levels): the grains of each square of the pile form a rigid body, the contacts between squares are solved for these bodies, and
+400 extrapolated sweeps over all contacts follow. Sweeps: as many extrapolated ones alone. Errors are those of Coulomb's problem,
+the least of the rounds. Writes benchmarks/results/clusters.csv.
 """
 
 import argparse
@@ -70,7 +70,7 @@ class Pile:
             yield own, *self.part(own)
 
     def solve_domains(self, r, domains):
-        """One round of all clusters, each with what the others have by then."""
+        """A round over all clusters, each with the latest impulses of the others (multiplicative Schwarz)."""
         u = self.problem.velocity(r).copy()
         for own, w, columns in domains:
             free = u[own] - (w @ r[own].ravel()).reshape(-1, 2)

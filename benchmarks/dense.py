@@ -1,9 +1,9 @@
 """Dense scenes of 20,000 disks and spheres at rest: CPU seconds of a step to a true error, by each solver, warm and from nothing.
 
 python benchmarks/dense.py [--count 20000] [--seconds 20]. Both deposits come to rest by NLGS first, at the end by steps to
-1e-6: steps to 1e-4 alone keep a pile so deep in motion (see docs/problems.md). Every row begins from that state: warm ones are
-means over --steps steps, from nothing it is one. A solver that is not there after its iterations says how far it came. Writes
-benchmarks/results/dense.csv.
+1e-6: steps to 1e-4 alone keep a pile so deep in motion (see docs/problems.md). Every row begins from that state: warm rows are
+means over --steps steps, cold ones a single step. A solver that has not converged after its iterations reports its last error.
+Writes benchmarks/results/dense.csv.
 """
 
 import argparse

@@ -53,7 +53,7 @@ def openings(name, length, courses):
 
 
 def blocks_of(case):
-    """Blocks, their weight with what lies on them (n,) [N]."""
+    """Blocks, and their weights with the load on them (n,) [N]."""
     length, side, courses, tie, opening, load = case
     b = masonry.facade(length * L, side * L, courses, BRICK, tie=tie, openings=openings(opening, length, courses))
     mass = DENSITY * b.properties().measure

@@ -29,7 +29,7 @@ def seconds(f):
 
 
 def matrix(sim):
-    """M + H D H' of the step at hand, over what moves; D a thousand times the inverse of the diagonal of W."""
+    """M + H D H' of the current step over the free velocities; D is a thousand times the inverse of the diagonal of W."""
     sim.step()
     found = problem_of(sim)
     inverse = sparse.csr_array(found["inverse"])

@@ -28,7 +28,7 @@ def named(keys):
 
 
 def go_on(sim, before, share):
-    """Impulses r + share (r - r of the step before) for the next step; what the step before is then."""
+    """Extrapolates impulses, r + share (r - r of the step before), for the next step; returns the present ones by name."""
     state = sim.get_state()
     memory = state["memory"]
     names = named(memory["keys"])

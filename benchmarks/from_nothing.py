@@ -1,4 +1,4 @@
-"""A pile at rest whose impulses are not known, to 1e-8: what goes on from where sweeps with the associated start stop.
+"""A pile at rest without known impulses, to 1e-8: solvers continue from where sweeps with the associated start stop.
 
 python benchmarks/from_nothing.py [--count 20000] [--cases disks spheres]. The piles of dense.py; sweeps to each of --tolerances,
 then each solver from these impulses, at most so many iterations. CPU seconds of one thread, of that part alone. In space those

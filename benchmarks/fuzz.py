@@ -1,10 +1,10 @@
-"""Damaged files of every kind: what comes of them.
+"""Damaged files of every kind: refused, read, or a crash.
 
     script/bench fuzz [--inputs 20000] [--kinds NAME ...] [--batch 500] [--log FILE]
 
 A line a kind: inputs, refused (cairn.FileError), read, raw errors, results that are no number, crashes, hangs (over 20 s), CPU
 seconds. Each batch runs in a process of its own, so that a crash costs one input: it is counted, and the next begins behind it.
-What is no "refused" and no "read" is told on the standard error with its seed; the input is made again from that.
+Other outcomes than "refused" and "read" are reported on the standard error with the seed that reproduces the input.
 """
 
 import argparse
@@ -24,7 +24,7 @@ BAD = ("raw error", "no number", "crash", "hang")
 
 
 def batch(name, first, last, folder):
-    """Lines of JSON on the standard output: before each input its seed, after it what came of it."""
+    """Lines of JSON on the standard output: before each input its seed, after it its outcome."""
     from fuzz.kinds import KINDS, tried
 
     kind = next(k for k in KINDS if k.name == name)
@@ -34,7 +34,7 @@ def batch(name, first, last, folder):
 
 
 def run_batch(name, first, last, counts, say):
-    """Counts what comes of seeds first to last; returns the seed to go on with."""
+    """Counts the outcomes of seeds first to last; returns the seed to continue with."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "ignore", __file__, "--batch-of", name, str(first), str(last), folder]
         child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)

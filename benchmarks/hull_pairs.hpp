@@ -29,14 +29,14 @@ struct Pairs {
   std::vector<double> gap, normal, point;
   std::mt19937 random{1};
 
-  // Of as many vertices each; or boxes, the upper flush on the lower one.
+  // Pairs of hulls with equal numbers of vertices; or of boxes, the upper flush on the lower one.
   explicit Pairs(int vertices, bool boxes = false) {
     for (int k = 0; k < 2 * pairs; ++k) boxes ? add_box() : add(vertices);
     begin();
     boxes ? lay_flush() : bring_near();
   }
 
-  // Of round shapes, spheres and boxes by name, of sizes of a factor of three.
+  // Pairs of round shapes, spheres and boxes by name, with sizes within a factor of three.
   Pairs(const std::string& first, const std::string& second) : seen_a(seen(first)), seen_b(seen(second)) {
     if (seen_a != cairn_convex_polyhedron) kernel = cairn_pair_convex;
     for (int k = 0; k < 2 * pairs; ++k) add_shape(k % 2 ? second : first);
@@ -121,7 +121,7 @@ struct Pairs {
     for (std::size_t i = 0; i < x.size(); ++i) x[i] -= moment[i % 3] / volume;
   }
 
-  // Of any sizes; the second of a pair is turned as the first.
+  // Adds a box of random size; both boxes of a pair have the same orientation.
   void add_box() {
     std::normal_distribution<double> g;
     std::uniform_real_distribution<double> half(0.3, 0.8);

@@ -1,9 +1,9 @@
-"""Runs that are killed (SIGKILL) at random instants: what their files hold.
+"""Runs killed (SIGKILL) at random instants: completeness of their files.
 
     script/bench kills [--kills 200] [--scenes NAME ...]
 
-A line a kind of run: kills, outputs that were flushed before them, files that open, outputs that are lost (flushed, and not in
-the file), checkpoints that were there, are read and go on to the bits of a run that was not killed.
+A line for each kind of run: kills; outputs flushed before them; files that open; lost outputs (flushed, but missing in the file);
+checkpoints that exist, can be read, and continue to the same bits as a run without a kill.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Folders of meshed bodies among LMGC90's public examples, read and run: python legacy_public.py FOLDER.
 
-FOLDER is the `examples` of LMGC90's sources. Each case runs by the time step, theta and steps of the script beside it; what is
-refused is told. Writes benchmarks/results/legacy_public.csv: steps that did not end within the tolerance, the largest error, the
-closure of the energy balance over the energy in play, and for Taylor's bar its length and the radius of its foot [mm].
+FOLDER is the `examples` of LMGC90's sources. Each case runs with the time step, theta and steps of the script beside it; refused
+cases are reported. Writes benchmarks/results/legacy_public.csv: steps that did not end within the tolerance, the largest error,
+the closure of the energy balance over the energy in play, and for Taylor's bar its length and the radius of its foot [mm].
 """
 
 import argparse

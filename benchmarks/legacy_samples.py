@@ -1,13 +1,13 @@
 """The sample cases of LMGC90, read, run, and compared with what LMGC90 stored.
 
 Each case that maps runs its stored steps from its DATBOX. Beside it run copies whose grains were shifted at random by 1e-8 of
-their radius, the digits that the files hold: what they do not agree on, no comparison can decide. `horizon` is the last stored
-step to which tracked bodies stay within 1e-4 of a body size of what was stored, `horizon_of_copies` the same of the copies among
-each other (least and greatest of them against the run as it is read), `horizon_of_last_digit` that of a copy shifted by 1e-12.
-Statistics are compared with the mean of the copies; `inside` says whether what was stored lies where 95 of 100 copies would (mean
-+- t(n - 1) sqrt(1 + 1/n) standard deviations). Copies that share most of the steps, of which LMGC90's run shares few, scatter
-too little to tell; `as_early` are those of others, shifted by tenfold more until they part no later than LMGC90 does.
-Writes benchmarks/results/legacy_samples.csv, and the table that docs/legacy.md shows.
+their radius, the digits that the files hold: beyond their divergence no comparison is meaningful. `horizon` is the last stored
+step to which tracked bodies stay within 1e-4 of a body size of the stored positions, `horizon_of_copies` the same of the copies
+among each other (least and greatest of them against the run as it is read), `horizon_of_last_digit` that of a copy shifted by
+1e-12. Statistics are compared with the mean of the copies; `inside` is true if the stored value lies in the 95 % prediction
+interval of the copies (mean +- t(n - 1) sqrt(1 + 1/n) standard deviations). Copies that share most steps with the run, of which
+LMGC90's shares few, scatter too little; `as_early` holds statistics of copies shifted by tenfold more until they diverge no later
+than LMGC90's run. Writes benchmarks/results/legacy_samples.csv, and the table that docs/legacy.md shows.
 """
 
 import argparse
@@ -97,7 +97,7 @@ def between(one, two, size):
 
 
 def inside(values, stored):
-    """Whether a figure lies where 95 of 100 more copies would."""
+    """True if the stored figure lies in the 95 % prediction interval of the copies."""
     from scipy.stats import t
 
     n = len(values)
@@ -106,7 +106,7 @@ def inside(values, stored):
 
 
 def as_early(folder, case, exact, horizon, copies, stored, span):
-    """Statistics against copies that part from ours no later than what was stored."""
+    """Statistics against copies that diverge from our run no later than the stored one does."""
     shift, late = 1e-8, np.inf
     while late > horizon and shift < 0.1:
         shift *= 10

@@ -1,4 +1,4 @@
-"""What mesh, step, integrator and tolerance cost and give, of an elastic impact and of a plastic forming: sweeps of
+"""Cost and accuracy by mesh, step, integrator and tolerance, for an elastic impact and a plastic forming: sweeps of
 benchmarks/study/impact.py and forming.py, tables in benchmarks/results, a picture in docs/images.
 
 python benchmarks/meshes_study.py [--results FOLDER] [--picture FILE]
@@ -62,8 +62,8 @@ def best(rows):
 
 
 def draw(axis, rows, by, label):
-    """CPU time over error, a colour for each value of a parameter, and the line of the best. What is exact by chance is left out:
-    central differences at Courant's step itself."""
+    """CPU time over error, a colour for each value of a parameter, and the Pareto front. Exact results are left out: central
+    differences at Courant's step itself."""
     rows = [row for row in rows if row["error"] > 1e-10]
     for value in dict.fromkeys(row[by] for row in rows):
         some = [row for row in rows if row[by] == value]

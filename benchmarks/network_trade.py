@@ -1,4 +1,4 @@
-"""What tolerance of the network, coupling and step cost and leave, for the brake and for a small powder under current.
+"""Cost and error by tolerance of the network, coupling and step, for the brake and for a small powder under current.
 
     python benchmarks/network_trade.py [brake | powder]     a row a setting, against the finest one
 """

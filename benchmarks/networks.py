@@ -1,4 +1,4 @@
-"""What a network costs: conduction through random cubic packings of three sizes up to a million branches, by multigrid, and by
+"""Cost of a network: conduction through random cubic packings of three sizes up to a million branches, by multigrid, and by
 factors where these fit. CSV on standard output."""
 
 import sys

@@ -2,9 +2,9 @@
 
     script/bench newton_passes [--most 10000] [--steps 2] [--case KIND LAW NODES]
 
-A line a case, each in a process of its own: nodes, contacts and passes of the last step; seconds of the stages of all passes by
+A line for each case, each in its own process: nodes, contacts and passes of the last step; seconds of the stages of all passes by
 `info["newton_seconds"]`, and all of them over assembly, factorisation and contacts; cells that get stresses and tangent in a
-second; what is left of the balance; the peak of the process less that before set-up.
+second; residual of the balance; the peak of the process less that before set-up.
 """
 
 import argparse

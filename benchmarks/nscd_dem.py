@@ -1,9 +1,9 @@
-"""The same heap by NSCD and by smooth DEM with stiffness going up: how far apart they are, and what each costs.
+"""The same heap by NSCD and by smooth DEM of rising stiffness: their difference and CPU time.
 
-A column of disks in two dimensions collapses beside a wall. Three figures, shares of a radius, means over perturbed columns: how
-far grains are from where NSCD with a short step has them while the column lands, before a collapse forgets its start; the height
-of the centre of mass over the collapse, against the same; and, for the heap at rest, how far its grains settle when it is given
-springs, which rigid grains do not. With the CPU time of a run.
+A column of disks in two dimensions collapses beside a wall. Three figures, shares of a radius, means over perturbed columns:
+deviation of grains from NSCD with a short step while the column lands, before the collapse loses memory of its start; the height
+of the centre of mass over the collapse against the same; and, for the heap at rest, the settlement of its grains on springs,
+absent for rigid grains. With the CPU time of a run.
 
     python benchmarks/nscd_dem.py [--output benchmarks/results/nscd_dem.csv] [--plot docs/images/nscd_dem.png]
 """

@@ -4,11 +4,11 @@
 
 Contacts get a compliance of so many times their own W_NN about the impulses that sweeps ended with. In the plane Coulomb's law
 then is a continuous function of velocities, linear in each of four pieces (apart, stuck, slipping either way), and the sweeps'
-impulses are the exact answer of a problem whose relative velocities are shifted a little. The shift is taken back along a path of
-exact answers (Katzenelson 1965; Chien and Kuh 1976 for maps whose pieces differ in orientation): each pivot lets one contact
-change its piece, and the path turns where the sign of the determinant does. At its end the impulses answer the compliant problem
-to rounding, and Coulomb's to compliance times what they changed. Writes benchmarks/results/paths.csv; the scene is read from the
-folder named by CAIRN_REFERENCE_DATA.
+impulses are the exact answer of a problem whose relative velocities are shifted a little. The shift is removed along a path of
+exact answers (Katzenelson 1965; Chien and Kuh 1976 for maps whose pieces differ in orientation): at each pivot a contact changes
+its piece, and the path reverses with the sign of the determinant. At its end the impulses answer the compliant problem to
+rounding, and Coulomb's to compliance times the change of impulses. Writes benchmarks/results/paths.csv; the scene is read from
+the folder named by CAIRN_REFERENCE_DATA.
 """
 
 import argparse
@@ -87,7 +87,7 @@ class Compliant:
         return self.mass * self.v - self.across @ self.impulses(self.relative(t)).ravel()
 
     def borders(self, u, du):
-        """What is positive within a piece, its rate along the path and the piece beyond, of each contact's two borders."""
+        """For both borders of each contact's piece: distance (positive inside), its rate along the path, and the piece beyond."""
         inside, rate = np.full((2, self.count), np.inf), np.zeros((2, self.count))
         beyond = np.zeros((2, self.count), int)
         for piece, borders in {
@@ -114,7 +114,7 @@ def sign_of(factors):
 
 
 def follow(at, seconds):
-    """To the end of the path: pivots, turns, and what is left of the shift (0: solved)."""
+    """Follows the path to its end: pivots, turns, and the remaining share of the shift (0: solved)."""
     t, turns, came, begun = 1.0, 0, None, time.process_time()
     for pivots in range(10**6):
         if pivots % BLOCK == 0:

@@ -1,12 +1,12 @@
-"""What scenes of disks, spheres and linear meshes pay for all that they do not use: two commits measured side by side in one run.
+"""Overhead of unused features in scenes of disks, spheres and linear meshes: two commits measured side by side in a run.
 
     script/bench pays_nothing [--before COMMIT] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER] [--cases CASE ...]
 
-`before` is the last commit before the house was rebuilt; of `meshes`, four blocks of Q4 or two of HEX8 on a plane and on one
-another, the last before Newton's method and materials of solids. Both commits are built with the release preset. Then a process
-of each takes turns with the other, a few steps at a time on the same scene with a fixed number of sweeps: pairs of CPU times a
-step that stand a fraction of a second apart, and seconds of the stages.
-`one_sweep` is a step with a single sweep: what is left is everything but the solver. Bytes are by Cairn's own count (of meshes a
+`before` is the last commit before the restructuring; for `meshes`, four blocks of Q4 or two of HEX8 on a plane and on each other,
+the last before Newton's method and materials of solids. Both commits are built with the release preset. Then a process of each
+takes turns with the other, a few steps at a time on the same scene with a fixed number of sweeps: pairs of CPU times a step that
+stand a fraction of a second apart, and seconds of the stages.
+`one_sweep` is a step with a single sweep, hence everything but the solver. Bytes are by Cairn's own count (of meshes a
 node) and by the growth of the process; `import` is `import cairn`, a process each time.
 Writes benchmarks/results/pays_nothing.csv: a row for a scene and quantity, medians of both commits, the median of the ratios of
 pairs and its 95 % interval (2,000 samples with replacement).
@@ -151,7 +151,7 @@ def row_of(scene, quantity, before, after, chance):
 
 
 def hash_of(commit):
-    """As short as git makes it."""
+    """Abbreviated hash of a commit."""
     command = ["git", "-C", str(ROOT), "rev-parse", "--short", commit]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 

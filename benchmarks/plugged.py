@@ -1,6 +1,6 @@
-"""What openness costs: sweeps with Signorini-Coulomb built in, and with copies of it from a user's shared library.
+"""Cost of user laws: sweeps with the built-in Signorini-Coulomb law and with copies of it from a shared library.
 
-The copy that says normal_bias takes the same way through the solver; one that does not takes the general one. Each law sweeps the
+The copy with normal_bias takes the same path through the solver, the other the general path. Each law sweeps the
 same contacts from the same state; laws take turns, and the least CPU time of each counts. Writes benchmarks/results/plugged.csv.
 """
 

@@ -1,4 +1,4 @@
-"""The reference scenes as LMGC90 ran them: CPU time, iterations and true error of each run beside its figures.
+"""The reference scenes with LMGC90's settings: CPU time, iterations and true error of each run beside its figures.
 
     python benchmarks/reference_scenes.py [SCENE...] [--tol 1e-4] [--steps N] [--threads 1]
     python benchmarks/reference_scenes.py disks2d_5000 --statistics 8     perturbed runs at tol and at tol / 100

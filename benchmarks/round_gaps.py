@@ -5,11 +5,11 @@ against bounds proved in extended precision, superquadrics of any exponents, and
 
 Writes benchmarks/results/round_gaps.csv, a row for each kind of pair and family: how many; missed (no contact, but the gap is
 within the margin) and false (a contact, but it is not); over the size of the larger body: the largest error of the gap where it
-is known, else what is between bounds, separation along the normal and distance of the points. Judged by a search for the largest
-separation instead are pairs whose points tell less than 1e-12, those on which Coal differs, every 50th, and all of superquadrics
-of any exponents. Then the largest error of Coal, asked for 1e-9, and how many of its gaps are off by more than 1e-8 or no number;
-normals off by more than 1e-9 where they are known; of pairs that overlap, how many might be parted by a move shorter by more than
-1e-7, and by how much, by Coal and the search.
+is known, else its distance from the bounds, separation along the normal and distance of the points. Judged by a search for the
+largest separation instead are pairs whose points tell less than 1e-12, those on which Coal differs, every 50th, and all of
+superquadrics of any exponents. Then the largest error of Coal, asked for 1e-9, and how many of its gaps are off by more than 1e-8
+or no number; normals off by more than 1e-9 where they are known; of pairs that overlap, how many might be parted by a move
+shorter by more than 1e-7, and by how much, by Coal and the search.
 """
 
 import argparse
@@ -30,7 +30,7 @@ FIELDS = ["family", "pairs", "overlapping", "missed", "false", "wrong_normals", 
 
 
 def merged(rows):
-    """Of batches: counts add up, of errors the largest counts."""
+    """Merges batches: sums of counts, maxima of errors."""
     total = dict(rows[0])
     for row in rows[1:]:
         for key, value in row.items():

@@ -25,7 +25,7 @@ def deposit(case, count, tol=1e-4, max_iter=1000, min_iter=1, threads=1, steps=0
         scene.add(cn.spheres(centers, radii, rock), cn.box((0, 0, 0), (width, width, 2 * width), rock, lid=False))
     scene.interact(rock, rock, cn.Coulomb(mu=0.4))
     solver = cn.NLGS(tol=tol, max_iter=max_iter, min_iter=min_iter)
-    if min_iter > 1 and hasattr(solver, "acceleration"):  # as many plain sweeps in every step, also of what was built before
+    if min_iter > 1 and hasattr(solver, "acceleration"):  # as many plain sweeps in every step, also by earlier versions
         solver = dataclasses.replace(solver, acceleration="none")
     sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=solver, threads=threads, **strategy), overlap="ignore")
     for _ in range(steps):

@@ -1,4 +1,4 @@
-"""Stacks with the heaviest on top: what one step costs by sweeps alone and by `Auto`, from nothing and warm.
+"""Stacks with the heaviest body on top: cost of a step by sweeps alone and by `Auto`, cold and warm.
 
 python benchmarks/stacks.py [--shapes spheres boxes] [--counts 10 100 1000] [--ratios 1 1e3 1e6 1e12] [--seconds 5]. Writes
 benchmarks/results/stacks.csv: CPU seconds of a step, iterations, the true error and the largest deviation of a reaction from the

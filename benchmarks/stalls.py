@@ -137,7 +137,7 @@ def follow(step, share, window, rounds):
 
 
 def rows_of(sim, rounds):
-    """What a step tells, a dict for each question and method."""
+    """Results of a step, a dict for each question and method."""
     info = sim.step()
     step = Step(sim)
     start = step.problem.error(step.r)
@@ -160,8 +160,8 @@ def rows_of(sim, rounds):
 
 
 def moving_piles(moments, sweeps):
-    """(steps before, disks2d_5000 that made them at 1e-4) at each of these numbers of steps, rising; what steps follow are
-    swept so often at most, to 1e-6, and forgotten."""
+    """(steps before, disks2d_5000 that made them at 1e-4) at each of these numbers of steps, ascending; further steps are swept
+    at most `sweeps` times, to 1e-6, and then undone."""
     sim, _, _ = reference_scenes.build("disks2d_5000", 1e-4)
     coarse, done = sim.strategy, 0
     fine = cn.NSCD(theta=coarse.theta, solver=cn.NLGS(tol=1e-6, max_iter=sweeps), margin=coarse.margin, threads=1)

@@ -1,4 +1,4 @@
-"""What a step costs beside the solver, in sweeps of the solver: CSV, rows for a dense scene of disks and one of spheres, in
+"""Cost of a step outside of the solver, in units of a sweep: CSV, rows for a dense scene of disks and one of spheres, in
 plain sweeps and in extrapolated ones.
 
     script/bench step [--count 20000] [--steps 30]

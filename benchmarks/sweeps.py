@@ -113,7 +113,7 @@ def rows_of_families(folder, options):
 
 
 def rows_of_dense(folder, options):
-    """The speed is the mean of grains (rms) over g h: what one step of free fall gives."""
+    """Rows of dense deposits; the rms speed of grains is given over g h, the speed gained in a step of free fall."""
     large = options.count > 20000
     for case in options.cases:
         sim = at_rest(case, options.count)
@@ -177,7 +177,7 @@ def exact_step(sim, path, tol, accuracy, most=100000, impulses=None):
 
 
 def velocities(sim):
-    """Of rigid bodies and of nodes of meshes (n, dim)."""
+    """Velocities of rigid bodies and of nodes of meshes (n, dim)."""
     return np.concatenate([sim.bodies.velocity[:, : sim.scene.dim], sim.nodes.velocity])
 
 
@@ -241,7 +241,7 @@ def rows_of_motion(folder, options):
 
 
 def stays(row, options):
-    """Whether a row of an earlier run is not measured by this one."""
+    """True if a row of an earlier run is not measured by this one."""
     if options.part == "dense":
         return int(row["grains"]) != options.count or row["scene"] not in options.cases
     return row["scene"] not in options.scenes

@@ -1,9 +1,9 @@
-"""Towers of unit boxes under a heavy top, by default settings: how far they move in 1,000 steps, and what their levels carry.
+"""Towers of unit boxes under a heavy top, by default settings: displacement in 1,000 steps, and loads of their levels.
 
 python benchmarks/towers.py [--dims 2 3] [--heights 2 5 20 50 100] [--ratios 1e3 1e6 1e9 1e12] [--mus 0 .5] [--dts 1e-3 .0041667]
 [--steps 1000] [--most 3000] [--output towers.csv]. A tower stands on a wall under g = 9.81 m/s2; its boxes measure 1 m and 1 kg,
-the top one `ratio` times as much. A row for each: how far any box moved [m], and what it may, max(1e-5, 10 u M/m g h T) with
-u = 2^-53 and T = steps h: the rounding of the top's weight, as an impulse of each step, given to a light box and added up;
+the top one `ratio` times as much. A row for each: largest displacement of a box [m], and its bound, max(1e-5, 10 u M/m g h T)
+with u = 2^-53 and T = steps h: the rounding of the top's weight, as an impulse of each step, given to a light box and added up;
 the largest deviation of the reaction of a level from the weight above it, relative, in any step; steps that did not converge; the
 largest light_error of those that did; iterations and CPU seconds. --most: CPU seconds of a row, after which it ends and says so.
 """

@@ -1,4 +1,4 @@
-!> What the modules of Cairn for Fortran share: errors, texts and sizes. Programs use the module cairn.
+!> Base of the modules of Cairn for Fortran: errors, texts and sizes. Programs use the module cairn.
 module cairn_calls
   use, intrinsic :: iso_c_binding
   implicit none
@@ -7,7 +7,7 @@ module cairn_calls
 
   integer, parameter :: dp = c_double
 
-  !> What was wrong: code 0 is success, item the one that was wrong (-1: none in particular).
+  !> Error of a call: code 0 is success, item the number of the wrong entry (-1: none in particular).
   type :: cairn_error
     integer :: code = 0
     integer(c_int64_t) :: item = -1

@@ -112,7 +112,7 @@ contains
     call report_back(c_mesh_set_kinematics(mesh%handle, c_text(kinematics), what), what, error)
   end subroutine set_kinematics
 
-  !> Sides follow others on average, by dual multipliers on what they have in common; both as touch_sides takes them.
+  !> Ties slave sides to master sides weakly, by dual mortar multipliers on their overlap; both as touch_sides takes them.
   subroutine tie_sides(mesh, follow, lead, within, error)
     type(cairn_mesh), intent(in) :: mesh
     integer, intent(in), contiguous :: follow(:, :), lead(:, :)            !< from 0, the finer ones follow

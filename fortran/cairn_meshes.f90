@@ -240,7 +240,7 @@ contains
     call report_back(c_mesh_set_initial_stress(mesh%handle, size(stress, 2, c_int64_t), stress, what), what, error)
   end subroutine set_initial_stress
 
-  !> Of cells: C = by_mass M + by_stiffness K; lumped: mass in the nodes alone.
+  !> Rayleigh damping of cells: C = by_mass M + by_stiffness K; lumped: mass in the nodes alone.
   subroutine set_damping(mesh, by_mass, by_stiffness, lumped, error)
     type(cairn_mesh), intent(in) :: mesh
     real(dp), intent(in) :: by_mass                              !< [1/s]

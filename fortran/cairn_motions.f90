@@ -74,8 +74,8 @@ contains
     call give_table(c_drive, simulation, mesh, node, axis, time, "velocity", velocity, error)
   end subroutine drive_by_table
 
-  !> The function is asked at the begin, in the middle and at the end of each step, and of each of its parts: one of a module,
-  !> or an external one, since an internal procedure ends with the one that it is in.
+  !> Evaluates the function at the beginning, the middle and the end of each step, and of each of its parts. It must be a module
+  !> or external procedure, since an internal one ends with its host.
   subroutine displace_by_function(simulation, mesh, node, axis, displacement, context, error)
     type(cairn_simulation), intent(in) :: simulation
     integer, intent(in) :: mesh, node(:)                         !< its number; from 0

@@ -202,7 +202,7 @@ contains
       what), what, error)
   end subroutine add_wires
 
-  !> Of all bodies in the order of insertion, or of those named.
+  !> Sets temperatures of all bodies in order of insertion, or of the given ones.
   subroutine set_temperature(simulation, temperature, bodies, error)
     type(cairn_simulation), intent(in) :: simulation
     real(dp), intent(in), contiguous :: temperature(:)                !< [K]

@@ -128,7 +128,7 @@ contains
     n = c_contacts(problem%handle)
   end function problem_contacts
 
-  !> By a solver of solvers.def or "auto", to a tolerance on the true error.
+  !> Solves the problem by a solver of solvers.def or "auto", to a tolerance on the true error.
   subroutine solve_problem(problem, solver, impulse, report, tolerance, max_iterations, warm_start, error)
     type(cairn_problem), intent(in) :: problem
     character(*), intent(in) :: solver
@@ -187,7 +187,7 @@ contains
   pure type(problem_report) function plain(found)
     type(c_report), intent(in) :: found
 
-    character(:), allocatable :: solver, hint ! gfortran frees what a function made only where it is assigned
+    character(:), allocatable :: solver, hint ! gfortran frees the result of a function only where it is assigned
 
     solver = from_c(found%solver)
     hint = from_c(found%hint)

@@ -442,7 +442,7 @@ contains
     call give_joint(c_scene_add_joint, scene%handle, scene%dim, kind, a, point, b, axis, names, values, ends, error)
   end subroutine add_joint
 
-  !> Where each of these begins in an array of all, counted from 0, and behind the last.
+  !> Offset of each in the joined array, counted from 0, with the end of the last.
   pure function starts(numbers)
     integer, intent(in) :: numbers(:)
     integer(c_int64_t) :: starts(size(numbers) + 1)

@@ -1,5 +1,5 @@
-!> Routines of the C API that are alike, and what is done with each: of scenes and of simulations, of numbers, texts and fields by
-!> their names. Programs use the module cairn.
+!> Interfaces shared by similar routines of the C API, and wrappers that call these: for scenes and simulations, for numbers,
+!> texts and fields by their names. Programs use the module cairn.
 module cairn_signatures
   use, intrinsic :: iso_c_binding
   use cairn_calls

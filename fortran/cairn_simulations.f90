@@ -36,7 +36,7 @@ module cairn_simulations
     real(c_double) :: margin = -1              !< [m]; negative: from sizes and speeds
   end type
 
-  !> What the last step did.
+  !> Report of the last step.
   type, bind(c) :: cairn_report
     integer(c_int64_t) :: step
     integer(c_int64_t) :: contacts             !< candidates that were solved
@@ -47,7 +47,7 @@ module cairn_simulations
     real(c_double) :: worst_error              !< of one contact, on its own scale [-]
     real(c_double) :: penetration              !< deepest overlap / size of the smaller body
     real(c_double) :: kinetic                  !< energy [J]
-    real(c_double) :: closure                  !< what is left of the energy balance since the start [J]
+    real(c_double) :: closure                  !< residual of the energy balance since the start [J]
     real(c_double) :: energy_in_play           !< the scale of closure [J]
   end type
 
@@ -180,7 +180,7 @@ contains
     if (present(report)) report = own
   end subroutine step_simulation
 
-  !> As drive_bodies, between steps.
+  !> Drives bodies like drive_bodies, between steps.
   subroutine drive_simulation(simulation, body, driven, velocity, error)
     type(cairn_simulation), intent(in) :: simulation
     integer(c_int64_t), intent(in) :: body(:)
@@ -204,7 +204,7 @@ contains
     contact_count = c_simulation_contacts(simulation%handle)
   end function contact_count
 
-  !> Of all meshes.
+  !> Number of nodes of all meshes.
   integer(c_int64_t) function node_count(simulation) result(n)
     type(cairn_simulation), intent(in) :: simulation
 
@@ -222,7 +222,7 @@ contains
     call read_field(c_body_field, simulation%handle, name, body_count(simulation), values, error)
   end subroutine body_field
 
-  !> The same of the nodes of meshes ("id", "position", "velocity", "mass", ...).
+  !> Reads a field of the nodes of meshes ("id", "position", "velocity", "mass", ...).
   subroutine node_field(simulation, name, values, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
@@ -328,7 +328,7 @@ contains
     call give_gravity(c_simulation_set_gravity, simulation%handle, simulation%dim, gravity, error)
   end subroutine change_gravity
 
-  !> As set_body_field, between steps.
+  !> Sets a field like set_body_field, between steps.
   subroutine change_body_field(simulation, name, values, body, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
@@ -339,7 +339,7 @@ contains
     call give_field(c_simulation_set_body_field, simulation%handle, simulation%dim, name, values, body, error)
   end subroutine change_body_field
 
-  !> As add_bodies, between steps.
+  !> Adds bodies like add_bodies, between steps.
   subroutine insert_bodies(simulation, position, mass, inertia, first, rotation, velocity, error)
     type(cairn_simulation), intent(in) :: simulation
     real(dp), intent(in), contiguous :: position(:, :), inertia(:, :)
@@ -352,7 +352,8 @@ contains
                      velocity, error)
   end subroutine insert_bodies
 
-  !> As add_contactors, or with `hull` as add_hull_contactors, between steps; materials and hulls are those of the scene.
+  !> Adds contactors like add_contactors, or with `hull` like add_hull_contactors, between steps; materials and hulls of the
+  !> scene.
   subroutine insert_contactors(simulation, shape, body, material, radius, offset, direction, hull, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: shape
@@ -375,7 +376,7 @@ contains
                      what, error)
   end subroutine insert_contactors
 
-  !> As add_joint, between steps: of rigid bodies, as they stand now.
+  !> Adds a joint like add_joint, between steps: of rigid bodies in their present position.
   subroutine insert_joint(simulation, kind, a, point, b, axis, names, values, ends, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: kind
@@ -394,7 +395,7 @@ contains
   !> Lets go a joint, of the scene or of the run.
   subroutine remove_joint(simulation, ends, error)
     type(cairn_simulation), intent(in) :: simulation
-    integer(c_int64_t), intent(in) :: ends(2)                    !< as add_joint or insert_joint told them
+    integer(c_int64_t), intent(in) :: ends(2)                    !< numbers returned by add_joint or insert_joint
     type(cairn_error), intent(out), optional :: error
     type(c_error) :: what
 

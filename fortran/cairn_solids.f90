@@ -17,7 +17,7 @@ module cairn_solids
     integer(c_int32_t) :: gives_energy = 0      !< 1: forces fills energy
     integer(c_int32_t) :: gives_dissipation = 0 !< 1: forces fills dissipated; of a code that spends nothing it is 0
     integer(c_int64_t) :: dofs = 0, entries = 0 !< as the code knows them: refused where the mesh or its pattern has others
-    type(c_ptr)        :: context = c_null_ptr  !< handed to each call, c_loc of what the code keeps
+    type(c_ptr)        :: context = c_null_ptr  !< passed to each call, c_loc of the data of the code
     type(c_funptr)     :: forces = c_null_funptr !< c_funloc of a body_forces
     type(c_funptr)     :: commit = c_null_funptr, rollback = c_null_funptr !< of a body_history; null: nothing is kept
     type(c_funptr)     :: state_size = c_null_funptr, save = c_null_funptr, load = c_null_funptr !< for checkpoints, all or none
@@ -51,7 +51,7 @@ module cairn_solids
       import
       type(c_ptr), value :: context
     end function body_state_size
-    !> What is kept, for a checkpoint. 0: done.
+    !> Writes the state of the body for a checkpoint; returns 0 on success.
     integer(c_int32_t) function body_save(context, size, state) bind(c)
       import
       type(c_ptr), value          :: context
@@ -241,7 +241,7 @@ contains
     call report_back(c_mesh_set_calls(mesh%handle, start, row, mass, node_mass, calls, what), what, error)
   end subroutine set_calls
 
-  !> The same by the routine `body` of a shared library.
+  !> Adds a body computed by the routine `body` of a shared library.
   subroutine plug_body(mesh, library, body, params, start, row, mass, node_mass, error)
     type(cairn_mesh), intent(in) :: mesh
     character(*), intent(in) :: library, body
@@ -301,7 +301,7 @@ contains
                                      weight, what), what, error)
   end subroutine tie_node
 
-  !> Its points meet its own sides; its nodes meet sides of other meshes on average over its own.
+  !> Self-contact by points on its own sides; mortar contact of its nodes with sides of other meshes.
   subroutine set_contact(mesh, self_contact, mortar, error)
     type(cairn_mesh), intent(in) :: mesh
     logical, intent(in) :: self_contact, mortar
@@ -339,7 +339,7 @@ contains
     call report_back(c_set_pressure(simulation%handle, int(mesh, c_int32_t), int(set, c_int32_t), begin, end, what), what, error)
   end subroutine set_pressure
 
-  !> Of cells of materials of solids: "stress" (6, cells), or a state by its name (1, cells).
+  !> Reads a field of cells of solid materials: "stress" (6, cells), or a state by its name (1, cells).
   subroutine mesh_cells(simulation, mesh, name, values, error)
     type(cairn_simulation), intent(in) :: simulation
     integer, intent(in) :: mesh                                  !< its number

@@ -94,8 +94,8 @@ module cairn_transforms
 
 contains
 
-  !> Between steps a rigid body becomes deformable: a mesh of cells, of its shape as it stood when it came in, takes its place,
-  !> mass, momentum, force and damping, and what its contacts remember.
+  !> Between steps a rigid body becomes deformable: a mesh of cells, of its shape in its initial position, takes over its
+  !> position, mass, momentum, force and damping, and the memory of its contacts.
   subroutine deform_body(simulation, body, mesh, number, name, material, side_material, error)
     type(cairn_simulation), intent(in) :: simulation
     integer(c_int64_t), intent(in) :: body
@@ -133,8 +133,8 @@ contains
     if (present(body)) body = id
   end subroutine rigidify_mesh
 
-  !> The same as a body of another shape, under a new number, and of a mesh that was no rigid body before: its contactors stand
-  !> about the centre of mass of the mesh.
+  !> Makes a mesh a rigid body of another shape, under a new number, also a mesh that was no rigid body before: its contactors are
+  !> placed about the centre of mass of the mesh.
   subroutine rigidify_mesh_as(simulation, mesh, shape, material, mass, inertia, rotation, radius, offset, direction, hull, body, &
                               error)
     type(cairn_simulation), intent(in) :: simulation
@@ -238,7 +238,7 @@ contains
     if (present(choice)) given = choice
   end function given
 
-  !> The same of one that the program links: c_funloc(umat), of an external subroutine.
+  !> Adds a material by a UMAT that the program links: c_funloc(umat), of an external subroutine.
   subroutine give_material(material, routine, state, error, plane_stress)
     character(*), intent(in) :: material
     type(c_funptr), intent(in) :: routine

@@ -34,7 +34,7 @@ def core(folder):
 
 
 def exports(module):
-    """What python/cairn/MODULE/__init__.py imports, as exports."""
+    """Imports of python/cairn/MODULE/__init__.py as exports."""
     tree = ast.parse((ROOT / "python/cairn" / module / "__init__.py").read_text(encoding="utf-8"))
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.names[0].name != "_openmp":
@@ -43,7 +43,7 @@ def exports(module):
 
 
 def later():
-    """What the package imports when it is asked for, and its folders."""
+    """Lazy imports of the package, and its folders."""
     for name, module in cairn._LATER.items():
         if module != "build.bulk":  # classes of a list, below
             yield f"from .{module} import {name} as {name}"
@@ -55,7 +55,7 @@ def later():
 
 
 def _told(default):
-    """A default as a stub has it: what is no literal is `...`."""
+    """A default in a stub: literals as they are, anything else as `...`."""
     plain = isinstance(default, (float, int, str, type(None))) and default not in (math.inf, -math.inf)
     return repr(default) if plain else "..."
 

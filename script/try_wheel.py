@@ -1,4 +1,4 @@
-"""What a wheel has to do installed by itself: import quickly, run the first scene and an arch, pass `cairn doctor`."""
+"""Test of a wheel installed by itself: import quickly, run the first scene and an arch, pass `cairn doctor`."""
 
 import json
 import shutil

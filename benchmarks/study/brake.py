@@ -1,4 +1,4 @@
-"""The brake of examples/disc_brake on a coarse mesh until it has half its spin: what network tolerance, coupling and step leave.
+"""The brake of examples/disc_brake on a coarse mesh until it has half its spin: errors by network tolerance, coupling and step.
 
     cairn study brake.py --network-tolerances 1e-12 1e-4 --couplings staggered 1e-2 1e-8 --dt-factors 1 2 4
 """

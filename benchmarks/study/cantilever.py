@@ -1,4 +1,5 @@
-"""A double cantilever of beams on a cohesive zone, opened past its peak: what step, tolerance and stiffness of it leave.
+"""A double cantilever of beams on a cohesive zone, opened past its peak: errors by time step, tolerance and stiffness of the
+zone.
 
     cairn study cantilever.py:stiffness=1e12 cantilever.py cantilever.py:stiffness=1.6e13 --figure force --figure released \\
         --solvers NLGS --tolerances 1e-2 1e-4 1e-6 --dt-factors 0.5 1 2 --warm-start on --max-iter 2000 --no-one-step
@@ -35,10 +36,10 @@ def build(stiffness=4e12, cells=100):
 
 
 def figure_force(sim):
-    """That opens the arms [N]."""
+    """Force that opens the arms [N]."""
     return float(WIDE * sim.meshes[0].reaction("end")[1])
 
 
 def figure_released(sim):
-    """What the zones of both halves have spent since the start, of a plate a metre wide [J]."""
+    """Energy released by the zones of both halves since the start, for a plate a metre wide [J]."""
     return float(2 * sim.info["energy"]["released"])

@@ -35,7 +35,7 @@ def build(disks=60, seed=1, friction=0.4, spread=0.2, inertial=0.1):
 
 
 def figure_shear_stress(sim):
-    """Of the upper wall over the pressure."""
+    """Shear stress of the upper wall over the pressure."""
     contacts, lid = sim.contacts, sim.bodies.id[-1]
     sign = (contacts.bodies[:, 0] == lid).astype(float) - (contacts.bodies[:, 1] == lid)
     return -float(sign @ contacts.force[:, 0]) / (PRESSURE * sim.scene.periodic.lengths[0])

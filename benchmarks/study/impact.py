@@ -1,4 +1,4 @@
-"""A bar that strikes a wall along its axis: what mesh, step, integrator and tolerance cost and give, for `cairn sweep` against
+"""A bar that strikes a wall along its axis: cost and accuracy by mesh, step, integrator and tolerance, for `cairn sweep` against
 a closed form, and for `cairn study --meshes` against a finer mesh.
 
 Its free end goes on at the speed v until the wave from the wall comes, at L/c, then goes back as fast (Saint-Venant): the error

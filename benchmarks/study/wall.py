@@ -1,4 +1,4 @@
-"""A masonry wall of dry bricks in running bond on a base that shakes: how far the bricks move, and what the base bears."""
+"""A masonry wall of dry bricks in running bond on a base that shakes: displacement of the bricks and load of the base."""
 
 import cairn as cn
 import numpy as np

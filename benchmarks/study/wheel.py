@@ -1,4 +1,4 @@
-"""A small wheel on a rail of bonded grains: what step, tolerance and stiffness of the zone leave of a stroke.
+"""A small wheel on a rail of bonded grains: errors of a stroke by time step, tolerance and stiffness of the zone.
 
     cairn study wheel.py:stiffness=1.4e14 wheel.py wheel.py:stiffness=1.4e16 --figure bonds --figure friction --solvers NLGS \\
         --tolerances 1e-2 1e-3 1e-4 --dt-factors 1 2 --warm-start on --max-iter 500 --no-one-step

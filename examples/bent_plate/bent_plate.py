@@ -81,14 +81,14 @@ def bent(options):
 
 
 def curvature(points):
-    """Of a circle through points, by least squares [1/m]."""
+    """Curvature of a circle through points, by least squares [1/m]."""
     a = np.c_[2 * points, np.ones(len(points))]
     x, y, c = np.linalg.lstsq(a, (points**2).sum(axis=1), rcond=None)[0]
     return 1 / np.sqrt(c + x * x + y * y)
 
 
 def moment(k, layers=200):
-    """Of a plate bent to a curvature [N m/m]: layers in plane strain without stress across, the law of the plate."""
+    """Bending moment of a plate at a curvature [N m/m], by layers in plane strain without stress across the thickness."""
     height = (np.arange(layers) + 0.5) / layers * THICK / 2
     shear, bulk = YOUNG / (2 * (1 + POISSON)), YOUNG / (3 * (1 - 2 * POISSON))
     steps, total = 200, 0.0

@@ -1,9 +1,9 @@
 """Biaxial test: a dense sample between four walls is shortened at constant lateral stress; friction angle and dilatancy.
 
 The test by which soils are measured, in two dimensions and without gravity. The right wall is servo-controlled: it carries
-a force that keeps the lateral stress sigma_3 whatever the sample does. First both moving walls carry the same stress, without
+a force that keeps the lateral stress sigma_3 constant. First both moving walls carry the same stress, without
 friction so that the sample becomes dense, then with it, until all is at rest; then the lid goes down at a constant speed.
-What is followed:
+The example follows:
 
 - the mobilised friction, sin phi = (sigma_1 - sigma_3) / (sigma_1 + sigma_3): a dense sample passes a peak, then softens
   to a plateau;
@@ -47,7 +47,7 @@ def options_from(arguments):
 
 
 class Test:
-    """A sample between its walls, and what is measured on them."""
+    """A sample between its walls, and the stresses and strains measured on them."""
 
     def __init__(self, centers, radii, lengths, law, options):
         sand, plate = cn.Material("sand", density=DENSITY), cn.Material("plate", density=DENSITY)

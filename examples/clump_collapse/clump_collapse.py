@@ -1,9 +1,9 @@
 """Collapse of a column: clumps of three disks stand steeper than disks, since they interlock and cannot roll.
 
-A column of grains is held between two walls, then one wall is removed and the column slumps. How far it runs out and how
-steep the heap stays depends little on friction between grains and much on whether grains can roll: sand is not made of
-spheres. A clump, several disks on one rigid body, is the cheapest way to a grain that is not round: contacts stay those of
-disks, the body has one mass, one centre, one inertia, which `cairn.pre.clump` integrates exactly over the union of its parts.
+A column of grains is held between two walls, then a wall is removed and the column slumps. Run-out and slope of the heap depend
+little on friction between grains and much on their freedom to roll: sand is not made of spheres. A clump, several disks on a
+rigid body, is the cheapest grain that is not round: contacts are those of disks, mass, centre and inertia are those of the body,
+which `cairn.pre.clump` integrates exactly over the union of its parts.
 
 The same column is made twice, of clumps and of disks of the same area, the same friction and the same law.
 
@@ -83,7 +83,7 @@ def build(options, kind):
 
 
 def collapse(options, kind):
-    """Lets one column settle, removes its wall, and follows the slump; returns what was measured, and the file."""
+    """Lets a column settle, removes its wall, and follows the slump; returns the measured figures and the file."""
     simulation, width = build(options, kind)
     path = options.output / (f"{NAME}.vtkhdf" if kind == "clumps" else f"{NAME}_disks.vtkhdf")
     wall = int(simulation.bodies.id[-1])

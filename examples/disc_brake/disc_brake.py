@@ -1,10 +1,10 @@
 """A brake: a pad presses on a turning disc until it stands; friction heats both, heat conducts, pad and disc expand.
 
 The pad is a deformable body that follows the rim, held by its back along the rim and pressed by forces; the disc is rigid, of
-one temperature, and grows with it. What friction takes from the spin is heat, by effusivity to each side. Averaged over the
-width of the pad its temperature obeys the equation of heat along the depth alone, whatever pressure does along the rim: while
-heat has not reached the back, and the disc slows down evenly in a time T, the mean of the surface is that of a half space under
-a flux q (1 - t/T), (2 q/k) sqrt(a t/pi) (1 - 2 t/(3 T)) (Carslaw & Jaeger 1959).
+uniform temperature, and expands with it. Frictional work becomes heat, shared between both sides by effusivity. Averaged over the
+width of the pad its temperature obeys the equation of heat along the depth alone, for any distribution of pressure along the rim:
+while heat has not reached the back, and the disc slows down evenly in a time T, the mean of the surface is that of a half space
+under a flux q (1 - t/T), (2 q/k) sqrt(a t/pi) (1 - 2 t/(3 T)) (Carslaw & Jaeger 1959).
 
 Run it:  python disc_brake.py              until the disc stands, in a minute
          python disc_brake.py --full       a mesh of half the size, half the step

@@ -1,9 +1,9 @@
 """Rotating drum: spheres avalanche in a turning cylinder; the angle of the surface is measured.
 
-A cylinder half full of grains turns slowly about its horizontal axis. Near the wall grains go up with it as one solid; at
-the surface they come down in a thin fast layer. The angle of that surface is steady when the drum is neither so slow that
-avalanches come one by one (Froude number R w^2 / g below about 1e-4) nor so fast that the surface curves into an S and
-grains are flung (above about 0.1). For rough spheres with friction it lies between 20 and 35 degrees.
+A cylinder half full of grains turns slowly about its horizontal axis. Near the wall grains rise with it as a solid; at the
+surface they flow down in a thin fast layer. The angle of the surface is steady when the drum is neither so slow that avalanches
+are intermittent (Froude number R w^2 / g below about 1e-4) nor so fast that the surface curves into an S and grains are flung
+(above about 0.1). For rough spheres with friction it lies between 20 and 35 degrees.
 
 The drum is a tube, a cylinder seen from inside; the scene is periodic along its axis, so that it has no end walls, whose
 friction would raise the angle. Friction alone turns the grains with the drum.

@@ -1,11 +1,11 @@
 """Fault propagation: a layered deposit over a basement that is cut by a fault, whose upper block moves up or down along it.
 
-Earthquakes move rock under sand and clay; where and how steeply the rupture comes to the surface decides what is torn there. The
-deposit is that of the forced fold (rigid disks of 0.42 to 0.56 m, 2800 kg/m3, dry friction 0.4, steps of 0.025 s, section 5.1 of
-Dubois & Renouf 2007); below it lie two blocks, joined along a plane of a given dip. The one above that plane slides down along it
-(normal fault) or up (reverse), at 0.4 m/s, and the wall at its end goes along.
+Earthquakes move rock under sand and clay; where and how steeply the rupture comes to the surface decides which buildings are
+damaged. The deposit is that of the forced fold (rigid disks of 0.42 to 0.56 m, 2800 kg/m3, dry friction 0.4, steps of 0.025 s,
+section 5.1 of Dubois & Renouf 2007); below it lie two blocks, joined along a plane of a given dip. The upper block slides down
+along that plane (normal fault) or up (reverse), at 0.4 m/s, together with the wall at its end.
 
-In boxes of sand a reverse fault comes up less steep than that of the basement, a normal one steeper (Cole & Lade 1984; Bray,
+In boxes of sand a reverse fault rises less steeply than in the basement, a normal fault more steeply (Cole & Lade 1984; Bray,
 Seed, Cluff & Seed 1994). Measured here: the strain of the deposit since the start round each disk, and the line through the disks
 in which a half of all shear is, fitted by moments above the tip of the fault.
 

@@ -116,7 +116,7 @@ def run(options, mortar):
 
 
 def draw(options, found, folder):
-    """Temperature of the bricks when hot on the left; on the right what is left of their deflection, for each wall."""
+    """Temperature of the bricks when hot on the left; on the right their residual deflection, for each wall."""
     import matplotlib.pyplot as plt
     from matplotlib.collections import PolyCollection
 

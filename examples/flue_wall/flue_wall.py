@@ -1,10 +1,10 @@
-"""A flue wall of a furnace, heated from one side and cooled, cycle by cycle: what mortar in its horizontal joints is worth.
+"""A flue wall of a furnace, heated from one side and cooled, cycle by cycle: effect of the mortar in its horizontal joints.
 
 After Dubois & Renouf (2007), 5.5.2, as a section through the wall: bricks on each other between a stiff floor and a stiff head,
 which stands on springs that take the expansion. A fire heats the middle more than the ends, and one face more than the other:
-bricks grow, and bend as a gradient of temperature bends what is free. The wall bows and, pressed between floor and head, is bent
-further; when it cools, what holds it together decides what comes back. Three walls go through the same cycles: one whose mortar
-damages, one whose mortar stays elastic, one laid dry. What is left at the end of each cycle is the accumulated deflection.
+bricks expand, and curve under the gradient of temperature. The wall bows and, pressed between floor and head, is bent further;
+when it cools, its recovery depends on the mortar. Three walls go through the same cycles: with mortar that damages, with elastic
+mortar, and laid dry. The residual at the end of each cycle is the accumulated deflection.
 
 Sizes, temperatures and strengths are chosen here from the range of such walls: the paper does not tell them. Cycles of two weeks
 are run in seconds, slowly against what the wall swings with.

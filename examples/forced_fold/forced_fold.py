@@ -1,15 +1,15 @@
 """Forced fold: a layered deposit of disks shortened by a wall that pushes its left side.
 
 Sand-box models of mountain belts do the same with coloured sand: above a floor with friction, a layered deposit that is
-pushed from behind thickens into a wedge; thrusts cut and stack the layers, and folds stand above them. Here every grain is
+pushed from behind thickens into a wedge; thrusts cut and stack the layers, with folds above them. Here every grain is
 a rigid disk, every contact obeys Signorini's condition (no overlap, no adhesion), Coulomb's dry friction and inelastic
 impact, and the whole moves by Non-Smooth Contact Dynamics: the scene of section 5.1 of Dubois & Renouf (2007).
 
-What the paper gives: radii from 0.42 to 0.56 m, density 2800 kg/m3, friction 0.4, step 0.025 s, 43,000 disks and 20,000
-steps with at least 100 iterations a step (96 hours of a 3.6 GHz core then). What is chosen here, and why:
+The paper gives: radii from 0.42 to 0.56 m, density 2800 kg/m3, friction 0.4, step 0.025 s, 43,000 disks and 20,000
+steps with at least 100 iterations a step (96 hours of a 3.6 GHz core then). Choices made here, with reasons:
 
 - The deposit is 8 times as long as it is high and has 10 layers by colour alone: all grains are of one rock.
-- The wall shortens it by 35 %, enough for several thrusts one in front of another. In the 500 s of the paper's steps that
+- The wall shortens it by 35 %, enough for several successive thrusts. In the 500 s of the paper's steps that
   is 0.4 m/s, less than a hundredth of a diameter a step.
 - Is that slow? Grains deform a packing quasi-statically while the inertial number I = rate x d sqrt(rho / p) stays below
   about 0.01 (da Cruz et al. 2005): d sqrt(rho / p) is the time in which the pressure p pushes a grain into a hole of its
@@ -110,7 +110,7 @@ def surface_height(position, radius):
 
 
 class Probes:
-    """What the history records beside the solver's report: shortening [-] and height of the fold [m]."""
+    """Entries of the history beside the solver's report: shortening [-] and height of the fold [m]."""
 
     def __init__(self, simulation, length, disks):
         self.length, self.disks = length, disks

@@ -1,11 +1,11 @@
-"""Cohesive grains between two elastic plates, compacted and sheared: rigid and deformable bodies in one step.
+"""Cohesive grains between two elastic plates, compacted and sheared: rigid and deformable bodies in the same step.
 
 Disks of 0.5 to 1 mm that attract each other, and both plates, by the non-smooth Lennard-Jones law (Signorini's graph moved by
 a constant force within a reach) lie between two plates of Q4 elements as small as the smallest disk. The head of the upper
-plate, two rows of nodes that move as one rigid body, is loaded by a pressure and then driven sideways; the base of the lower
-plate is held. Walls without friction at both ends, which lean as the
-bed is sheared, hold the disks alone: the plates go through them. This is the scene of
-section 5.6 of Dubois & Renouf (2007); the paper tells neither sizes nor stiffness, attraction nor load, which are chosen here:
+plate, two rows of nodes that move as a rigid body, is loaded by a pressure and then driven sideways; the base of the lower
+plate is held. Frictionless walls at both ends, which incline with the shear of the bed, confine the disks alone, not the plates.
+This is the scene of section 5.6 of Dubois & Renouf (2007); the paper tells neither sizes nor stiffness, attraction nor load,
+which are chosen here:
 
 - A pressure of 1 MPa on plates of 2 GPa: they give by a thousandth, and carry force chains from grain to base.
 - The attraction is 0.2 of the mean force that the pressure gives to a grain of mean size, its reach a
@@ -14,8 +14,8 @@ section 5.6 of Dubois & Renouf (2007); the paper tells neither sizes nor stiffne
   rate x d sqrt(density / p), is printed: below 0.001 grains deform slowly.
 
 The stress of a grain is the sum of force x lever arm of its contacts over its volume; it is drawn with that of the plates' cells
-as one equivalent stress, sqrt(xx^2 + yy^2 - xx yy + 3 xy^2), in one scale. Momentum is checked in each step of bed and plates
-apart: what their contacts, loads and supports give is what they gain.
+as equivalent stress, sqrt(xx^2 + yy^2 - xx yy + 3 xy^2), in the same scale. Momentum is checked in each step for bed and plates
+separately: its change equals the impulses of contacts, loads and supports.
 
 Run it:  python grains_between_plates.py                 600 disks, a quarter of a minute
          python grains_between_plates.py --full          3,000 disks, plates of 150 mm
@@ -85,7 +85,7 @@ def platen_on(body):
 
 
 class Press:
-    """The scene, and what is measured of it: bed between two plates."""
+    """Scene of the bed between two plates, with its measurements."""
 
     def __init__(self, options):
         self.radii = cn.pre.grains.uniform(options.disks, SMALLEST, LARGEST, rng=options.seed)
@@ -118,7 +118,7 @@ class Press:
         scene.interact(skin, skin, None)
 
     def spin(self, t):
-        """Of the walls, which lean as the shear does [rad/s]."""
+        """Spin of the walls, which incline with the shear [rad/s]."""
         begin, full = self.times[1:3]
         rate = self.speed * np.clip((t - begin) / (full - begin), 0.0, 1.0)
         way = self.speed * max(0.0, t - full) + 0.5 * rate * np.clip(t - begin, 0.0, full - begin)
@@ -134,7 +134,7 @@ class Watch:
         self.before, self.errors, self.history, self.worst = self.momentum(sim), [], [], np.zeros(3)
 
     def momentum(self, sim):
-        """Of the disks and of each plate, (3, 2) [N s]."""
+        """Momentum of the disks and of each plate, (3, 2) [N s]."""
         disks = sim.bodies.mass[: self.disks, None] * sim.bodies.velocity[: self.disks, :2]
         plates = [(mass * mesh.velocity).sum(axis=0) for mass, mesh in zip(self.masses, sim.meshes)]
         return np.array([disks.sum(axis=0), *plates])

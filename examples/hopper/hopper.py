@@ -67,7 +67,7 @@ def build_scene(options):
 
 
 class Discharge:
-    """Opens the door, removes what has fallen out, and keeps the mass that is gone at each step."""
+    """Opens the door, removes grains that have fallen out, and records the discharged mass at each step."""
 
     def __init__(self, simulation, disks):
         self.simulation, self.disks, self.open = simulation, disks, False
@@ -119,7 +119,7 @@ def simulate(options):
 
 
 def draw(run, discharge, folder):
-    """The silo full, half-way and at the end with its forces; what is gone over time; the animation."""
+    """The silo full, half-way and at the end with its forces; the discharged mass over time; the animation."""
     import matplotlib.pyplot as plt
 
     first = run[0].bodies

@@ -102,7 +102,7 @@ def ironed(options):
 
 
 def mises(s):
-    """Of true stresses (n, 6)."""
+    """Von Mises stress of true stresses (n, 6)."""
     x, y, z, *shear = s.T
     return np.sqrt(((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) / 2 + 3 * sum(t**2 for t in shear))
 

@@ -31,7 +31,7 @@ NAME = "kalthoff"
 SIDE, NOTCH, LEVEL = 0.1, 0.05, 0.025
 YOUNG, POISSON, DENSITY = 190e9, 0.3, 8000.0
 STRENGTH, WORK = 844e6, 22.13e3
-STEP = 0.15e-6  # at most [s]; in longer ones sides let go so fast that a step of a coarse mesh has no one answer
+STEP = 0.15e-6  # largest step [s]; in longer ones sides soften so fast that a step of a coarse mesh has several solutions
 SHEAR = YOUNG / (2 * (1 + POISSON))
 YIELD, SOFTENING = 2e9, 2e9  # of the ductile plate; chosen by us
 LONGITUDINAL = np.sqrt(YOUNG * (1 - POISSON) / ((1 + POISSON) * (1 - 2 * POISSON)) / DENSITY)
@@ -168,7 +168,7 @@ def sheared(options):
 
 
 def ahead_of(strain, away, size):
-    """Of each ring round the end of the notch, two cells wide, the place ahead of it that yielded most, if any did."""
+    """Place of largest plastic strain ahead of the notch in each ring round its end, two cells wide, if any yielded."""
     distance = np.linalg.norm(away, axis=1)
     out = []
     for begin in 2 * size * np.arange(1, int(0.4 * SIDE / (2 * size))):
@@ -180,7 +180,7 @@ def ahead_of(strain, away, size):
 
 
 def cracked(options):
-    """The simulation at its end, its pieces, joints and what each step said."""
+    """The simulation at its end, its pieces, joints and the reports of its steps."""
     body, steel = plate(options), cn.Material("steel", density=DENSITY)
     size = SIDE / options.cells
     stiff = max(50 * YOUNG / size, 1e16)  # [Pa/m]; waves are slower by a hundredth at most
@@ -199,12 +199,12 @@ def cracked(options):
         errors.append(sim.report["error"])
         beta = sim.contacts.beta
         before, sound = sound, int(np.count_nonzero(beta > 0))
-        if sound == before:  # none broke, and what is broken stays so
+        if sound == before:  # no new break, and broken joints stay broken
             return
         point, side = sim.contacts.key[:, 0], sim.contacts.key[:, 1]
         key = point.astype(np.int64) << 32 | side
         if joints is None:
-            whole = np.flatnonzero(beta > 0)  # what touches besides is no joint
+            whole = np.flatnonzero(beta > 0)  # other contacts are no joints
             order = whole[np.lexsort((point[whole], side[whole]))]
             first, count = np.unique(side[order], return_index=True, return_counts=True)[1:]
             joints = {"key": key[order], "point": sim.contacts.point[order, :2].copy(), "at": np.full(len(order), np.inf),

@@ -3,14 +3,14 @@
 The Romans laid about 50,000 tonnes of limestone without mortar. Each block is rigid here, each joint a plane on which
 Signorini's condition and Coulomb's friction hold with mu = 0.5: nothing pulls, nothing sinks in. The bridge is drawn by
 `cairn.pre.masonry.pont_du_gard` (6, 11 and 33 arches; the blocks' sizes are divided by --detail), gravity is put on at
-once, and the impulses of all joints are sought. A hyperstatic structure has many states of equilibrium; the one found is that
-to which inertia and friction lead it.
+once, and the impulses of all joints are sought. A hyperstatic structure has many states of equilibrium; inertia and friction
+select among them.
 
 The impulses are sought for all blocks at once by `cairn.find_equilibrium`, a Newton method whose unknowns are the velocities of
 blocks; the first step starts from them, and the steps after it show that the bridge stands. With --relax rest is found by
-dynamic relaxation instead: whenever the kinetic energy has passed a peak, all velocities are set to zero (Cundall 1982). What
-is left out of balance on each block, the reactions against the weight, and the error of the contact problem itself say how
-near to rest it is.
+dynamic relaxation instead: whenever the kinetic energy has passed a peak, all velocities are set to zero (Cundall 1982). The
+residual force on each block, the reactions against the weight, and the error of the contact problem measure the distance from
+equilibrium.
 
 Run it:  python pont_du_gard.py              760 blocks, two seconds
          python pont_du_gard.py --full       35,000 blocks, 4 GB, five minutes
@@ -68,7 +68,7 @@ def build(options):
 
 
 def settle(structure, options, steps=10):
-    """Impulses of rest first, then steps from them; rows of the history. Forgets what moved before they were there."""
+    """Finds the impulses of equilibrium, then makes steps from them; returns the rows of the history."""
     history, start = [], time.process_time()
 
     def follow(found):
@@ -89,7 +89,7 @@ def settle(structure, options, steps=10):
 
 
 def state(structure):
-    """What tells how near to rest the bridge is."""
+    """Figures of the equilibrium of the bridge."""
     balance, info = structure.balance(), structure.simulation.info
     return {
         "contacts": info["contacts"],
@@ -131,7 +131,7 @@ def relax(structure, options, every=20):
 
 
 def main(arguments=None):
-    """Builds the bridge, lets it find its equilibrium, draws what it carries; returns the figures."""
+    """Builds the bridge, lets it find its equilibrium, draws its forces; returns the figures."""
     import matplotlib.pyplot as plt
 
     options = options_from(arguments)

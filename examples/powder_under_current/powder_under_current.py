@@ -6,8 +6,8 @@ contact carries a film of oxide in series with the constriction of its spot. Whe
 breaks down, its neighbours carry more, and paths of clean contacts grow from plate to plate. The first cycle has a large
 hysteresis; the second, below the same maximum, has hardly any (Renouf & Fillot 2008; Dubois & Renouf 2007, 5.4).
 
-Conductance of the film, its power and the pressure are chosen here: the paper does not tell them. What is compared is the
-shape: the drop of resistance, the loop, the broad distribution of currents.
+Conductance of the film, its power and the pressure are chosen here: the paper does not tell them. The comparison is one of
+shapes: the drop of resistance, the loop, the broad distribution of currents.
 
 Run it:  python powder_under_current.py            1,500 spheres, under a minute
          python powder_under_current.py --full     15,000 spheres in a cylinder of 90 mm
@@ -52,7 +52,7 @@ def options_from(arguments):
 
 
 def poured(options):
-    """Centres (n, 3) and radii of spheres in a cylinder about z, and its diameter [m]: what a box holds within the circle."""
+    """Centres (n, 3) and radii of spheres in a cylinder about z, cut from a packing in a box, and its diameter [m]."""
     diameter = FULL_DIAMETER * np.sqrt(options.spheres / FULL)
     count = int(1.5 * options.spheres)
     radii = cn.pre.grains.uniform(count, RADIUS * (1 - SPREAD), RADIUS * (1 + SPREAD), rng=options.seed)

@@ -1,9 +1,9 @@
 """Rockfall: angular blocks break loose at the head of a slope, which is read from an STL file, and run out at its foot.
 
 Engineers ask how far the blocks go and how high they jump, to place a fence. Each block is a convex polyhedron, the ground the
-triangles of a surveyed surface; an impact gives back a part of the speed along the normal (Newton's restitution) and friction
-what it may along the ground. Without a file the example makes a slope of its own, writes it as STL and reads it back: a steep
-face, a bench, a talus and a valley floor, with bumps.
+triangles of a surveyed surface; an impact restores a part of the normal speed (Newton's restitution), and friction acts along the
+ground. Without a file the example makes a slope of its own, writes it as STL and reads it back: a steep face, a bench, a talus
+and a valley floor, with bumps.
 
 The energy line, from the first position of the blocks to the last, tells the friction that a sliding point would need for the
 same run: Heim's (1932) Fahrboeschung.

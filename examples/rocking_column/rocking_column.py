@@ -1,11 +1,11 @@
 """A column of drums in an earthquake: rocking, and how much stronger a shock it takes with friction and size.
 
-A free-standing column does not resonate: it lifts, rocks about its edges and loses energy at each impact (Housner 1963). What
-overturns it is the length of the strong pulses more than their peak. The ground is driven by a record: any CSV or PEER .AT2
-file (--record), or one made here, a filtered noise under an envelope with the frequency content of a near-field shock.
+A free-standing column does not resonate: it lifts, rocks about its edges and loses energy at each impact (Housner 1963). The
+duration of strong pulses overturns it rather than their peak. The ground is driven by a record: any CSV or PEER .AT2 file
+(--record), or a synthetic one, filtered noise under an envelope with the frequency content of a near-field shock.
 
 Run it:  python rocking_column.py                        six drums and a capital
-         python rocking_column.py --record quake.AT2     a record of one's own
+         python rocking_column.py --record quake.AT2     a record of your own
          python rocking_column.py --full                 twelve drums of 24 sides, finer steps
 """
 
@@ -60,7 +60,7 @@ def synthetic_record(path, seed, seconds=20.0, step=0.01):
 
 
 def main(arguments=None):
-    """Shakes the column; prints what it did, draws; returns the figures."""
+    """Shakes the column; prints its response, draws; returns the figures."""
     options = options_from(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     path = options.record

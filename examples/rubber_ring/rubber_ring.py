@@ -102,7 +102,7 @@ def crushed(options):
 
 
 def stiffness(body):
-    """Of the ring at rest under two opposite forces, where they have moved by 1e-3 of its width [N/m2]."""
+    """Stiffness of the ring at rest under two opposite forces, at a displacement of 1e-3 of its width [N/m2]."""
     top, bottom = np.argmax(body.points[:, 1]), np.argmin(body.points[:, 1])
     body.groups |= {"highest": np.array([top]), "lowest": np.array([bottom])}
     push = np.zeros_like(body.points)

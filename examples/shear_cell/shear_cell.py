@@ -83,7 +83,7 @@ def build(options, inertial):
 
 
 def flow(options, inertial, path):
-    """Shears at one inertial number; returns what was measured: I, mu*, solid fraction and height over time."""
+    """Shears at one inertial number; returns the measured I, mu*, solid fraction and height over time."""
     simulation, lid, speed, length = build(options, inertial)
     disks = options.disks
     area = float(np.sum(np.pi * simulation.radii()[:disks] ** 2))

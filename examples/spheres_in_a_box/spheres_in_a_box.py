@@ -1,11 +1,11 @@
-"""Spheres in a box: a dense packing settles; what floor and walls carry, how grains touch; then a heavy ball falls on it.
+"""Spheres in a box: a dense packing settles; loads of floor and walls, coordination; then a heavy ball falls on it.
 
 The packing is made by geometry in seconds: each sphere lies where three others, or walls, can carry it. That is balance grain
 by grain without friction; under gravity the whole settles in a few tenths of a second. At rest three figures tell what kind
 of packing it is:
 
-- the weight: floor and walls together carry it exactly, the walls their share by friction (Janssen 1895: why a silo's floor
-  does not feel what is poured on top);
+- the weight: floor and walls together carry it exactly, the walls their share by friction (Janssen 1895: why a silo's floor does
+  not bear all the weight poured on top);
 - the coordination number, contacts of a sphere that carry force: 6 is the least for spheres without friction, 4 with a lot;
   spheres with fewer than two such contacts (rattlers) are left out;
 - the solid fraction.
@@ -66,7 +66,7 @@ def build(options):
 
 
 def carried(simulation, spheres, floor_only=False):
-    """Upward force of the floor, or of floor and walls, on what is in the box [N]. The five walls follow the spheres."""
+    """Upward force of the floor, or of floor and walls, on the content of the box [N]. The five walls follow the spheres."""
     pairs, up = simulation.contacts.bodies, simulation.contacts.force[:, 2]
     first = spheres + 4 if floor_only else spheres
     wall = (pairs >= first) & (pairs < spheres + 5)
@@ -74,7 +74,7 @@ def carried(simulation, spheres, floor_only=False):
 
 
 def measures(simulation, lengths, spheres):
-    """What floor and walls carry, coordination number, solid fraction: name -> (value, unit)."""
+    """Loads of floor and walls, coordination number, solid fraction: name -> (value, unit)."""
     contacts, bodies = simulation.contacts, simulation.bodies
     weight = float(bodies.mass[:spheres].sum()) * GRAVITY
     floor, everything = carried(simulation, spheres, floor_only=True), carried(simulation, spheres)

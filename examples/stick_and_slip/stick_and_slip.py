@@ -114,7 +114,7 @@ def tractions(sim):
 
 def half_widths(x, pressure, shear):
     """Half widths of the contact and of where it sticks [m]. The ends of the latter are between the last node whose shear is
-    below mu p and the next, where what is left of mu p would be nought."""
+    below mu p and the next, where the remainder of mu p would vanish."""
     touching = pressure > 1e-9 * pressure.max()
     share = np.where(touching, np.abs(shear) / np.where(touching, MU * pressure, 1.0), 1.0)
     middle = int(np.argmin(share))

@@ -1,35 +1,35 @@
 """A wheel slides to and fro on a rail of bonded grains: bonds break, grains come loose, a third body forms and wears the rail.
 
-The rail is a deposit of disks of 0.05 to 0.1 mm joined by a cohesive zone, the wheel a row of the same disks on an arc, one rigid
+The rail is a deposit of disks of 0.05 to 0.1 mm joined by a cohesive zone, the wheel a row of the same disks on an arc, a rigid
 body under a constant load that is moved to and fro over ten diameters of a grain: section 5.2 of Dubois & Renouf (2007; Renouf,
 Saulot & Berthier 2006), who had 73,000 disks, a wheel of 450 and 100 cycles in 30 days. Load, stroke, speed, friction and
-strength are not told there. They are chosen here, for outcomes without units alone: friction of the wheel, share of loose
-grains, shape of the velocity profile. Nothing else is to be compared with a rail.
+strength are not told there. They are chosen here, for outcomes without units alone: friction of the wheel, share of loose grains,
+shape of the velocity profile. Nothing else is to be compared with a rail.
 
-- The load is 2 GPa times the chord of an arc that has sunk by the mean radius. As the wheel beds in more grains touch it: what
-  the load comes to over them is printed for each cycle, and is 1 GPa or more in the first ones.
+- The load is 2 GPa times the chord of an arc that has sunk by the mean radius. As the wheel beds in, more grains touch it: the
+  mean pressure over them is printed for each cycle, 1 GPa or more in the first ones.
 - Rigid grains have one time, d sqrt(density / pressure): 0.3 microseconds, in which the pressure pushes a loose grain across its
-  own diameter d. A step is 0.15 of it; overlaps are about error x (pressure / density d) x step^2. With steps that are long
-  beside it the wheel drives through the rail.
+  own diameter d. A step is 0.15 of it; overlaps are about error x (pressure / density d) x step^2. With much longer steps the
+  wheel drives through the rail.
 - The wheel goes 140 m/s in the mean. Over a layer of ten grains that is an inertial number of 0.03, at which grains still flow
-  densely, and a cycle takes 480 steps. Inertia is part of what is found; 14 m/s would take ten times as many.
-- The wheel has the mass of its disks: with a heavy one on light grains errors of the contacts are lost in those of the wheel.
+  densely, and a cycle takes 480 steps. Inertia thus contributes to the results; 14 m/s would take ten times as many.
+- The wheel has the mass of its disks: with a heavy one on light grains errors of the contacts vanish beside those of the wheel.
 - Bonds: E/2r = 1.4e15 Pa/m, 4 GPa over the effective radius r1 r2/(r1 + r2), which is 1 GPa over the diameter of a grain and
   twice the nominal pressure. Of a rail of 1,000 disks 73, 42, 5 and 0.7 % are loose after 3 cycles with bonds of 1, 2, 8 and
   16 GPa. The zone is MP3, which ends: Raous' MAC, of endless tail, would keep each pair for ever. It takes ten times s^2/c, so
-  that it softens slower than what a grain's inertia resists in a step; with four times s^2/c most steps of a rail of 600 disks
-  were not solved in 200 sweeps (errors of 5e-3).
+  that softening is slower than the inertia of a grain in a step; with four times s^2/c most steps of a rail of 600 disks were not
+  solved in 200 sweeps (errors of 5e-3).
 - Bonds that soften take half of their change in a sweep: 200 sweeps leave 19 steps of the default run above an error of 1e-3.
-- Friction 0.3 of what broke and under the wheel. Bottom and sides of the rail are held.
+- Friction 0.3 at broken bonds and under the wheel. Bottom and sides of the rail are held.
 
 The pressure is the load over the width of an even pressure whose forces spread as widely, sqrt(12) standard deviations.
 
-Loose grains are those of the rail that bonds join, directly or by others, to none that is held.
+Loose grains have no path of bonds to a held grain of the rail.
 
 Run it:  python wheel_and_rail.py                 3,000 disks, 3 cycles, under a minute
          python wheel_and_rail.py --full          73,000 disks, 100 cycles
          python wheel_and_rail.py --full --restart      goes on from the last checkpoint in the output folder, to the
-                                                        same bits; begins if there is none; draws what is done if all is
+                                                        same bits; begins if there is none; draws if all cycles are done
 """
 
 from __future__ import annotations
@@ -149,7 +149,8 @@ def loose(sim, pair):
 
 
 class Watch:
-    """Of each step of a cycle a row: forces on the wheel, errors, and speeds of grains by their depth under the wheel."""
+    """Records a row for each step of a cycle: forces on the wheel, errors, and speeds of grains by their depth under the
+    wheel."""
 
     def __init__(self, sim, pair):
         self.pair = pair
@@ -227,8 +228,8 @@ class Watch:
 
 class Record:
     """The files a run goes on from: a row for each cycle, the steps of the cycle under way, the checkpoint. Each is replaced
-    as a whole. A run that is killed between two of them goes on to the same rows: what is of later steps than the checkpoint
-    is left out."""
+    as a whole. A run that is killed between two of them goes on to the same rows: entries later than the checkpoint are left
+    out."""
 
     def __init__(self, options):
         self.listed, self.rows, self.checkpoint = (
@@ -266,7 +267,8 @@ class Record:
 
 
 def draw(sim, pair, table, options):
-    """Bonds, what presses without one, loose grains and wheel; wear and friction against cycles; the velocity profile."""
+    """Bonds, compressive contacts without bonds, loose grains and wheel; wear and friction against cycles; the velocity
+    profile."""
     n, contacts = pair.count, sim.contacts
     figure = plt.figure(figsize=(13, 8), layout="constrained")
     axes = figure.subplot_mosaic([["scene"] * 3, ["wear", "friction", "profile"]], height_ratios=(1.6, 1))
@@ -330,7 +332,7 @@ def main(arguments=None):
         if len(table) > options.cycles:
             raise ValueError(f"cycles is {options.cycles}, and {record.checkpoint} was taken after {len(table)}: ask for more")
         if len(table) == options.cycles:
-            sim.step()  # what is drawn are contacts, which a step makes
+            sim.step()  # the picture needs contacts, which a step makes
     else:
         sim.step()
         bonds = int((sim.contacts.beta > 0).sum())

@@ -1,4 +1,4 @@
-// Blocks of cells in a scene of the C API, what of them touches, and how they come to rest.
+// Blocks of cells in a scene of the C API, with their contact sides, brought to rest.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Blocks as rigid bodies and as meshes, in a scene of the C API, and what momentum they have.
+// Blocks as rigid bodies and as meshes in a scene of the C API, with their momentum.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -101,7 +101,7 @@ struct CTransforms : CScene {
     EXPECT_EQ(n, int64_t(node.size()));
     return out;
   }
-  // Of the one body, or the one mesh: consistent masses of its cells, by their own quadrature here.
+  // Momentum of the single body or mesh: consistent masses of its cells, by a quadrature of this file.
   std::vector<double> momentum(int axes, double density = 0) {
     const int dim = axes == 2 ? 2 : 3; // A compiler that does not know this finds arrays of three read past their end.
     std::vector<double> p(std::size_t(3 * dim - 3), 0.0);

@@ -1,4 +1,4 @@
-// The C API: every wrong call is a code and a message that names what was wrong, and leaves its object as it was.
+// The C API: every wrong call returns a code and a message that names the fault, and leaves its object unchanged.
 #include <gtest/gtest.h>
 
 #include <cmath>

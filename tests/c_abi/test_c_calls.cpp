@@ -7,7 +7,7 @@
 
 namespace {
 
-// A row of springs along x on ground springs, which yield: what is kept is how far.
+// A row of springs along x on ground springs that yield; the state is their plastic elongation.
 constexpr int nodes = 5, dofs = 2 * nodes, entries = 3 * dofs - 3;
 struct Springs {
   double k = 2e4, most = 30, slipped[nodes - 1] = {}, trial[nodes - 1] = {};

@@ -1,5 +1,5 @@
-// What a body, a law or a material of the program may ask of the simulation that calls it: to look, and nothing that a
-// step would find half done.
+// Calls that a body, a law or a material of the program may make to the simulation that calls it: readers alone,
+// nothing that changes the step under way.
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -173,7 +173,7 @@ TEST_F(CWithinSteps, looking_and_another_simulation_are_free) {
   cairn_scene_destroy(empty);
 }
 
-// Of a law or a material, which get no context.
+// Callbacks of laws and materials get no context.
 Meddler* asks = nullptr;
 void ask() { // laws are asked by several threads
 #pragma omp critical
@@ -275,7 +275,7 @@ TEST_F(CWithinLaws, a_material_may_not_step) {
   });
 }
 
-// Of functions of time, and of what comes before parts of a step, loads alone.
+// Functions of time, and callbacks before parts of a step, may set loads alone.
 TEST_F(CWithinLaws, a_function_of_time_may_not_step) {
   const auto sway = [](double t, void*) {
     ask();

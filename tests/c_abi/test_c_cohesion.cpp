@@ -1,5 +1,5 @@
-// What holds bodies together through the C API: a cohesive zone against its closed form, joints of each kind that break
-// at their strength.
+// Cohesion through the C API: a cohesive zone against its closed form, joints of each kind that break at their
+// strength.
 #include <cmath>
 #include <numbers>
 
@@ -55,7 +55,7 @@ TEST_F(CCohesion, AZoneHasItsStrengthAndItsWorkInModeI) {
       steps(1, h);
       const bool there = cairn_simulation_contacts(simulation) > 0;
       const double stress = there ? std::abs(contact("impulse")[0]) / (h * area) : 0;
-      // the law is asked at the middle of the step of theta = 1/2, or at its end: what lies between is one step
+      // the law is asked at the middle of the step of theta = 1/2, or at its end: both lie within a step
       const double u = speed * h * k;
       const double low = std::min({curve(u - speed * h), curve(u), curve(u + speed * h)});
       const double high = std::max({curve(u - speed * h), curve(u), curve(u + speed * h)});

@@ -27,7 +27,7 @@ struct CContactOfMeshes : CMeshes {
       ASSERT_EQ(cairn_mesh_hold(mesh, int64_t(found.size()), found.data(), uint8_t(1 << k), &error), 0);
     }
   }
-  // What part of a uniform pressure on a side of n by n cells each node of it bears.
+  // Share of node i in a uniform pressure on a side of n by n cells.
   double share(int dim, int n, int32_t i) const {
     double out = 1;
     for (int k = 0; k + 1 < dim; ++k) {
@@ -93,7 +93,7 @@ TEST_F(CContactOfMeshes, a_mortar_passes_the_patch_test) {
     }
 }
 
-// The same of cells of second order, whose sides are integrated as wholes: 2 on 3 again, as a block and the nodes in
+// Patch test for cells of second order, whose sides are integrated as wholes: 2 on 3 again, as a block and the nodes in
 // the middles of its edges.
 struct CParabolicBlocks : CContactOfMeshes {
   void promote(int dim) {

@@ -1,4 +1,4 @@
-// Files through the C API: a restart goes on to the same bits, a run reads as it was, what is damaged is refused.
+// Files through the C API: a restart goes on to the same bits, a run reads as written, damaged files are refused.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -92,8 +92,7 @@ TEST_F(CFiles, ACheckpointOfAnotherSceneOrDamagedIsRefusedAndNothingHasChanged) 
     if (other == whole) continue;
     std::ofstream(file, std::ios::binary) << other;
     const int32_t code = cairn_simulation_restart(simulation, file.c_str(), &error);
-    EXPECT_TRUE(code == 0 || code == cairn_file_error)
-        << error.message; // the space between what is used may hold anything
+    EXPECT_TRUE(code == 0 || code == cairn_file_error) << error.message; // unused space in the file may hold anything
     if (code != 0) {
       EXPECT_EQ(field("position"), position);
       continue;

@@ -377,8 +377,8 @@ TEST_F(CMotions, a_step_that_cannot_be_is_told_as_without_motions) {
   EXPECT_EQ(end(0), 0);
 }
 
-// As the header has it: displaced nodes are where a function of second degree says, to rounding; where its slope leaps,
-// and where it does not begin at rest, they come there in two steps.
+// Displaced nodes follow a quadratic function to rounding, as the header states; after a jump of its slope, or a start
+// in motion, they reach it in two steps.
 TEST_F(CMotions, where_displaced_nodes_end_by_the_trapezoidal_rule) {
   of(2, {0, 0, 1, 0});
   ASSERT_EQ(cairn_mesh_set_bars(mesh, 1, cells, young, area, density, nullptr, &error), 0);

@@ -1,4 +1,4 @@
-// Joints through the C API: what each kind holds, limits, motors, springs, strength, and what is refused.
+// Joints through the C API: constraints of each kind, limits, motors, springs, strength, and refused input.
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -325,7 +325,7 @@ TEST_F(CJoints, EndsTouchNothing) {
   EXPECT_EQ(joints, 1);
 }
 
-// In mid-flight: momentum stays, the middles too, and what is let go flies on.
+// In mid-flight: momentum and centres are kept, and released bodies fly on.
 TEST_F(CJoints, AreMadeAndLetGoInARun) {
   for (const int dim : {2, 3}) {
     two(dim);

@@ -48,7 +48,7 @@ void looks(double* stress, double*, double* tangent, double* elastic, double*, d
 }
 Umat* const looking = looks;
 
-// What it is told in the plane, and springs. The same in plane stress alone.
+// Springs that record their arguments in the plane; the same for plane stress alone.
 int direct_stresses = 0, all_stresses = 0;
 double stretch_across = 0;
 void tells(double* stress, double*, double* tangent, double*, double*, double*, double*, double*, double*, double*,

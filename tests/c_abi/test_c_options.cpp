@@ -1,4 +1,4 @@
-// Options, fields, energy and what is changed between steps, by name.
+// Options, fields, energy and changes between steps, by name.
 #include "c_scene.hpp"
 
 namespace {
@@ -86,7 +86,7 @@ TEST_F(COptions, granular_element_and_carpenter_are_chosen_by_name) {
   EXPECT_NEAR(contact("gap")[0] * 1e5 / (-2 * 9.81), 1, 1e-3);
   ASSERT_EQ(cairn_simulation_set_option(simulation, "strategy", "carpenter", &error), 0) << error.message;
   ASSERT_EQ(cairn_simulation_set_number(simulation, "stiffness", infinite, &error), 0) << error.message;
-  steps(2); // what was overlap is pushed out in one step, and flies on
+  steps(2); // the overlap is pushed out in one step, and the bodies fly on
   EXPECT_GT(contact("gap")[0], -1e-9);
 }
 

@@ -1,4 +1,4 @@
-// Shapes that are hulls, through the C API: each comes to rest on what is below, which carries its weight.
+// Shapes that are hulls, through the C API: each comes to rest on its support, which carries its weight.
 #include "c_scene.hpp"
 
 namespace {
@@ -65,7 +65,7 @@ TEST_F(CShapes, polyhedra_and_round_hulls_rest) {
 TEST_F(CShapes, a_surface_carries_a_ball_over_an_edge) {
   make(3);
   const int64_t ground = body({0, 0, -1}, infinite, infinite), grain = body({0, 0, 0.25});
-  // two triangles, with the vertices of the second given again: equal ones are one
+  // two triangles, with the vertices of the second given again: equal vertices are merged
   const double vertex[] = {-1, -1, 1, 1, -1, 1, 1, 1, 1, -1, -1, 1, 1, 1, 1, -1, 1, 1};
   const int32_t triangle[] = {0, 1, 2, 3, 4, 5}, wrong[] = {0, 1, 9};
   EXPECT_REFUSED(cairn_scene_add_surface(scene, ground, rock, 6, vertex, 1, wrong, &error), "vertex 9");

@@ -1,4 +1,4 @@
-// What deformable bodies have in C beside cells and contacts: rigid parts, ties, pressures, reactions, stresses of
+// Deformable bodies in C beyond cells and contacts: rigid parts, ties, pressures, reactions, stresses of
 // cells.
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Rigid bodies made deformable in a run, and back, through the C API: what passes over, what is told, extremes.
+// Rigid bodies made deformable in a run, and back, through the C API: transferred state, errors, extremes.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -127,8 +127,8 @@ TEST_F(CTransforms, impulses_and_forces_pass_over) {
   EXPECT_LT(std::abs(energy("closure")), 1e-11 * energy("in_play"));
 }
 
-// What contacts remember is handed on whole: to a block that is as good as rigid these impulses are the solution, which
-// a solver that is content with half of the error leaves as they are. From none it would come near them at best.
+// Impulses of contacts are transferred unchanged: for a nearly rigid block they are the solution, so that a solver with
+// half of the error as tolerance leaves them. A cold start would only come near them.
 TEST_F(CTransforms, a_step_begins_with_the_impulses_that_there_were) {
   for (const double size : {1.0, 1e-6, 1e6}) {
     SCOPED_TRACE(size);
@@ -329,7 +329,7 @@ TEST_F(CTransforms, a_material_that_has_no_stress_where_the_body_stands_is_refus
   steps(2);
 }
 
-// How a body stood as it came in, of one that came in within the run: its number may be that of one before a restart.
+// Initial orientation of a body added within the run; its number may be that of a body before a restart.
 TEST_F(CTransforms, bodies_that_come_in_within_a_run_keep_how_they_stood) {
   const std::string early = testing::TempDir() + "early.checkpoint.h5",
                     late = testing::TempDir() + "late.checkpoint.h5";

@@ -107,7 +107,7 @@ TEST_F(CWatches, a_threshold_of_stress_is_that_of_the_mean_stress) {
     }
 }
 
-// A box between a floor and what presses it in space: the principal value is along the load, whatever the axes are.
+// A box pressed on a floor in space: the principal stress is along the load, for any axes.
 TEST_F(CWatches, the_stress_in_space_is_a_principal_value) {
   for (const double share : {0.99, 1.01}) {
     forget();
@@ -247,7 +247,7 @@ TEST_F(CWatches, what_cannot_be_watched_is_refused) {
   EXPECT_EQ(mesh_of(id), -1);
 }
 
-// What is weighed is the step that was made: two watches of one body, and one of another that it touches, see the same.
+// Watches evaluate the completed step: two watches of a body, and that of a body it touches, see the same.
 TEST_F(CWatches, watches_do_not_see_what_others_change) {
   make(2, 0.3);
   floor(2);

@@ -112,7 +112,7 @@ struct ContactScene {
     }
     return y;
   }
-  // velocity of the point of a body at a place, and what an impulse there is for the body
+  // velocity of a material point of a body at a place, and the effect of an impulse there on the body
   std::array<double, 3> velocity_at(const Field<double>& velocity, std::int64_t b, const double* p) const {
     const double *v = velocity[b], *x = bodies.position[b];
     if (dim == 2) return {v[0] - v[2] * (p[1] - x[1]), v[1] + v[2] * (p[0] - x[0]), 0};

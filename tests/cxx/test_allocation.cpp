@@ -17,7 +17,7 @@
 namespace {
 std::atomic<std::int64_t> allocations{0};
 }
-// What glibc offers to those who stand in for malloc.
+// Entry points of glibc for replacements of malloc.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -89,7 +89,7 @@ TEST_P(Step, AllocatesNothing) {
   for (int k = 0; k < 20; ++k) {
     const std::int64_t before = allocations;
     s.step(1e-3);
-    // what a solve that did not converge has to say is one string
+    // a solve that did not converge reports by a single string
     const bool said =
         !s.report.solve.hint.empty() || s.report.projection_error > stages_of(s).settings.solver.tolerance;
     EXPECT_LE(allocations - before, said ? 1 : 0) << "step " << s.report.step;

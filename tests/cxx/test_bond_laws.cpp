@@ -42,8 +42,7 @@ TEST(MohrCoulomb, BrokenIsCoulombForGood) {
   EXPECT_DOUBLE_EQ(one.r[1], -0.3);
 }
 
-// What presses beyond the threshold makes a bond when its integral over time is the dose; a bond that broke is made
-// anew.
+// Pressure beyond the threshold makes a bond once its integral over time reaches the dose; a broken bond forms anew.
 TEST(Sintering, MakesABondByPressureAndTime) {
   for (int dim : {2, 3}) {
     const double h = 1e-3;

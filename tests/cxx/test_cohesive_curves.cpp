@@ -27,7 +27,8 @@ Values one_work(Values more) {
   return more;
 }
 
-// Of a mode with t = d_T/d_N: openings where damage begins and, of TH and ABP, where a line ends; stiffness; work.
+// Mixed-mode value at t = d_T/d_N from those of both modes: openings at the onset of damage and, for TH and ABP, at the
+// end of a line; stiffness; work.
 double mixed(double t, double one, double two) {
   return one * two * std::sqrt((1 + t * t) / (two * two + t * t * one * one));
 }
@@ -40,7 +41,7 @@ struct Law {
   const char* name;
   Values params;
   bool square;                                // whether springs go with beta^2
-  std::function<double(double, double)> beta; // of t and an opening, of what opens in one direction
+  std::function<double(double, double)> beta; // of t and an opening, for proportional opening
   double far;                                 // an opening behind most of its work [m]
 };
 void PrintTo(const Law& law, std::ostream* out) { *out << law.name; }
@@ -152,8 +153,8 @@ TEST_P(Curves, HaveTheirStressAndWorkInEveryMode) {
     }
 }
 
-// Opened, closed, turned and opened again: beta is the least that any opening allowed, damage spends and gives nothing
-// back, and what the way takes is stored or spent.
+// Opened, closed, turned and opened again: beta is the least that any opening allowed, damage dissipates irreversibly,
+// and the work along the path is stored or dissipated.
 TEST_P(Curves, KeepTheirDamageOnAnyPath) {
   const Law& law = GetParam();
   for (const int dim : {2, 3})
@@ -212,8 +213,8 @@ TEST_P(Curves, RubAsTheirDamageGrows) {
 INSTANTIATE_TEST_SUITE_P(All, Curves, testing::ValuesIn(laws),
                          [](const auto& info) { return std::string(info.param.name); });
 
-// Peak [Pa] and work [J/m2] of the whole curve by time steps that go to nothing: of two, what is left of first order
-// taken away; the tail of a hundred u0 and more takes 5e-5 of w. Of equal stiffnesses both modes have the same.
+// Peak [Pa] and work [J/m2] of the whole curve by time steps that go to nothing: extrapolated from two steps to second
+// order; the tail beyond a hundred u0 takes 5e-5 of w. With equal stiffnesses both modes agree.
 TEST(ViscousMac, HasItsPeakAndItsWork) {
   for (const auto& [viscosity, speed, peak_due, work_due] :
        {std::tuple{1e-3, 1e-3, 3.1745e6, 10.244}, std::tuple{1e-3, 0.1, 3.984e6, 22.13},

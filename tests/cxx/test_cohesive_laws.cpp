@@ -54,7 +54,7 @@ TEST(Mac, HoldsItsCurve) {
 }
 
 // A line of the machine's stress that meets the curve three times: twice where the contact holds, and once where it is
-// broken. What holds most is taken, by sweeps too, whose blocks are those of one small body.
+// broken. The solution with the largest adhesion is taken, also by sweeps, whose blocks are those of a small body.
 TEST(Mal, HoldsWhereBreakingIsAnAnswerToo) {
   for (const int dim : {2, 3})
     for (const double direction : {0.0, 1.0}) { // mode I, mode II of the same numbers
@@ -186,7 +186,7 @@ TEST(Mal, SlidesAnywhereInItsPlane) {
   EXPECT_LT(plane.beta(), 0.9);
 }
 
-// Full blocks, sound, half broken and broken, pushed and pulled: what each solves satisfies its own residual.
+// Full blocks, sound, half broken and broken, pushed and pulled: each local solution satisfies its own residual.
 TEST(OwnSolutions, SatisfyTheirLawOnFullBlocks) {
   constexpr int n = 64;
   std::mt19937 random(3);

@@ -42,7 +42,7 @@ TEST(UnilateralContact, RebounceAndOverlap) {
     EXPECT_NEAR(one.u[1], -0.1, 1e-15);
     OneContact apart("UnilateralContact", {{"mu", 0}, {"closing", 0}}, dim, 1e-3, 0);
     std::fill_n(apart.gap, apart.n, 1e-4);
-    apart.advance({-3, 0, 0}); // what does not touch is not looked at
+    apart.advance({-3, 0, 0}); // an open contact is skipped
     EXPECT_EQ(apart.r[0], 0);
     apart.advance({-3, 0, 0});
     EXPECT_NEAR(apart.u[0], 0, 1e-15);
@@ -73,7 +73,8 @@ TEST(UnilateralContact, CountsItsGapFromElsewhere) {
       for (int step = 0; step < 3; ++step) one.advance({-1, 0, 0});
       EXPECT_NEAR(one.gap[0], s.end, 1e-17) << s.gap << " " << s.first_state << " " << s.recovers;
     }
-    // an overlap that began it opens to the touch; where it recovers, to what it was
+    // an initial overlap that has opened in part: without recovery it bears where it is, with recovery at its initial
+    // depth
     for (double recovers : {0.0, 1.0}) {
       OneContact one("UnilateralContact", {{"mu", 0}, {"from_start", 1}, {"recovers", recovers}}, dim, 1e-3, 1);
       std::fill_n(one.gap, one.n, -3e-4);
@@ -99,7 +100,7 @@ TEST(ElasticContact, IsASpringAndADashpot) {
     EXPECT_NEAR(one.stored, after, 1e-15);
     EXPECT_NEAR(one.taken - one.released, after - before, 1e-15);
     EXPECT_NEAR(one.released, eta * u * u * h, 1e-15);
-    // leaves faster than the dashpot lets the spring follow: what is in it is gone
+    // leaves faster than the dashpot lets the spring follow: its energy is lost
     OneContact gone("ElasticContact", {{"stiffness", k}, {"viscosity", eta}}, dim, h, 0);
     std::fill_n(gone.gap, gone.n, g);
     gone.advance({0.8, 0, 0});
@@ -195,7 +196,8 @@ TEST(AdhesiveContact, TearsAndSlides) {
   }
 }
 
-// At rest a spring under attraction is F/k deep, and gives back what drew it there; rebounce against the pull; overlap.
+// At rest a spring under attraction is F/k deep, and returns the work of the attraction; rebound against the pull;
+// overlap.
 TEST(AdhesiveContact, OnASpringOrRebounding) {
   for (int dim : {2, 3}) {
     OneContact one("AdhesiveContact", {{"force", 10}, {"reach", 1e-3}, {"stiffness", 1e4}, {"viscosity", 200}}, dim,
@@ -204,7 +206,7 @@ TEST(AdhesiveContact, OnASpringOrRebounding) {
     for (int step = 0; step < 500; ++step) one.advance({v, 0, 0}), v = one.u[0];
     EXPECT_NEAR(one.gap[0], -10 / 1e4, 1e-12);
     EXPECT_NEAR(one.stored, 1e4 * 1e-6 / 2 - 10 * 2e-3, 1e-12);
-    EXPECT_NEAR(one.taken - one.released, one.stored + 10 * 1e-3, 1e-12); // of what it had at the touch
+    EXPECT_NEAR(one.taken - one.released, one.stored + 10 * 1e-3, 1e-12); // of the energy at the touch
     EXPECT_LE(one.residual, 1e-12 * 10 * 1e-3);
     OneContact bounces("AdhesiveContact", {{"force", 10}, {"reach", 1e-3}, {"normal", 0.5}}, dim, 1e-3, 0);
     bounces.begin[0] = -3;
@@ -260,8 +262,7 @@ TEST(CoupledMotion, HoldsItsComponents) {
         }
 }
 
-// It slides as Coulomb has it, but not by the limit or more, in either way; then it is held without a force, and comes
-// back.
+// Coulomb sliding is confined to the limit in both directions; there it is held without a force, and comes back.
 TEST(LimitedSlip, StopsAtItsLimit) {
   const double h = 1e-3;
   for (int dim : {2, 3})
@@ -328,7 +329,7 @@ TEST(BrittleCoating, IsASpringUpToItsStrength) {
   }
 }
 
-// On full blocks: what is held does not move, and a coating is its spring beside a contact on the cone.
+// On full blocks: held contacts do not move, and a coating is its spring beside a contact on the cone.
 TEST(OwnSolutions, OnFullBlocks) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;

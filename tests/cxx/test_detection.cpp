@@ -69,7 +69,7 @@ struct Threads {
 
 TEST(Detection, finds_what_the_plain_way_finds) {
   std::mt19937_64 random(7);
-  InteractionHandler handler; // kept, so that what one scene leaves behind meets the next
+  InteractionHandler handler; // kept, so that remains of a scene meet the next
   for (int dim : {2, 3})
     for (double ratio : {1.0, 1.4, 30.0, 1000.0})
       for (int repeat = 0; repeat < 6; ++repeat) {

@@ -140,7 +140,7 @@ TEST(DetectionEdges, copes_with_all_sizes_and_places_at_once) {
   }
 }
 
-// So many coordinates that even cut short the keys would not fit: cells are merged, and the answer stays.
+// Coordinates so many that even shortened keys would not fit: cells are merged, and the contacts stay the same.
 TEST(DetectionEdges, merges_cells_when_the_keys_would_not_fit) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> u(0, 1e12);
@@ -162,7 +162,7 @@ TEST(DetectionEdges, merges_cells_when_the_keys_would_not_fit) {
   EXPECT_EQ(scene.detect().count, n / 2);
 }
 
-// Where a position has few digits left below the size of a cell, which cell it is in must still be told exactly.
+// The cell of a position must be exact even where few digits remain below the size of a cell.
 TEST(DetectionEdges, finds_neighbours_where_positions_have_few_digits) {
   std::mt19937_64 random(6);
   for (int dim : {2, 3})
@@ -455,7 +455,7 @@ TEST(SpaceFillingOrder, is_a_permutation_that_steps_to_neighbours) {
       for (std::size_t i = 1; i < order.size(); ++i) {
         double d2 = 0;
         for (int k = 0; k < dim; ++k) d2 += std::pow(x[order[i] * dim + k] - x[order[i - 1] * dim + k], 2);
-        if (d2 > 1e12) continue; // to and from what is far away
+        if (d2 > 1e12) continue; // jumps to and from distant bodies
         sum += std::sqrt(d2);
         ++steps;
       }

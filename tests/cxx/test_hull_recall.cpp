@@ -1,4 +1,4 @@
-// What made the axis of a pair of polyhedra the last time saves the search for it, and changes no bit of what is found.
+// Remembered features of the separating axis of a pair of polyhedra save the search, and change no bit of the contacts.
 #include <gtest/gtest.h>
 
 #include "benchmarks/hull_pairs.hpp"

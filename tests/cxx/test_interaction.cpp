@@ -101,7 +101,7 @@ TEST_P(Heap, EnergyIsWhatBodiesLose) {
   EXPECT_GT(energy.tangential, 0);
 }
 
-// One disk, one wall, every law of the list.
+// A disk and a wall under every law of the list.
 struct Drop {
   explicit Drop(double gap, double vx, double vy) : s(2) {
     const std::int32_t b = s.add_body({0, 1 + gap}, 0.5, 1.0), w = s.add_body({0, 0}, 0, 0);
@@ -143,7 +143,7 @@ void give_way(std::int32_t n, std::int32_t c, const cairn_law_context*, const do
   std::fill_n(mu, n, 0.0);
 }
 
-// As a row of the list would, not as a law from a library. The mass is 2: r = 2 (v_free - v) = -2 v.
+// Compliance of a row of the list, not of a law from a library. The mass is 2: r = 2 (v_free - v) = -2 v.
 TEST(OneDisk, SinksWhereItsLawHasACompliance) {
   LawInfo law;
   law.name = law.python_name = "gives_way_in_a_test";

@@ -1,4 +1,4 @@
-// Pairs that are kept between calls: what is found among them is what a search finds, to the bit and in its order.
+// Pairs kept between calls give the same contacts as a search, to the bit and in its order.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -30,7 +30,7 @@ struct Kept {
     handler.detect(scene.bodies, scene.contactors, scene.cell, {0, scene.margin.data()}, found, {.soon_again = true},
                    nullptr, rules);
   }
-  // Whether it had to search; the answer is that of a handler that has seen nothing.
+  // True if it had to search; the contacts are those of a fresh handler.
   bool searched(const DetectionScene& scene) {
     const std::int64_t before = handler.searches();
     detect(scene);

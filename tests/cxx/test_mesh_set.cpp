@@ -1,4 +1,4 @@
-// What a contact on a deformable body rests on: nodes and weights of its point.
+// Contact points on a deformable body: their nodes and weights.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -112,7 +112,7 @@ TEST_P(NewtonFunction, RowsAreTheDerivative) {
   EXPECT_GT(counts[2] + counts[3], 500);
 }
 
-// Open, sticking and slipping states of Coulomb's law are zeros; what breaks the law is not.
+// Open, sticking and slipping states of Coulomb's law are zeros; states that violate it are not.
 TEST_P(NewtonFunction, ZerosAreTheLaw) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     Contact c{};

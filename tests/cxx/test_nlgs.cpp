@@ -1,4 +1,4 @@
-// The solver: the textbook's sweep has the same solution, and what must not matter does not.
+// The solver: the textbook's sweep has the same solution, and irrelevant choices do not change it.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// What reports of problems say, whatever a solver says of itself.
+// Reports of problems rest on the true error, not on the solver's own claim.
 #include <gtest/gtest.h>
 
 #include <limits>

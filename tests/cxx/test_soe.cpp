@@ -171,7 +171,7 @@ TEST(Soe, UnitsThatAreAddedAreThoseOfAllAtOnce) {
 }
 
 // Few unknowns, whose right sides are kept, and all of them, which would take more than half of what the factors take;
-// one by one, in rising and falling numbers; what an unknown is asked for twice.
+// one by one, in rising and falling numbers; an unknown requested twice.
 TEST(Soe, UnitsThatAreAddedInAnyTurnsKeepTheirBits) {
   std::mt19937 random(8);
   for (const Kind& each : kinds())

@@ -145,7 +145,7 @@ TEST(UnitReaches, HaveTheSameBitsInAnyTurnsAndUnderAnyNumberOfThreads) {
   }
 }
 
-// What contacts see of a body, by its compliance and by reaches: blocks, and velocities that impulses make.
+// Condensed body of contacts, by its compliance and by reaches: blocks, and velocities due to impulses.
 TEST(UnitReaches, MakeTheSameCondensedBody) {
   const std::vector<std::int32_t> nodes{40, 3, 0, 119, 61, 62, 17, 120};
   const std::vector<std::int32_t> wanted = unknowns_of(nodes);

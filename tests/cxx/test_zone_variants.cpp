@@ -31,7 +31,7 @@ Values with(Values all, const Values& more) {
   return all;
 }
 
-// What is broken slides by its kinetic friction in steps behind one in which it slid.
+// A broken contact slides with kinetic friction in steps after one in which it slid.
 void slides_by_its_kinetic_friction(OneContact& one, double unit) {
   const auto limit = [&](double normal, double tangent) {
     std::fill_n(one.gap, one.n, 0.0);
@@ -118,7 +118,7 @@ TEST(AdhesiveContact, DrawsUpToTheTouchAlone) {
   }
 }
 
-// Of an attraction without end the energy counts from the touch.
+// Energy of an attraction of unlimited reach counts from the touch.
 TEST(AdhesiveContact, HasAnEnergyWhateverItsReach) {
   for (int dim : {2, 3}) {
     OneContact one("AdhesiveContact", {{"force", 10}, {"reach", std::numeric_limits<double>::infinity()}}, dim, 1e-3,
@@ -143,7 +143,7 @@ TEST(CoupledMotion, YieldsOrBreaks) {
     EXPECT_NEAR(yields.u[0], 0.5, 1e-15);
     EXPECT_NEAR(yields.u[1], 0, 1e-15);
     EXPECT_LE(yields.residual, 1e-14);
-    yields.advance({-5, 0, 0}); // what pushes has no limit
+    yields.advance({-5, 0, 0}); // compression has no limit
     EXPECT_NEAR(yields.r[0], 5, 1e-14);
     OneContact breaks("CoupledMotion", {{"reach", 1e-2}, {"impulse", 2}, {"breaks", 1}}, dim, 1e-3, 0);
     for (double free : {5.0, -1.9}) {
@@ -158,7 +158,7 @@ TEST(CoupledMotion, YieldsOrBreaks) {
   }
 }
 
-// The curve of MAC as far as its break, then a force to the reach: w and F times what is left of the way.
+// The curve of MAC as far as its break, then a force to the reach: w and F times the remaining distance.
 TEST(MACContact, DrawsOnceItIsBroken) {
   for (int dim : {2, 3}) {
     const double force = 3, reach = 1e-3, break_at = 10e-6;
@@ -304,7 +304,7 @@ TEST(PlasticEXPO, KeepsAnOpening) {
         EXPECT_EQ(one.state[0], 0);
         EXPECT_EQ(one.stored, 0);
       }
-  // closed beyond what stays it pushes by its springs, and stops at its sides
+  // closed beyond its plastic opening it pushes by its springs, and stops at its sides
   Pulled closed("PlasticEXPO", with(zone, {{"damage_share", 0.3}}), 2);
   for (int k = 1; k <= 100; ++k) closed.go_to(1e-7 * k);
   const double beta = closed.state[0], stays = closed.open[0] - closed.state[closed.n];
@@ -315,7 +315,7 @@ TEST(PlasticEXPO, KeepsAnOpening) {
   EXPECT_NEAR(closed.open[0], 0, 1e-3 * stays);
   EXPECT_LT(closed.stress[0], -beta * 1e12 * stays);
   EXPECT_NEAR(closed.taken, closed.stored + closed.released, 1e-11 * closed.taken);
-  // sheared to its end while its springs push: what they held is spent, too
+  // sheared to its end while its springs push: their energy is dissipated, too
   Pulled sheared("PlasticEXPO", with(zone, {{"damage_share", 0.3}}), 2);
   for (int k = 1; k <= 100; ++k) sheared.go_to(1e-7 * k);
   const double half = (sheared.open[0] - sheared.state[sheared.n]) / 2;
@@ -398,7 +398,7 @@ TEST(CriticalVoigt, TakesBackAnOverlap) {
         lag = (eta * lag - one.r[1] / ratio) / (k * h + eta);
       }
     }
-    EXPECT_GT(one.gap[0], -1e-4);                                    // less than what it came with
+    EXPECT_GT(one.gap[0], -1e-4);                                    // less than its initial overlap
     EXPECT_NEAR(one.r[0], -one.h * k * one.gap[0], 1e-2 * one.r[0]); // at rest on its spring
     one.advance({1, 0, 0});
     EXPECT_EQ(one.r[0], 0);

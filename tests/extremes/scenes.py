@@ -16,8 +16,8 @@ EPSILON = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Extreme:
-    """What is unusual. size: radius [m]; ratio: of masses; step: times the usual one; shift: of all places [m]; origin: of the
-    scene put there; overlap: share of a radius; tangent: of the slope; tol, max_iter: of the solver."""
+    """Extreme parameters of a scene. size: radius [m]; ratio: of masses; step: times the usual one; shift: of all places [m];
+    origin: of the scene put there; overlap: share of a radius; tangent: of the slope; tol, max_iter: of the solver."""
 
     size: float = 0.125
     ratio: float = 1.0
@@ -124,7 +124,7 @@ def force_along(sim, direction):
 
 
 def ulps(x):
-    """What a double cannot tell apart at the place, in sizes of the body."""
+    """Spacing of doubles at the place, in sizes of the body."""
     return 0.0 if x.origin or not x.shift else 2 * np.spacing(x.shift) / x.size
 
 
@@ -208,7 +208,7 @@ def coincident(dim, x):
 
 
 def for_ratio(x):
-    """What is the default where masses differ: sweeps leave light bodies a rounding of the heavy ones', and say that they do."""
+    """Default solver where masses differ: sweeps leave light bodies with rounding errors of heavy ones, and report it."""
     return cn.Auto(tol=x.tol, max_iter=x.max_iter) if x.ratio > 1000 else None
 
 
@@ -349,7 +349,7 @@ def top(dim, x):
         near("angular momentum", momentum / np.linalg.norm(start), start / np.linalg.norm(start), 1e-14, 1),
         # what the rule of motion keeps: momentum and rotation are its state
         near("energy of the motion", np.sum(in_body**2 / moments) / 2 / energy, 1.0, 1e-12),
-        # what the step tells has the spin from the inverse inertia in space axes, whose entries grow with 1/least moment
+        # the step reports the spin by the inverse inertia in space axes, whose entries grow with 1/least moment
         near("energy told", sim.energy["kinetic"] / energy, 1.0, max(1e-12, EPSILON / x.ratio)),
         near("unit quaternion", np.linalg.norm(sim.bodies.rotation[0]), 1.0, 1e-13),
     ]

@@ -230,7 +230,7 @@ LARGE = [
 
 
 def at_extreme(scene, dim, values):
-    """The call of a scene: what an Extreme does not know, the scene takes."""
+    """The call of a scene: values that are no field of Extreme are arguments of the scene."""
     known = {name: value for name, value in values.items() if name in Extreme.__dataclass_fields__}
     return partial(scene, dim, Extreme(**known), **{name: value for name, value in values.items() if name not in known})
 

@@ -28,7 +28,7 @@ def drop(e, dt, duration, dim=2):
 
 
 def rest(track):
-    """Instant after which the ball stays within 1e-6 of the height: what is left of the bounces is a thousandth of the time."""
+    """Instant after which the ball stays within 1e-6 of the height: the remaining bounces take a thousandth of the time."""
     return track[np.flatnonzero(np.abs(track[:, 1] - track[-1, 1]) > 1e-6 * HEIGHT)[-1], 0]
 
 

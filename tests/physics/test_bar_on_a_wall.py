@@ -82,8 +82,8 @@ def bar(law, theta, courant):
 @pytest.mark.parametrize("law, theta, courant, known", TABLE)
 def test_nine_settings(law, theta, courant, known):
     """Every digit of the table by the scheme written out, and the scheme by Cairn to 1e-9. The table's row of the law on gaps at
-    theta 1/2 holds the gap at the end of the step, where Cairn holds that at the next detection, half a step beyond, as
-    LMGC90 does: .9982 of the energy is left there in the place of .9956. At theta 1 the two are one."""
+    theta 1/2 holds the gap at the end of the step, where Cairn, as LMGC90, holds the gap at the next detection, half a step
+    beyond: .9982 of the energy remains there in the place of .9956. At theta 1 both coincide."""
     judge("table", scheme(law, theta, courant, ahead=theta), known, 5e-5, scale=1.0)
     found, sim = bar(law, theta, courant)
     judge("Cairn", found, scheme(law, theta, courant), 1e-9)

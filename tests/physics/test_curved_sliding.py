@@ -201,7 +201,7 @@ def test_flat_contacts_know_nothing_of_it():
 
 @pytest.mark.parametrize("normal", [0.0, 0.5, 1.0])
 def test_restitution_of_impacts_stays(normal):
-    """Head on, to the bit; aside, to h: what disks that meet in flight make of their normal velocity."""
+    """Normal velocities after an impact of disks in flight: exact head on, to first order in h off-centre."""
     for aside, near in ((0.0, 1e-12), (0.3, 2e-3)):
         scene = cn.Scene(2, gravity=(0, 0))
         scene.add(cn.disks([[0, 0], [2.0, aside]], [0.5, 0.5], STONE, velocity=[[1, 0, 0], [-1, 0, 0]]))

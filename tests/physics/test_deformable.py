@@ -268,7 +268,7 @@ def square(corner, name="mesh"):
 
 
 def test_meshes_of_one_name_meet():
-    """A mesh is kept apart from itself alone: one of the same name rests on it as one of another does."""
+    """Contact is excluded only within the same mesh: meshes of equal names touch like meshes of different names."""
     speeds = []
     for other in ("mesh", "upper"):
         scene = scene_of(square((0.0, 0.0)), square((0.3, 1.0), other), cn.wall((0, 0), (0, 1), STEEL), gravity=(0.0, -9.81))
@@ -308,7 +308,7 @@ def test_triangles_that_share_corners():
 
 
 def test_the_default_solver_looks_at_rigid_bodies_alone():
-    """What shows points and edges of a mesh has next to no mass of its own."""
+    """Rigid bodies that represent points and edges of a mesh have negligible mass."""
     disks = cn.disks([[5.0, 5.0], [7.0, 5.0]], 0.5, STEEL)
     sim = cn.Simulation(scene_of(square((0.0, 0.0)), disks), dt=1e-3)
     assert type(sim.strategy.solver) is cn.NLGS

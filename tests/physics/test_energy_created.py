@@ -44,7 +44,7 @@ def test_energy_that_a_contact_creates_is_told():
 
 
 def test_a_pile_at_rest_makes_none():
-    """What rounding leaves of the work of contacts is measured by what gravity would give in a step."""
+    """Rounding errors of the work of contacts are compared with the work of gravity in a step."""
     rock = cn.Material("rock", density=1000.0)
     scene = cn.Scene(2, gravity=(0, -9.81))
     scene.add(cn.disks([(x, 0.5 + y) for y in range(5) for x in range(10)], np.full(50, 0.5), rock))

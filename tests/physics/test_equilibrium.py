@@ -41,7 +41,7 @@ def test_projection_and_its_derivative(dim):
     for k in range(dim):
         by = step * np.eye(dim)[k]
         difference = (project(p + by, mu) - project(p - by, mu)) / (2 * step)
-        assert np.quantile(np.abs(difference - d[:, :, k]), 0.999) < 1e-5  # but for what lies at a corner of the cone
+        assert np.quantile(np.abs(difference - d[:, :, k]), 0.999) < 1e-5  # except at corners of the cone
     weight = generator.uniform(1, 2, 300)
     np.testing.assert_allclose(_core.cone_derivatives(p, mu, weight), weight[:, None, None] * d, rtol=1e-14, atol=1e-14)
 
@@ -127,7 +127,7 @@ def test_wrong_inputs_are_refused():
 
 
 def test_forces_on_bodies_count():
-    """A block pushed by 0.3 of its weight: what is found holds the push, and the step after has it still."""
+    """A block pushed by 0.3 of its weight: the equilibrium balances the push, and the next step keeps it."""
     scene = cn.Scene(dim=2, gravity=(0.0, -G))
     stone = cn.Material("stone", density=1000.0)
     corners = [[-0.5, 0], [0.5, 0], [0.5, 0.5], [-0.5, 0.5]]
@@ -199,7 +199,7 @@ def heap(kind, **of_bodies):
     ("kind", "driven"), [("column", ()), ("column", ("w",)), ("lid", ("vx",)), ("lid", ()), ("lid", ("w",)), ("column", ("vx",))]
 )
 def test_round_and_guided_bodies_at_rest(kind, driven, law):
-    """Disks and a lid that moves along y alone, under laws with and without a state: what is held bears their weight."""
+    """Disks and a lid that moves along y alone, under laws with and without a state: held bodies carry their weight."""
     scene, weight = heap(kind, driven=driven)
     scene.interact("*", "*", law)
     sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-5, max_iter=1)), overlap="ignore")
@@ -215,7 +215,7 @@ def test_round_and_guided_bodies_at_rest(kind, driven, law):
 
 
 def test_a_state_of_contacts_stays():
-    """What a law remembers from before is there after: a slip that has begun, a gap that counts from the start."""
+    """The state of a law survives: a slip that has begun, a gap that counts from the start."""
     scene, _ = heap("lid")
     scene.interact("*", "*", cn.UnilateralContact(mu=0.5, from_start=1))
     sim = cn.Simulation(scene, 1e-3, overlap="ignore")

@@ -196,7 +196,7 @@ def test_plastic_sphere():
     shear, bulk = young / 2.6, young / (3 * 0.4)
 
     def way(r, c):
-        """Of places r where all within c is plastic: u = A r + B / r^2 outside; inside div u = tr(sigma) / 3K."""
+        """Displacements at r when the sphere is plastic within c: u = A r + B / r^2 outside; inside div u = tr(sigma) / 3K."""
         k = 2 / 3 * c**3 / outer**3
         at_c = k / (3 * bulk) * c + k * outer**3 / (4 * shear) / c**2
         x = np.linspace(1.0, c, 4001)

@@ -1,4 +1,4 @@
-"""Masonry in motion against limit analysis and the textbook: which arches stand, what supports do, what a wall loses."""
+"""Masonry in motion against limit analysis and textbooks: stable arches, moving supports, losses of a wall."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -213,7 +213,8 @@ def test_wall_tilted_out_of_its_plane(courses, mu, slope):
 
 @pytest.mark.parametrize("tie", [0, 2])
 def test_facade_on_a_table_that_tilts(tie):
-    """Untied, it overturns alone, to what joint forces hold; tied, before the slope of limit analysis, whose joints dilate."""
+    """Untied, the facade overturns alone, at the slope of its joint forces; tied, below the slope of limit analysis, whose joints
+    dilate."""
     b, mu = masonry.facade(0.66, 0.22, 6, (0.22, 0.11, 0.055), tie=tie), 0.7
     weight, center = 2500.0 * G * b.properties().measure, b.properties().center
     front = b.mask("facade")

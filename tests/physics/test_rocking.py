@@ -1,4 +1,4 @@
-"""A block that rocks from edge to edge under its weight (Housner 1963): what each impact leaves, and when it comes."""
+"""A block that rocks from edge to edge under its weight (Housner 1963): speed after each impact, and its time."""
 
 import cairn as cn
 import numpy as np
@@ -72,7 +72,7 @@ def housner(slenderness, start, radius, impacts):
 
 @pytest.mark.parametrize("slenderness,dim,impacts,dt", [(0.1, 2, 10, 1e-4), (0.25, 2, 10, 5e-5), (0.25, 3, 4, 2e-4)])
 def test_rocking_block(slenderness, dim, impacts, dt):
-    """Speeds and times of ten impacts to 1 %; what is left comes from impacts that last a step and falls with it."""
+    """Speeds and times of ten impacts to 1 %; the error is that of impacts lasting a step, and falls with it."""
     radius = 0.5 / np.cos(slenderness)
     times, speeds = housner(slenderness, 0.5, radius, impacts)
     sim, row = released(slenderness, 0.5, dt, dim)

@@ -1,4 +1,5 @@
-"""A thin cylinder that rolls steadily on its rim: the point of contact runs around, and what it keeps is kept to second order."""
+"""A thin cylinder that rolls steadily on its rim: the point of contact runs around, and its invariants are kept to second
+order."""
 
 import cairn as cn
 import numpy as np

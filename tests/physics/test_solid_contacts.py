@@ -61,7 +61,7 @@ def test_taylors_bar(material, counts, ends, largest):
     # of the cells at the rim of the foot, where it grows with finer cells; the table has that of the stress rates of Jaumann
     assert 2.0 < strain.max() < 1.1 * largest
     assert energy["kinetic"] < 5e-3 * start
-    # what hardening holds counts as stored; the rest goes at the impact of the foot
+    # energy of hardening counts as stored; the rest is lost at the impact of the foot
     assert 0.95 < (energy["dissipated_material"] + energy["stored"]) / start < 1.0
     assert energy["dissipated_material"] > 0.8 * start
     assert abs(energy["closure"]) < 1e-9 * energy["in_play"]

@@ -15,7 +15,7 @@ def leaves(tree, place=()):
 
 
 def damaged(content, chance):
-    """(what was done, another content): one leaf of the nested dict is changed. chance: random.Random."""
+    """(description of the damage, damaged content): a leaf of the nested dict is changed. chance: random.Random."""
     content = copy.deepcopy(content)
     place = chance.choice(list(leaves(content)))
     holder = content

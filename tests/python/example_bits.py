@@ -15,7 +15,7 @@ WHY = "CAIRN_BITS_WHY"  # set: the list is made anew, and says this
 
 
 def digest(path):
-    """Of the bodies, and the nodes of meshes, in the last output of a run, as they are stored."""
+    """Digest of bodies and nodes of meshes in the last output of a run, as stored."""
     out = hashlib.blake2b(digest_size=12)
     with cn.load(path) as run:
         end = run[-1]
@@ -27,8 +27,8 @@ def digest(path):
 
 
 def made_by():
-    """What bits depend on besides the code: compiler and flags, the processor that -march=native and libraries look at,
-    libraries of functions."""
+    """Dependencies of bits besides the code: compiler and flags, the processor seen by -march=native and libraries, mathematical
+    libraries."""
     build, known = _core.build_info(), {}
     try:
         with open("/proc/cpuinfo", encoding="ascii") as file:

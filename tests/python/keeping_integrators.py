@@ -1,4 +1,4 @@
-"""Integrators that keep derivatives of the motion, one of each kind, for tests of what holds bodies together under them."""
+"""Integrators that keep derivatives of the motion, one of each kind, for tests of bonds and joints."""
 
 import cairn as cn
 

@@ -22,7 +22,7 @@ PROTOTYPE = re.compile(r"^(?:typedef )?(void|double|int32_t|int64_t) (cairn_\w+)
 
 @functools.cache
 def prototypes():
-    """{kernel: (what it returns, [(type, whether a pointer)])} of the headers."""
+    """{kernel: (return type, [(type, whether a pointer)])} of the headers."""
     text = "".join(path.read_text(encoding="utf-8") for path in sorted(HEADERS.rglob("*.h")))
     found = {}
     for result, name, arguments in PROTOTYPE.findall(re.sub(r"/\*.*?\*/|\\\n", " ", text, flags=re.S)):
@@ -39,7 +39,7 @@ def rows(name, macro):
 
 
 class Context(ctypes.Structure):
-    """What a law is told of the step: geometry is (3, n), area, effective radius, effective mass."""
+    """Context of a law in a step: geometry is (3, n), area, effective radius, effective mass."""
 
     _fields_ = [("h", ctypes.c_double), ("theta", ctypes.c_double), ("geometry", ctypes.c_void_p), ("fields", ctypes.c_void_p)]
 

@@ -63,8 +63,8 @@ subroutine hypo(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   sse = sse + 0.5d0*dot_product(before + stress, dstran)
 end subroutine hypo
 
-! Springs, and statev holds what the call was told: coords(3), time(2), dtime, ndi, nshr, ntens, noel, npt, kstep, kinc, celent,
-! nlgeom, stran(1), stress(1) as they came in, drot(1:2, 1).
+! Springs whose statev records the arguments of the call: coords(3), time(2), dtime, ndi, nshr, ntens, noel, npt, kstep, kinc,
+! celent, nlgeom, stran(1), stress(1) as they came in, drot(1:2, 1).
 subroutine told(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, &
                 predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, &
                 noel, npt, layer, kspt, kstep, kinc)

@@ -98,7 +98,8 @@ subroutine rubber(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, dr
   sse = 0.5d0*(left(1, 1) + left(2, 2) + left(3, 3) - 3*props(1))
 end subroutine rubber
 
-! Springs; statev is what the call was told: ndi, nshr, ntens, DFGRD0(3, 3), DFGRD1(3, 3), and stresses and strains as they came in.
+! Springs; statev records the arguments of the call: ndi, nshr, ntens, DFGRD0(3, 3), DFGRD1(3, 3), and stresses and strains as
+! they came in.
 subroutine told(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, &
                 predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, &
                 noel, npt, layer, kspt, kstep, kinc)

@@ -1,5 +1,5 @@
-"""Pairs of round shapes and boxes in numbers: random and with answers known from how they were built, their contacts, and what
-proves a gap: a direction along which the bodies are so far apart, and a point of each that is no farther from the other's."""
+"""Pairs of round shapes and boxes in numbers: random and with answers known from how they were built, their contacts, and bounds
+of the gap: from below the separation along a direction, from above the distance of a point of each."""
 
 import cairn as cn
 import numpy as np
@@ -105,7 +105,7 @@ def outside(kind, sizes, turn, x):
 
 
 class Pairs:
-    """A first body of each pair at `place` from the second; what is known of the gap and of the normal to the first."""
+    """Pairs whose first body is at `place` from the second, with the gap and the normal to the first where known."""
 
     def __init__(self, kinds, sizes, turns, place, gap=None, normal=None):
         self.kinds, self.sizes, self.turns, self.place, self.gap, self.normal = kinds, sizes, turns, place, gap, normal
@@ -118,7 +118,7 @@ class Pairs:
         return Pairs(self.kinds, [s[k] for s in self.sizes], [t[k] for t in self.turns], self.place[k], *known)
 
     def size(self):
-        """Of the larger body."""
+        """Size of the larger body."""
         axes = np.eye(3)
         return np.max([[reach(k, s, t, np.broadcast_to(e, (len(self), 3))) for e in axes]
                        for k, s, t in zip(self.kinds, self.sizes, self.turns)], axis=(0, 1)).astype(float)  # fmt: skip
@@ -165,7 +165,7 @@ class Pairs:
 
 
 def random_pairs(rng, kinds, count, near=(-0.15, 0.4), general=False):
-    """Along a random direction the bodies are apart, or overlap, by what lies evenly within `near`; the gap may be more."""
+    """Pairs separated along a random direction by a uniform deviate within `near`, negative for overlap; the gap may be more."""
     sizes = [random_sizes(rng, k, count, general) for k in kinds]
     turns = [random_turns(rng, count) for _ in kinds]
     way = rng.normal(size=(count, 3))

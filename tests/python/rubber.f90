@@ -6,7 +6,7 @@ module rubber
   implicit none
   private
 
-  !> What one simulation's body keeps.
+  !> State of the body of a simulation.
   type :: block_of_rubber
     real(c_double)                  :: mu, lambda
     integer, allocatable            :: cell(:, :)       !< (3, cells) nodes from 1

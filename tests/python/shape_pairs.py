@@ -172,7 +172,7 @@ def sliver(rng, k):
 
 
 def tiny_on_huge(rng, k):
-    """A cube 1e-2 to 1e-6 the size of the other, on one of its faces; gaps are of the smallest one's size."""
+    """A cube 1e-2 to 1e-6 the size of the other, on one of its faces; gaps are scaled by the smaller body."""
     tiny = 10.0 ** -rng.integers(2, 7)
     return CUBE * tiny @ about_z(rng.uniform(0, 7)).T, CUBE, [*rng.uniform(-0.4, 0.4, 2), (1 + tiny) / 2], 1e-6
 

@@ -1,4 +1,4 @@
-"""Velocities as exact as a user names: what is claimed holds, what holds is claimed, and what cannot be is told why."""
+"""Velocities to a requested accuracy: claims hold, fulfilled requests are claimed, and unattainable ones are explained."""
 
 import cairn as cn
 import numpy as np

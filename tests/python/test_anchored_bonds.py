@@ -223,7 +223,7 @@ def test_a_brick_that_grows_on_another_shears_their_joint(dim):
 
 @pytest.mark.parametrize("dim, n", [(2, 3), (2, 4), (3, 3)])
 def test_a_block_of_bricks_bonded_to_each_other_lies_still(dim, n):
-    """Faces have several bonds and bricks stand in rings: what bonds did that undo gaps alone grew, without end."""
+    """Faces have several bonds and bricks form closed loops: the correction of drift in normal bonds alone grew without bound."""
     side, rock = 0.1, cn.Material("rock", density=2500.0)
     places = side * np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
     scene, up = cn.Scene(dim=dim, gravity=(0.0,) * (dim - 1) + (-9.81,)), np.eye(dim)[-1]

@@ -60,8 +60,8 @@ PAIRS = [
 @pytest.mark.parametrize("first", ["lower", "upper"])
 @pytest.mark.parametrize("below, above", PAIRS)
 def test_meshes_that_end_within_each_other_are_joined_by_what_they_share(dim, below, above, first, sides):
-    """Nodes had the whole of their parts, 0.5 to 1.8 of what is shared, and of both sides at a corner where sides are given all
-    round: up to 15 times as much."""
+    """Regression: tributary areas were not cut to the overlap of the meshes, 0.5 to 1.8 times its area, and up to 15 times at
+    corners where all sides are given."""
     peak, work = pulled_off(dim, below, above, first, sides)
     area = (SIDE * (min(below[2], above[2]) - max(below[1], above[1]))) ** (dim - 1)
     assert work == pytest.approx(area, rel=1e-6)

@@ -103,7 +103,7 @@ def test_a_bar_between_the_nodes_is_joined_along_all_of_it():
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("seam", [1 / 3, 0.4, 0.5])
 def test_two_bodies_side_by_side_share_the_nodes_at_their_seam(dim, seam):
-    """A node below the seam is joined to both, to each by what it has of the node's part."""
+    """A node below the seam is joined to both, to each by its share of the node's tributary area."""
     sides = {"edges" if dim == 2 else "faces": "high"}
     if dim == 2:
         bodies = rigid(2, -0.2, seam), rigid(2, seam, 1.2)

@@ -19,7 +19,7 @@ def at(value, array, *index):
     return array
 
 
-# what is called, and what the message says: field, index, value; remedy
+# call, and its message: field, index, value; remedy
 REFUSED = [
     # sets of bodies
     (lambda: cn.disks(at(NAN, XY, 1, 0), 0.5, ROCK), r"centers\[1, 0\] is nan: give finite numbers"),
@@ -359,7 +359,7 @@ def test_an_overlap_that_the_first_step_makes_is_told():
     sim = cn.Simulation(scene, 0.1)
     with pytest.warns(cn.OverlapWarning, match="by 200% of the smaller one's size in step 1, which converged"):
         sim.step()
-    with warnings.catch_warnings():  # what was there before is not laid to the first step
+    with warnings.catch_warnings():  # faults present before are not attributed to the first step
         warnings.simplefilter("error")
         sim = cn.Simulation(overlapping(), 1e-3, overlap_share=1.1)
         sim.step()

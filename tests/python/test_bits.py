@@ -119,7 +119,7 @@ def test_states_can_differ():
 
 
 def change(sim, at):
-    """What the run changes after step `at`."""
+    """Changes made in the run after step `at`."""
     if at == 8:
         sim.add(cn.disks([[2.0, 8.0], [5.0, 8.0]], 0.4, cn.Material("late", density=500.0), group="late", force=(3.0, -1.0)))
         sim.add(cn.wall((4.0, 20.0), (0, -1), SAND, velocity=cn.Table([0, 1], [[0, -10], [0, -10]])))

@@ -80,8 +80,8 @@ def test_it_breaks_at_its_strength(rows, columns):
 
 
 def network(rows, columns):
-    """Of the cantilever at rest by linear algebra alone, over M y/I: the largest stress of each bond from the first column on to
-    the second, (rows,). Bonds bear (u_n, u_t) and their turn by springs, those that would shorten by one 1e6 times as stiff."""
+    """Largest stress of each bond between the first and the second column, over M y/I, (rows,), in the cantilever at rest by
+    linear algebra alone. Bonds are springs for (u_n, u_t) and rotation, 1e6 times as stiff in compression."""
     k, bonds = YOUNG / (2 * R), []
     number = np.arange(rows * columns).reshape(columns, rows)
     bonds += [(a, b, (1.0, 0.0)) for a, b in zip(number[:-1].ravel(), number[1:].ravel())]

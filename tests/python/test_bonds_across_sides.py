@@ -1,5 +1,4 @@
-"""What is bonded to one side of a body or a mesh and slides on to the next one keeps its damage: sides that lie in a plane are
-worth one."""
+"""Bonds that slide from a side of a body or mesh to the next keep their damage: coplanar sides act like a single side."""
 
 import cairn as cn
 import numpy as np
@@ -82,7 +81,7 @@ def followed(dim, base, upper, cuts, up=0.0):
 @pytest.mark.parametrize(("dim", "base", "upper"), [(2, "mesh", "ball"), (2, "mesh", "point"), (3, "mesh", "ball"),
                                                     (3, "mesh", "point"), (3, "surface", "ball")])  # fmt: skip
 def test_a_bond_goes_on_from_one_side_to_the_next(dim, base, upper):
-    """As on one side that is longer."""
+    """Bonds behave as on a single longer side."""
     beta, released, stored = followed(dim, base, upper, [-0.5, 0.5])
     across, spent, held = followed(dim, base, upper, [-0.5, 0.0, 0.5])
     assert beta[-1] < 0.8 and np.all(np.diff(across) <= 0)
@@ -100,7 +99,7 @@ def test_a_bond_that_is_drawn_goes_on():
 
 
 def test_each_of_two_bonds_goes_on_where_it_looks():
-    """A ball in a gutter that moves along it and off one of its walls: one bond opens, the other slides."""
+    """A ball moves along a gutter and away from one wall: the bond there opens, the other slides."""
     found = []
     for cuts in ([-0.5, 0.5], [-0.5, 0.0, 0.5]):
         n = len(cuts)
@@ -125,7 +124,7 @@ def test_each_of_two_bonds_goes_on_where_it_looks():
 
 
 def test_a_side_of_another_law_takes_no_bond_over():
-    """It is loose there, and the balance knows what it had."""
+    """The bond is lost there, and the balance counts its energy."""
     other = cn.Material("other", density=1000.0)
     scene = cn.Scene(3)
     scene.add(cn.deformable(block(3, [-0.5, 0.0, 0.5]), BASE, fixed={"all": "xyz"}, faces="top", face_material=[BASE, other]))

@@ -1,4 +1,4 @@
-"""What is bonded and turns freely keeps its shape to second order in the step, whichever way its bonds lie to the spin."""
+"""Bonded bodies that turn freely keep their shape to second order in the step, for any direction of bonds to the spin."""
 
 import cairn as cn
 import numpy as np
@@ -154,7 +154,8 @@ def disk_on_polygon(scene):
     ids=["box", "disc", "cylinder", "capsule", "ellipsoid", "box sprung", "two boxes sprung", "polygon"],
 )
 def test_pair_turns_as_one(add, dim, law):
-    """What is no ball changes its spin by itself, too: without that, and the flight of slips, errors halve with the step."""
+    """Bodies other than balls also change their spin by themselves: without gyroscopic terms and the transport of slips errors
+    are of first order."""
     errors = []
     for h in (2e-3, 1e-3):
         scene = cn.Scene(dim)

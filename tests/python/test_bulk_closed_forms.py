@@ -12,7 +12,7 @@ ELASTIC = {"young": YOUNG, "poisson": POISSON}
 
 
 def found(name, law, measure, state=None, h=1.0, theta=1.0, length=1.0):
-    """Of strains 11 22 33 12 23 13 with twice the shear (6), or of gradients F (3, 3), whose stress (3, 3) is P."""
+    """Response to strains 11 22 33 12 23 13 with twice the shear (6), or to gradients F (3, 3), whose stress (3, 3) is P."""
     values = [law.get(p[0], p[1]) for p in ROWS[name]["parameters"]]
     measure = np.asarray(measure, float)
     rows = (measure - np.eye(3)).T.reshape(1, 9) if measure.ndim == 2 else measure.reshape(1, 6)
@@ -179,7 +179,7 @@ def isotropic_damage():
         for e in (0.5 * first, first, 2 * first, 0.1, 0.4):
             r = found("isotropic_damage", law, [e, 0, 0, 0, 0, 0], state, length=length)
             stress = min(YOUNG * e, 0.03 * np.exp(-(e - first) / decay))
-            same(r["stress"], [stress, 0, 0, 0, 0, 0], 1e-11)  # what is left of the stiffness is 1 less the damage
+            same(r["stress"], [stress, 0, 0, 0, 0, 0], 1e-11)  # the remaining stiffness is 1 less the damage
             state = r["state"]
         back = found("isotropic_damage", law, [0.1, 0, 0, 0, 0, 0], state, length=length)
         same(back["stress"], [stress * 0.1 / 0.4, 0, 0, 0, 0, 0], 1e-11)

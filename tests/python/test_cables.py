@@ -128,7 +128,7 @@ def test_a_pulley_on_a_body(dim, solver):
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 3, 0, 2)])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_machine_on_a_machine(dim, order):
-    """Body 0 against a pulley, 1, over which 2 and 3 hang, in whatever order they come in: two ropes, three bodies on one."""
+    """Body 0 against a pulley, 1, over which 2 and 3 hang, in any order of insertion: two ropes, one with three bodies."""
     m = np.array([0.05, 0.03, 0.045, 0.035])
     height = np.array([-1.0, -0.8, -1.5, -1.7])
     scene, ids = scene_of(dim), [0] * 4
@@ -141,7 +141,7 @@ def test_a_machine_on_a_machine(dim, order):
         for _ in range(100):
             assert sim.step()["status"] == "converged"
         m = sim.bodies.mass[ids]
-        # of both tensions: what each rope gains
+        # effect of both tensions on the length of each rope
         w = np.array([[1 / m[0] + 1 / m[1], -2 / m[1]], [-2 / m[1], 1 / m[2] + 1 / m[3] + 4 / m[1]]])
         t = np.linalg.solve(w, [2 * G, 0.0])
         speeds = 0.1 * (np.array([t[0] / m[0], (t[0] - 2 * t[1]) / m[1], t[1] / m[2], t[1] / m[3]]) - G)
@@ -150,7 +150,7 @@ def test_a_machine_on_a_machine(dim, order):
 
 
 def test_a_slack_rope_lets_fall_and_tautens_without_a_bounce():
-    """Both fall by half of what is slack; then equal ones stop, and the balance says what was lost."""
+    """Both fall by half of the slack; then equal weights stop, and the balance counts the loss."""
     scene = scene_of(2)
     ids = scene.add(balls(2, [(0.0, -1.0), (0.0, -1.0)], [0.05, 0.05]))
     scene.join(ids[0], ids[1], cn.Cable(points=[(0, -1), (0, 0), (0, -1)], length=2.1))

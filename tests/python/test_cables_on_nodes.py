@@ -14,7 +14,7 @@ def mass_of_bar(dim):
 
 
 def ball(dim, mass, at, **options):
-    """Of a mass [kg]."""
+    """A ball of a mass [kg]."""
     volume = mass / 7800.0
     return balls(dim, [at], [(volume / np.pi) ** 0.5 if dim == 2 else (0.75 * volume / np.pi) ** (1 / 3)], **options)
 
@@ -58,7 +58,7 @@ def roped(dim, share, *, rigid=False, first=True, pulley=None, others=0, speeds=
 
 
 def momentum(sim, dim):
-    """Of the mesh and of the bodies that move, (dim,)."""
+    """Momentum of the mesh and of moving bodies, (dim,)."""
     mesh = sim.meshes[-1]
     v = mesh.velocity
     free = [k for k in range(len(sim.bodies)) if sim.bodies.velocity[k].any()]
@@ -171,7 +171,7 @@ def chained(dim, links=15):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_newtons_method_over_bodies_knows_the_node_and_the_far_end(dim):
-    """Where chains hang on both ends `Auto` takes its factors over bodies and the dofs of the mesh: as sweeps alone."""
+    """Chains hang on both ends: `Auto` factorises over bodies and the dofs of the mesh, with the result of sweeps alone."""
     ends, solvers = [], set()
     for solver in (cn.NLGS(tol=1e-11, max_iter=200000), cn.Auto(tol=1e-11)):
         sim = simulate(chained(dim), H, solver)
@@ -188,7 +188,7 @@ def test_newtons_method_over_bodies_knows_the_node_and_the_far_end(dim):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_bar_that_rests_on_a_floor_is_drawn_by_its_rope(dim):
     """Contacts of a mesh that are swept one after the other, and a rope at one of its nodes: solvers agree, and the floor bears
-    what the rope does not."""
+    the rest of the weight."""
     ends = []
     for solver in (cn.NLGS(tol=1e-12, max_iter=100000), cn.Auto(tol=1e-12)):
         scene, body = scene_of(dim), bar(dim, cells=12, solid=False)

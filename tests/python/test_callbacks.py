@@ -71,7 +71,7 @@ def dropped(body, dt=1e-3, integrator=None, **options):
 
 
 def moved(sim, steps):
-    """Displacements and velocities of all steps, and what stands in the end."""
+    """Displacements and velocities of all steps, and the final state."""
     rows = []
     for _ in range(steps):
         assert sim.step()["status"] == "converged"
@@ -351,7 +351,7 @@ def test_what_stands_beside_the_pattern_is_told():
 
 
 class Chain:
-    """A row of nodes joined by elastic plastic rods along x, which bend freely; what they keep is how far they have yielded."""
+    """A row of nodes joined by elastic plastic rods along x, which bend freely; their state is the plastic elongation."""
 
     def __init__(self, points, stiffness=2e4, yield_force=60.0, damping=0.0, tells=True):
         self.k, self.most, self.c = stiffness, yield_force, damping
@@ -372,7 +372,7 @@ class Chain:
         self.trial = np.where(slips, longer - force / self.k, self.plastic)
         slope = np.where(slips, 1e-3 * self.k, self.k) + self.c * at.rate
         spent = self.most * np.abs(self.trial - self.plastic).sum() + at.step * self.c * (faster**2).sum()
-        side = 1e-2 * self.k  # what keeps it from bending
+        side = 1e-2 * self.k  # lever against bending
         across = np.zeros(2 * (n + 1))
         across[1::2] = side * at.displacement[:, 1]
         tangent = difference.T @ (slope[:, None] * difference) + np.diag(np.tile([0.0, side], n + 1))
@@ -489,7 +489,7 @@ def test_forces_that_know_a_velocity():
 
 
 def test_energy_that_is_not_told_is_a_term_of_its_own():
-    """What the code takes up is known, and not what of it is stored: without both, and with the energy alone."""
+    """The work absorbed by the code is known, its stored part is not: without both, and with the energy alone."""
     solid = block()
     whole = dropped(by_python(solid))
     moved(whole, 40)

@@ -1,4 +1,4 @@
-"""What another code may ask of the simulation that calls it: to look, and nothing that a step would find half done."""
+"""Calls that another code may make to the simulation that calls it: readers alone, nothing that changes the step under way."""
 
 import re
 
@@ -9,7 +9,7 @@ from test_callbacks import POINTS, ROCK, Chain, hit, moved
 
 
 class Meddler(Chain):
-    """A chain that does something with its simulation in one of its calls, and keeps what that raised."""
+    """A chain that acts on its simulation in one of its calls, and keeps the exception raised."""
 
     def __init__(self, points, at="forces"):
         super().__init__(points)
@@ -222,7 +222,7 @@ def test_steps_in_parts_need_a_history_that_is_given():
     scene.add(cn.deformable(body, ROCK))
     with pytest.raises(ValueError, match=text) as refused:
         cn.Simulation(scene, dt=5e-4, strategy=cn.NSCD(cut_back=2))
-    sim = cn.Simulation(scene, dt=5e-4)  # what was refused has not taken the history with it
+    sim = cn.Simulation(scene, dt=5e-4)  # the refused call has not discarded the history
     assert sim.step()["status"] == "converged" and refused
     with pytest.raises(ValueError, match="is of another simulation"):
         cn.Simulation(scene, dt=5e-4)

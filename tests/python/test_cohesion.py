@@ -46,7 +46,7 @@ def grains(dim, law, kick):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("name", ZONES)
 def test_balance_of_energy_closes_and_damage_never_heals(name, dim):
-    """What is stored now is what steps stored; what is spent is at most the work of the zones."""
+    """Stored energy is the sum over steps; the dissipated energy is at most the work of the zones."""
     sim = simulate(grains(dim, zone(name), (0.6, 0.9)), 2e-6)
     begin, before, kept = 0.5 * sim.bodies.mass[3] * 1.17, {}, 0.0
     lowest = 1.0
@@ -302,7 +302,7 @@ def test_acoustic_events_have_the_energy_that_is_released():
 
 
 def test_what_a_dashpot_takes_is_released_and_no_acoustic_event():
-    """Of two grains one goes off on a joint with a dashpot: the balance has what that takes, the table has no row."""
+    """One of two grains moves off on a joint with a dashpot: the balance counts its dissipation, the table has no row."""
     scene = cn.Scene(2)
     scene.add(cn.disks([[0.0, 0.0], [1.0, 0.0]], 0.05, ROCK, velocity=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
     scene.join(0, 1, cn.Distance(points=((0.0, 0.0), (1.0, 0.0)), spring=cn.Spring(stiffness=100.0, damping=5.0)))
@@ -405,7 +405,8 @@ def test_what_zones_refuse():
 @pytest.mark.parametrize("name", ["MAL", "EXPO", "PlasticEXPO"])
 @pytest.mark.parametrize("radius", [0.05, 20.0])
 def test_an_overlap_at_rest_stays_without_recovery(name, radius):
-    """PlasticEXPO threw it out in one step: no spring in series, which is one of no end, became one by areas below 1 m2."""
+    """Regression: PlasticEXPO ejected it in a step, since an infinitely stiff spring in series became finite for areas below 1
+    m2."""
     rock = cn.Material("rock", density=1000.0)
     zone = {"normal_stiffness": 1e9, "tangential_stiffness": 1e9, "normal_strength": 2e6, "tangential_strength": 2e6}
     scene = cn.Scene(2)

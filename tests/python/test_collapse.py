@@ -11,7 +11,7 @@ STACK = masonry.panel(1, 8, brick=(2.0, 1.0), bond="stack")
 
 @pytest.mark.parametrize("mu, load, exact", [(0.6, "tilt", 2 / 8), (0.15, "tilt", 0.15), (0.6, "push", 2 / 8)])
 def test_stack(mu, load, exact, capsys):
-    """It overturns at its width over its height, or slides at mu."""
+    """The stack overturns at its width over its height, or slides at mu."""
     found = collapse_multiplier(STACK, mu, load)
     assert found.multiplier == pytest.approx(exact, rel=0.005) and found.limit == pytest.approx(exact, rel=1e-6)
     assert found.stands < found.multiplier < found.falls and found.angle == pytest.approx(np.arctan(found.multiplier))

@@ -1,4 +1,4 @@
-"""Contacts come to nodes of a mesh one by one: what is known of its compliance does not depend on when it was asked."""
+"""Contacts reach nodes of a mesh one by one: its compliance does not depend on the order of requests."""
 
 import cairn as cn
 import numpy as np

@@ -183,7 +183,7 @@ def test_errors_of_the_system_are_told_in_words(tmp_path):
             series.append([1.0])
     finally:
         GrowingFile.watch(None)
-    with pytest.raises(FileError, match="the disk is full"):  # it stays closed to writing: what is there stays whole
+    with pytest.raises(FileError, match="the disk is full"):  # it stays closed to writing, so that its content stays whole
         series.append([1.0])
     file.close()
     with h5py.File(tmp_path / "a.h5", "r") as read:

@@ -1,4 +1,4 @@
-"""What a bar that is torn apart spends, over the fracture energy of its section: one row of cells softens."""
+"""Energy dissipated by a bar that is torn apart, over the fracture energy of its section: a single row of cells softens."""
 
 import cairn as cn
 import numpy as np
@@ -13,7 +13,7 @@ SPLIT = {
 
 
 def torn(kind, across=2, steps=300, place=None, cut_back=6):
-    """Dissipated over the fracture energy of the section, of square cells or of what they are cut into; place(points) moves the
+    """Dissipated energy over the fracture energy of the section, for square cells or cells cut from them; place(points) moves the
     nodes of cells of second order."""
     dim = 3 if kind.startswith(("hexahedron", "tetra")) else 2
     whole = {2: "quad", 3: "hexahedron"}[dim]
@@ -51,7 +51,8 @@ def test_cells_that_fill_a_square_or_cube_spend_what_it_does(kind, whole):
 
 @pytest.mark.parametrize("kind", ["quad", "quad8", "quad9", "hexahedron20"])
 def test_what_is_spent_is_exact_however_long_the_steps_are(kind):
-    """By the strain at the end of each step it was 3.6 of it; cells of second order found no balance."""
+    """Regression: with damage by the strain at the end of each step it was 3.6 times the work; cells of second order found no
+    equilibrium."""
     spent = torn(kind, steps=20)
     print(kind, spent)
     assert spent == pytest.approx(1.0, abs=2e-3)
@@ -59,7 +60,8 @@ def test_what_is_spent_is_exact_however_long_the_steps_are(kind):
 
 @pytest.mark.parametrize("kind", ["triangle6", "quad8", "quad9", "tetra10", "hexahedron20"])
 def test_cells_of_second_order_have_one_damage_each(kind):
-    """Points of their own softened one by one, and found no balance in these steps; shorter ones spent 0.72 to 1.2 of it."""
+    """Regression: integration points softened separately and found no equilibrium in these steps; shorter steps dissipated 0.72
+    to 1.2 of it."""
     spent = torn(kind, across=1 if kind in ("tetra10", "hexahedron20") else 2, steps=200)
     print(kind, spent)
     assert spent == pytest.approx(1.0, abs=0.05)
@@ -88,7 +90,7 @@ def test_cells_that_are_bent_spend_about_as_much():
 
 
 def test_the_tangent_of_shared_damage_is_the_symmetric_part_of_the_differences():
-    """Of cells that soften, of every plane and measure of strain: each node moves the damage of all points."""
+    """Tangents of softening cells, for every plane and measure of strain: each node affects the damage of all points."""
     rng = np.random.default_rng(4)
     law = cn.IsotropicDamage(young=1.0, poisson=0.2, strength=0.02, fracture_energy=0.005)
     measures = {"quad8": ("small", "corotational"), "triangle6": ("total_lagrangian",), "tetra10": ("small", "logarithmic")}

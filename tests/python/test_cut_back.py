@@ -1,5 +1,5 @@
-"""Steps that Newton's method does not make are made in parts: where none could be made before, to what small steps find; what is
-left as it was where no part helps; functions of time; every integrator; files."""
+"""Steps in which Newton's method fails are cut back into parts: agreement with small steps; state unchanged where no part
+succeeds; functions of time; every integrator; files."""
 
 import cairn as cn
 import numpy as np
@@ -42,7 +42,7 @@ class Watched:
 
 
 def shown(sim):
-    """What views show of the last step."""
+    """Arrays of views for the last step."""
     mesh, contacts = sim.meshes[0], sim.contacts
     fields = ("key", "bodies", "gap", "point", "impulse", "force", "relative_velocity", "dissipated", "status")
     of_contacts = {name: np.array(getattr(contacts, name)) for name in fields}
@@ -101,7 +101,7 @@ def test_what_is_whole_keeps_its_bits():
 
 
 def test_what_no_part_makes_leaves_all_as_it_was():
-    """At the deepest part as before the whole step, whatever halves were made of it."""
+    """Failure of the smallest part restores the state before the whole step, whichever halves succeeded."""
     sim, other = thrown(0.02, cuts=3), thrown(0.02, cuts=3)
     for s in (sim, other):
         s.step()
@@ -139,8 +139,8 @@ def test_a_restart_goes_on_to_the_same_bits(tmp_path):
     ids=lambda i: type(i).__name__,
 )  # fmt: skip
 def test_every_integrator_goes_on_with_what_it_keeps(integrator):
-    """A block squeezed so fast that a whole step fails, of explicit ones by cells that turn inside out or by their limit: what
-    integrators keep are derivatives, which know no length of a step."""
+    """A block squeezed so fast that a whole step fails; explicit steps fail by inverted cells or the stability limit. Integrators
+    keep derivatives, which do not depend on the step."""
     points, cells = box("quad", (2, 2), (1.0, 1.0))
     groups = {"foot": np.flatnonzero(points[:, 1] < 0.1)}
 
@@ -167,7 +167,7 @@ def test_every_integrator_goes_on_with_what_it_keeps(integrator):
 
 
 def test_functions_of_time_are_asked_for_the_parts():
-    """Of a force, of gravity and of a side that is displaced: at both ends of each part; the step ends where they say."""
+    """A force, gravity and a prescribed displacement are evaluated at both ends of each part; the step ends on their values."""
     points, cells = box("quad", (3, 3), (1.0, 1.0))
     groups = {"foot": np.flatnonzero(points[:, 1] < 0.1), "top": np.flatnonzero(points[:, 1] > 0.9)}
     body = SolidBody(points, cells, NeoHookean(young=1e5, poisson=0.45), density=1000.0, groups=groups)
@@ -217,7 +217,7 @@ def test_steps_that_a_network_repeats_are_not_made_in_parts():
 
 
 def test_functions_see_the_part_before():
-    """As those of a simulation that makes the parts as steps of its own: never the attempts that were thrown away."""
+    """Functions see the same states as in a simulation whose steps are these parts: never the discarded attempts."""
     seen = []
     sim = thrown(0.02, watch=lambda sim: seen.append((sim.time, shown(sim))))
     sim.step()

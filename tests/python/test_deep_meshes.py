@@ -1,4 +1,4 @@
-"""Meshes that begin deep inside what they touch, or move farther in a step than their cells are wide: told, with what is safe."""
+"""Meshes that begin deep inside others, or move by more than a cell in a step: warnings with a safe step."""
 
 import warnings
 
@@ -78,7 +78,7 @@ def test_a_block_too_fast_for_its_step_is_told_of_with_the_step_that_is_safe(kin
         info = sim.step()
     assert len(told) == 1 and info["mesh_way"] == pytest.approx(2000.0 * 1e-3 / CELL, rel=1e-9)
     assert info["mesh_depth"] == 0 and str(told[0].message) == info["mesh_hint"]
-    assert (info["hint"] == info["mesh_hint"]) == (info["status"] == "converged")  # else what was not solved comes first
+    assert (info["hint"] == info["mesh_hint"]) == (info["status"] == "converged")  # else the hint of the failed solve comes first
     sim = over_a_wall(kind, body, 0.3, 2000.0, dt=1.2e-4)
     with warnings.catch_warnings():
         warnings.simplefilter("error", cn.TunnellingWarning)
@@ -100,7 +100,7 @@ def on_a_plate(speed, dt, theta=0.5):
 
 
 def test_what_passes_through_a_side_of_a_mesh_is_told_of():
-    """By a fifth of a cell in half a step: the side is thinner, and what was above it is within the plate."""
+    """Motion by a fifth of a cell in half a step: the side is thinner, so that a node above it ends within the plate."""
     sim = on_a_plate(100.0, 1e-3)
     words = r"node \d+ of the mesh 'block' and the side with nodes \d+ \d+ of the mesh 'plate' pass through each other in step 1"
     with pytest.warns(cn.TunnellingWarning, match=words) as told:

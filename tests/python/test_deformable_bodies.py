@@ -1,4 +1,4 @@
-"""Deformable bodies in the step: where impulses act on them, sizes from small to large, what is wrong and named."""
+"""Deformable bodies in the step: points of action of impulses, sizes from small to large, named errors."""
 
 import cairn as cn
 import numpy as np
@@ -51,7 +51,7 @@ def resting(size=1.0, origin=(0.0, 0.0), h=2e-3, steps=400, density=2000.0, grai
 
 
 def push_on_plate(sim):
-    """Of the disk, over its weight."""
+    """Push of the disk on the plate over its weight."""
     weight = 9.81 * sim.bodies.mass[np.argmax(sim.radii())]
     return np.sum(sim.contacts.impulse[:, 1]) / sim.dt / weight
 
@@ -175,7 +175,7 @@ def travelling(periodic, width=0.8):
 
 
 def test_a_mesh_leaves_a_periodic_cell_whole():
-    """As it goes without a cell, but for its length; its disk leaves before it, and they touch across the boundary."""
+    """The mesh moves as without a cell, but for its length; its disk leaves before it, and they touch across the boundary."""
     free, caught = travelling(None), travelling(cn.Periodic((2.0, 0.0)))
     for _ in range(200):
         for sim in (free, caught):

@@ -1,4 +1,5 @@
-"""Bonds and joints whose bodies are driven along the normal: springs bear what their opening says, whatever nothing moves."""
+"""Bonds and joints whose bodies are driven along the normal: forces of springs follow from their opening, even where no free body
+moves."""
 
 import cairn as cn
 import numpy as np

@@ -1,4 +1,4 @@
-"""Tubes and rings, seen from inside: pendulums, and what a drum that turns does to a body in it."""
+"""Tubes and rings, seen from inside: pendulums, and a body in a turning drum."""
 
 import cairn as cn
 import numpy as np

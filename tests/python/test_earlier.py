@@ -34,7 +34,7 @@ def test_a_scene_and_a_checkpoint_go_on(folder, name, dim):
         for field in ("position", "velocity"):
             assert np.array_equal(getattr(sim.bodies, field), run[-1].bodies[field])  # to the bit
     sim.run(steps=20, progress=False)
-    # what the version that wrote them came to, by another way of sweeps: impulses of a pile are not unique
+    # results of the version that wrote them, by other sweeps: impulses of a pile are not unique
     with np.load(folder / f"{name}.npz") as then:
         assert sim.bodies.position == pytest.approx(then["position"], abs=1e-4)
 
@@ -86,7 +86,8 @@ def test_a_file_that_was_damaged_is_refused(folder):
 
 
 def test_names_do_not_vanish():
-    """names.json is what users may have written: it grows, and nothing is taken out of it before it warned for a version."""
+    """names.json lists the names that users may have written: it grows, and a name is removed only after a version of
+    warnings."""
     known = json.loads((EARLIER / "names.json").read_text(encoding="utf-8"))
     for name, parameters in known.items():
         thing = getattr(cn, name)

@@ -39,7 +39,7 @@ def test_a_block_slides_over_any_number_of_edges_without_a_jolt(edges):
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_disk_rolls_over_a_row_and_keeps_its_height(way):
-    """It leaves the row behind at the end, where the last edge is a corner as before."""
+    """The disk leaves the row at its end, where the last edge is a corner."""
     scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
     scene.add(cn.deformable(block((8, 1), (0.0, -0.1), (0.8, 0.1)), ROCK, edges="top", fixed={"all": "xy"}, name="floor"))
     scene.add(cn.disks([[0.4, 0.02]], 0.02, ROCK, velocity=[[0.5 * way, 0.0, 0.0]]))

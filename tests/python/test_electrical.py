@@ -10,7 +10,7 @@ R = 1e-3
 
 
 def column(n=2, push=1.0, counts=(1, 1), **electrical):
-    """Columns of spheres on fixed ones, each pressed by a force on its upper one; no gravity."""
+    """Columns of spheres on fixed spheres, each pressed by a force on its upper sphere; no gravity."""
     scene = cn.Scene(3)
     x, y = (g.ravel() for g in np.meshgrid(*[2 * R * np.arange(k) for k in counts], indexing="ij"))
     place = np.stack([x, y, np.zeros_like(x)], axis=1)

@@ -153,10 +153,10 @@ def test_wheel_and_rail(tmp_path, monkeypatch):
     assert len(saved) == 3 and (parts / "wheel_and_rail.csv").read_text().count("\n") == 2
     again = module.main([*on, *size])
     for name in figures.keys() - {"CPU time of the cycles"}:
-        # what was written with seven digits, of cycles before
+        # values of earlier cycles, written with seven digits
         rel = 1e-6 if name in ("error, worst", "overlap, worst", "momentum of the grains") else 1e-15
         assert again[name][0] == pytest.approx(figures[name], rel=rel), name
-    # with nothing left to run it draws what is there
+    # with nothing left to run it draws the existing cycles
     drawn = []
     monkeypatch.setattr(module, "draw", lambda sim, pair, *_: drawn.append(module.loose(sim, pair).sum()))
     module.main([*on, *size])
@@ -255,7 +255,7 @@ def test_flue_wall(tmp_path):
     size = ["--courses", "5", "--cycles", "2", "--steps", "60"]
     figures = ran("flue_wall", tmp_path, *size, endings=(".vtkhdf", ".png"))
     hot, left = figures["elastic mortar: hot"], figures["elastic mortar: last"]
-    assert 0 < left < 0.1 * hot  # what stays elastic comes back
+    assert 0 < left < 0.1 * hot  # elastic mortar recovers
     assert figures["elastic mortar: sound"] == 1 and figures["no mortar: sound"] == 0
     assert 0 < figures["mortar that damages: sound"] <= 1
     assert figures["no mortar: hot"] > hot
@@ -338,7 +338,7 @@ def test_disc_brake(tmp_path):
 
 
 def test_examples_end_in_the_bits_of_the_list():
-    """Of the examples that ran before it. `script/update_bits "why"` makes the list anew."""
+    """Bits of the examples that ran before this test. `script/update_bits "why"` makes the list anew."""
     if not ENDS:
         pytest.skip("no example ran")
     differing = example_bits.differing(ENDS)

@@ -1,4 +1,4 @@
-"""What heat does to shapes: solids that swell, yield and buckle; rigid bodies of every shape that grow, and that bend."""
+"""Thermal expansion: solids that swell, yield and buckle; rigid bodies of every shape that grow, and that bend."""
 
 import cairn as cn
 import numpy as np
@@ -89,7 +89,7 @@ def test_a_bar_that_yields_by_heat_and_is_pulled_when_it_cools():
     spent = (yields + hardening * plastic / 2) * plastic * 0.2 * 0.1
     assert energy["dissipated_material"] + energy["stored"] == pytest.approx(
         spent + 0.5 * E * left**2 * 0.2 * 0.1, rel=2e-3
-    )  # hardening is stored or spent: the sum is what was put in
+    )  # hardening is stored or dissipated: the sum is the work put in
 
 
 @pytest.mark.parametrize(("ends", "critical"), [("clamped", 109.662), ("pinned", 27.4156)])
@@ -191,7 +191,7 @@ def test_bodies_of_several_parts_grow_without_a_force(shape):
 
 @pytest.mark.parametrize("shape", ["ring", "tube", "segment"])
 def test_what_holds_others_grows(shape):
-    """A heated ring or tube leaves what it holds alone; a bar gets longer, and its round ends rounder."""
+    """A heated ring or tube does not move its content; a bar gets longer, with larger round ends."""
     if shape == "segment":
         scene = cn.Scene(2)
         scene.add(cn.disks([[1.5, 0.0]], 0.2, COLD, group="grain"))
@@ -220,7 +220,7 @@ FIRE = cn.Material("brick", density=2000.0, conductivity=1.0, capacity=1000.0, e
 
 
 def field(x, rise, gradient):
-    """Where what was at x (n, dim) is."""
+    """Deformed positions of points x (n, dim)."""
     along = x @ gradient
     return x + 1e-5 * (rise * x + along[:, None] * x - np.outer(np.sum(x**2, axis=1), gradient) / 2)
 

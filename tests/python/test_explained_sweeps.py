@@ -1,4 +1,4 @@
-"""What explain() says of sweeps is what they do, by their iterations and bits."""
+"""Statements of explain() on sweeps agree with their iterations and bits."""
 
 import cairn as cn
 import numpy as np
@@ -70,7 +70,7 @@ def test_sweeps_go_as_they_are_said_to(make, way, why):
     assert said(sim) == way and why in sim.explain()
     plain = stepped(sim, state, cn.NLGS(**options, acceleration="none"))
     assert said(sim) == "plain"
-    assert (found == plain) == (way == "plain")  # what is said to be plain has the bits of plain sweeps
+    assert (found == plain) == (way == "plain")  # sweeps reported as plain have the bits of plain sweeps
 
 
 def test_those_of_auto_are_extrapolated_as_those_of_nlgs():

@@ -20,7 +20,7 @@ INCLUDE = re.compile(r'^#\s*include\s+[<"]([^>"]+)[>"]', re.M)
 INCLUDED = ("cxx", "cxx/include", "core_f90/include", "core_f90")  # folders that the compiler is given
 
 BUILT = Path(os.environ["CAIRN_BUILD"]) if "CAIRN_BUILD" in os.environ else None
-# Instead of a compiler: what was compiled before, and no walk changes, is taken as it is.
+# Launcher in place of a compiler: objects compiled before and unchanged by a walk are reused.
 LAUNCHER = """#!/bin/sh
 before=$1
 shift
@@ -65,8 +65,8 @@ def follow(tree):
 
 @functools.cache
 def compiled_before():
-    """{object of the library and the module: the sources of this tree that it was made of}, of the build that CAIRN_BUILD
-    names; without what is older than one of them."""
+    """{object of the library and the module: the sources of this tree that it was made of}, of the build that CAIRN_BUILD names;
+    objects older than a source are left out."""
     if not (BUILT and shutil.which("ninja") and (BUILT / "build.ninja").exists()):
         pytest.skip("CAIRN_BUILD names no build by ninja")
     told = subprocess.run(["ninja", "-t", "deps"], cwd=BUILT, capture_output=True, text=True, check=True).stdout
@@ -109,14 +109,14 @@ def seen_by(changed):
 
 
 def unity():
-    """Whether the build that CAIRN_BUILD names compiles the sources of a folder together: ON or OFF."""
+    """Unity build of the folder that CAIRN_BUILD names: ON or OFF."""
     cache = BUILT / "CMakeCache.txt" if BUILT else None
     found = re.search(r"^CAIRN_UNITY:BOOL=(\w+)", cache.read_text(encoding="utf-8"), re.M) if cache and cache.exists() else None
     return found[1] if found else "OFF"
 
 
 def test_the_page_counts_the_files_of_each_walk():
-    """Those that are new or get a row."""
+    """Numbers of files that are new or get a row."""
     counted = 0
     for title, said in re.findall(r"^\| \[(.*?)\]\(.*?\) \|.*?\| (\d+)[^|]*\|[^|]*\|$", PAGE.read_text(encoding="utf-8"), re.M):
         section = sections().get(title[0].upper() + title[1:], "")
@@ -128,7 +128,7 @@ def test_the_page_counts_the_files_of_each_walk():
 
 
 def test_a_row_compiles_few_sources():
-    """As many as the page says at most: a list that a header of all reads would compile all."""
+    """A row compiles at most as many sources as the page says; a list read by a common header would compile all."""
     table = re.findall(r"^\| \[(.*?)\]\(.*?\).*? \| `(.*?)`.*\| (\d+) \|$", PAGE.read_text(encoding="utf-8"), re.M)
     assert len(table) >= 12
     for title, path, most in table:

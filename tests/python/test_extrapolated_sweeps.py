@@ -99,7 +99,7 @@ def test_what_stands_is_found_from_nothing(tmp_path):
 
 
 def test_bonds_do_not_begin_with_associated_friction(tmp_path):
-    """They are no cones: sweeps without restarts ran away there."""
+    """Laws of bonds are no cones: sweeps without restarts diverged."""
     sim = settled(SCENES["bonds"]())
     sim.checkpoint(path := tmp_path / "state.h5")
     solver = {"tol": 1e-8, "max_iter": 20000}
@@ -163,7 +163,7 @@ def test_a_step_that_ends_early_is_not_worse_than_what_it_has_seen(tmp_path):
 
 
 def velocities(sim):
-    """Of rigid bodies and of nodes of meshes (n, dim)."""
+    """Velocities of rigid bodies and of nodes of meshes (n, dim)."""
     return np.concatenate([sim.bodies.velocity[:, : sim.scene.dim], sim.nodes.velocity])
 
 

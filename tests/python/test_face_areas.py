@@ -26,7 +26,7 @@ def regular(n, radius=R):
 
 
 def torn_area(lower, upper):
-    """What a body that is pulled off spends over the work of its joint [m2]."""
+    """Energy dissipated in pulling a body off, over the work of its joint [m2]."""
     scene = cn.Scene(3)
     scene.add(lower)
     drive = [0, 0, 0.1, 0, 0, 0]

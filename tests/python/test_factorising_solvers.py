@@ -46,7 +46,7 @@ def test_stack_with_the_heaviest_on_top(spheres, heaviest):
     p, weights = stack(spheres, heaviest)
     result = p.solve("ppa_newton", tol=1e-10)
     assert result.converged, result.hint
-    of_tol = 1e-9 * spheres  # what tol is worth in a reaction
+    of_tol = 1e-9 * spheres  # error of a reaction by tol
     assert np.abs(result.r[:, 0] - weights).max() <= (of_tol + 1e-15 * heaviest) * weights[0]
 
 

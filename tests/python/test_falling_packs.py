@@ -1,4 +1,4 @@
-"""Packs that fall freely: what is left between their bodies is rounding, and no solver makes motion of it."""
+"""Packs that fall freely: relative velocities of their bodies are rounding, and no solver turns it into motion."""
 
 import cairn as cn
 import numpy as np

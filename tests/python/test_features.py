@@ -1,4 +1,4 @@
-"""What a scene can hold and a simulation can do, each against a closed form or an identity."""
+"""Features of scenes and simulations, each against a closed form or an identity."""
 
 import cairn as cn
 import numpy as np
@@ -66,7 +66,7 @@ def test_bonded_bodies_move_as_one(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_chain_of_bonds_is_a_cantilever(dim):
-    """It holds its weight by the moment at its root, without creep."""
+    """The chain carries its weight by the moment at its root, without creep."""
     n, radius = 6, 0.1
     scene = cn.Scene(dim, gravity=-G * np.eye(dim)[-1])
     x = np.zeros((n, dim))
@@ -342,7 +342,7 @@ def test_clumps_keep_momentum_and_close_their_energy(dim, theta):
 
 
 def test_disk_on_a_segment():
-    """It rests on the bar, and beyond the end on the round end, where the normal leans."""
+    """Disks rest on the bar, and beyond its end on the round cap, where the normal is inclined."""
     scene = cn.Scene(2, gravity=(0, -G))
     x = 1.0 + 0.15 * np.sin(0.5)
     scene.add(cn.disks([[0.0, 0.15], [5.0, 0.15]], 0.1, ROCK, driven="w"))
@@ -551,7 +551,7 @@ def test_explain_tells_what_runs():
 
 
 def test_a_boundary_begins_with_the_velocity_of_its_free_dofs():
-    """What is held is driven by it, what is free begins with it; a function drives what is held alone."""
+    """A velocity drives held dofs and is the initial velocity of free ones; a function drives held dofs alone."""
     for dim, free, velocity in ((2, "vy", (0.2, -1.0)), (3, ("vz", "wx"), (0.1, 0, -1.0, 0.3, 0, 0))):
         up = np.eye(dim)[-1]
         scene = cn.Scene(dim)

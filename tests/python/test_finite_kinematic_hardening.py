@@ -70,7 +70,7 @@ def test_tangents_are_the_differences_of_the_stress(law):
 
 @pytest.mark.parametrize("law", [SWIFT, PLAIN, STIFF])
 def test_the_flow_rule_and_the_stress_by_matrix_functions(law):
-    """Fp = exp(D) Up: dev(M) - 2/3 H ln Vp = sqrt(2/3) sigma_y D/|D|, P = 2 F dW/dC, what is stored, all from C and Fp'Fp."""
+    """Fp = exp(D) Up: dev(M) - 2/3 H ln Vp = sqrt(2/3) sigma_y D/|D|, P = 2 F dW/dC, the stored energy, all from C and Fp'Fp."""
     shear, bulk = moduli(law)
     h = some(12, 0.5)
     first = at(law, h)
@@ -137,7 +137,7 @@ def test_rotations_during_loading_turn_the_stress_alone():
 
 
 def test_small_strains_are_those_of_the_law_of_small_strains():
-    """There, aside and back, with 1.5 times the yield strain: what differs is of the order of the strain."""
+    """Loaded, turned aside and back with 1.5 times the yield strain: differences are of the order of the strain."""
     left = []
     for size in (1e-3, 1e-4, 1e-5):
         law = {**PLAIN, "isotropic": 0.1, "yield_stress": 0.3 * size}
@@ -253,7 +253,8 @@ def test_work_is_what_is_stored_and_what_is_dissipated(law):
 
 @pytest.mark.parametrize("law", [PLAIN, SWIFT, STIFF, STEEL, {**PLAIN, "yield_stress": 1e-4}])
 def test_steps_of_any_size_are_answered(law):
-    """Of 1e-18 to several times the body, and none at all, from states that have flowed: no fault, no flow that gives work."""
+    """Increments from zero and 1e-18 to several times the body, from states that have flowed: no failure, no flow of negative
+    dissipation."""
     rng = np.random.default_rng(3)
     f, state, law = np.tile(np.eye(3), (300, 1, 1)), None, {**law, "isotropic": max(0.0, law["isotropic"])}
     for k in range(30):
@@ -280,7 +281,7 @@ def test_extremes_of_moduli_and_gradients():
         assert not first["status"].any() and not back["status"].any()
         assert np.allclose(first["stress"], elastic, rtol=0, atol=1e-9)
         assert np.all(first["state"][:, 6] > 0)
-    soft = {**PLAIN, "young": 3e-290, "yield_stress": 5e-292, "kinematic": 1e300}  # a flow below what numbers hold
+    soft = {**PLAIN, "young": 3e-290, "yield_stress": 5e-292, "kinematic": 1e300}  # a flow below the smallest number
     assert np.all(at(soft, h)["status"] == 2)
     for bad, status in ((np.nan, 1), (np.inf, 2), (-3.0, 1), (1e160, 2)):
         r = at(PLAIN, [np.diag([bad, 0.0, 0.0])])
@@ -314,7 +315,7 @@ def test_a_unit_of_stress_changes_no_digit(name, hard):
     ("quad9", {"plane": "strain"}), ("quad", {"plane": "strain", "mean_dilatation": True}), ("hexahedron", {}), ("tetra", {}),
 ])  # fmt: skip
 def test_cells_of_every_plane(kind, options):
-    """Of bodies drawn, then sheared: tangents against differences of forces, forces against those of energy and dissipation."""
+    """Bodies drawn, then sheared: tangents against differences of forces, forces against those of energy and dissipation."""
     dim = 2 if kind.startswith("quad") else 3
     points, cells = box(kind, (1,) * dim, (1.0,) * dim)
     points[:, 0] += 2.0 if options.get("plane") == "axisymmetric" else 0.0
@@ -358,8 +359,8 @@ def test_plane_strain_is_a_slice_of_space():
 
 
 def test_a_restart_goes_on_to_the_same_bits_and_the_balance_closes(tmp_path):
-    """A block of metal thrown at a wall: what its forces work is what the material says that it keeps and takes, but for the
-    integrator, whose part falls with the step."""
+    """A block of metal thrown at a wall: work of its forces equals stored and dissipated energy of the material, but for the
+    integrator's part, which falls with the step."""
 
     def thrown(dt):
         rock = cn.Material("rock", density=2500.0)

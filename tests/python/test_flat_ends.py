@@ -1,4 +1,4 @@
-"""The end of a cylinder that stands on a flat side touches at points that stay the same, so that laws remember what they did."""
+"""The end of a cylinder that stands on a flat side touches at persistent points, so that laws keep their state."""
 
 import cairn as cn
 import numpy as np

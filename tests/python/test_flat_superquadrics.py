@@ -51,7 +51,7 @@ def test_a_box_like_superquadric_comes_to_rest(exponent, time):
     """At half its height to 1e-3; it sank through the floor by 0.7 of that in 5 s with exponent 0.05, by 0.03 with 0.5."""
     off, moving, _ = settle((exponent, exponent), time=time)
     assert np.abs(off).max() < 1e-3
-    assert moving < 1e-2 or exponent > 0.5  # what is nearly round rocks for long
+    assert moving < 1e-2 or exponent > 0.5  # nearly round shapes rock for long
 
 
 @pytest.mark.parametrize("up", [0, 1, 2])

@@ -76,7 +76,7 @@ def test_a_ball_rests_on_a_beam():
 
 
 def test_the_scale_of_the_balance_knows_the_work_in_a_light_beam():
-    """Its nodes have next to no energy of motion: what is in play is what the load and the beam turn over."""
+    """Its nodes have almost no kinetic energy: the energy in play is that exchanged by load and beam."""
     points = np.c_[np.linspace(0, 1, 11), np.zeros(11)]
     groups = {"ends": [0], "tip": [10], "all": np.arange(11)}
     body = cn.bars(points, np.c_[:10, 1:11], young=2e11, area=1e-4, density=1e-3, groups=groups)

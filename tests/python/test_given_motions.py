@@ -17,7 +17,7 @@ CORNERS = [[0, 0], [1, 0], [1, 1], [0, 1]]
 
 
 def square(integrator, dt=1e-3, solid=False, lumped=True, **given):
-    """Of 1000 kg, one cell of a stable step of 0.03 s."""
+    """A square of 1000 kg, a single cell with a stable step of 0.03 s."""
     more = {"density": 1000.0, "lumped": lumped, "groups": {"all": [0, 1, 2, 3], "left": [0, 3], "right": [1, 2]}}
     if solid:
         body = cn.SolidBody(CORNERS, {"quad": [[0, 1, 2, 3]]}, cn.NeoHookean(young=1e6, poisson=0.3), **more)
@@ -91,7 +91,7 @@ def test_what_drives_a_disk_works_its_kinetic_energy(integrator):
 @pytest.mark.parametrize("integrator", EACH, ids=repr)
 def test_a_held_end_that_stops_bears_its_momentum_once(integrator):
     """A bar that was given a velocity as a whole, and one end of it held: that end stops in the first step, which takes m v/h;
-    then what holds it bears the force of its cell."""
+    then the support bears the force of its cell."""
     n = 10
     points = np.c_[np.linspace(0, 1, n + 1), np.zeros(n + 1)]
     groups = {"left": [0], "all": np.arange(n + 1)}
@@ -101,7 +101,7 @@ def test_a_held_end_that_stops_bears_its_momentum_once(integrator):
     scene.add(cn.deformable(body, ROCK, fixed={"left": "x", "all": "y"}, velocity=(1.0, 0.0)))
     scene.interact("*", "*", None)
     sim = cn.Simulation(scene, dt=1e-4, strategy=cn.NSCD(integrator=integrator))
-    at_rest = body.M.toarray()[0, 0] / 1e-4  # of what the end itself had, at least
+    at_rest = body.M.toarray()[0, 0] / 1e-4  # at least of the momentum of the end itself
     for k in range(100):
         sim.step()
         reaction, pull = sim.meshes[0].reaction("left")[0], 1e5 * sim.meshes[0].displacement[1, 0]
@@ -113,7 +113,7 @@ def test_a_held_end_that_stops_bears_its_momentum_once(integrator):
 
 @pytest.mark.parametrize("integrator", [cn.Newmark(), cn.VelocityVerlet(), cn.HHT(alpha=-0.1), cn.Gear(values=5)], ids=repr)
 def test_a_bar_that_is_shaken_at_its_foot_converges_to_second_order(integrator):
-    """With a consistent mass, through which what is given acts on free nodes: by the theta-method with a fine step."""
+    """With a consistent mass, by which the given motion acts on free nodes; reference by the theta-method with a fine step."""
 
     def tip(method, h):
         points, cells = box("quad", (4, 1), (1.0, 0.1))
@@ -183,7 +183,8 @@ def test_reactions_give_the_momentum_of_all_that_hangs_on_them(integrator, solid
 @pytest.mark.parametrize("kinds", ["cc", "cf", "fc", "ff"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_dofs_of_a_body_are_driven_one_after_the_other(dim, kinds, between):
-    """Under a gravity that would show what is let go: of two calls before a step the first was lost, of a function frozen."""
+    """Gravity would reveal a released dof. Regression: of two calls before a step the first was lost, and a function was
+    frozen."""
     gravity = (-7.0, -9.81, -3.0)[:dim]
     names = ("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz")
     for first, second in [(0, 1), (1, 0), (0, len(names) - 1), (dim, 1)]:
@@ -208,7 +209,7 @@ def test_dofs_of_a_body_are_driven_one_after_the_other(dim, kinds, between):
 
 
 def test_what_holds_the_other_dofs_goes_on(tmp_path):
-    """A guided plate, driven along what was free, keeps its guides, and does after a restart."""
+    """A guided plate, driven along a free dof, keeps its guides, also after a restart."""
 
     def made():
         scene = cn.Scene(2, gravity=(-7.0, -9.81))

@@ -56,7 +56,7 @@ def launched(speed, h, steps):
 
 
 def test_an_attraction_captures_below_its_escape_speed_and_lets_go_above():
-    """sqrt(2 F reach/m) = 0.141421 m/s; what leaves at v goes on at sqrt(v^2 - 0.02)."""
+    """sqrt(2 F reach/m) = 0.141421 m/s; a grain leaving at v goes on at sqrt(v^2 - 0.02)."""
     speeds, sim = launched(0.14, 1e-5, 6000)
     assert np.abs(speeds[-100:]).max() < 1e-12 and sim.contacts.gap[0] < 1e-12  # it came back, and stays
     errors = []

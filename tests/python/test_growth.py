@@ -1,4 +1,4 @@
-"""Work of bodies that grow: a term of the balance, that no contact makes from nothing; what shrinks stays on what bears it."""
+"""Work of growing bodies: a term of the balance, not created by contacts; shrinking bodies stay on their supports."""
 
 import warnings
 
@@ -62,7 +62,7 @@ def test_growth_gives_what_it_stores_and_takes_it_back(name):
 
 
 def test_growth_makes_no_heat_of_friction():
-    """What bodies that grow give to others is not taken from their heat as a negative friction."""
+    """Work of growing bodies on others is not subtracted from their heat as negative friction."""
     sim = column(cn.Coulomb(mu=0.5), 40)
     for _ in range(20):
         sim.step()

@@ -1,5 +1,5 @@
-"""Heavy rigid bodies on light elastic ones that are free, and heavy elastic ones on light rigid bodies: a sum of energies does
-not see how what bears is squeezed out, or how what it bears sinks."""
+"""Heavy rigid bodies on light elastic ones that are free, and heavy elastic ones on light rigid bodies: a sum of energies is
+insensitive to a support squeezed out, or to its sinking load."""
 
 import cairn as cn
 import numpy as np

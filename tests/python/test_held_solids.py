@@ -1,5 +1,5 @@
 """Solids whose balance has no term that is larger than rounding: drawn between held sides, where forces of cells cancel at every
-free node and what the held ones bear is the scale of Newton's tolerance; and those that move as a whole."""
+free node and reactions of held nodes are the scale of Newton's tolerance; and solids that move as a whole."""
 
 import itertools
 
@@ -34,9 +34,9 @@ def drawn(kind, *, young=1e6, density=1.0, size=1.0, dt=1.0, theta=0.5, share=0.
 
 
 def left_over(sim, before, theta):
-    """Of the balance of the last step at free dofs, over the largest force of cells or of inertia at any dof: by the forces of
-    the body alone at both ends, and its mass. before: displacement and velocity as the step began. Rounding of velocities, and
-    of the displacements that follow from them, is not counted."""
+    """Residual of the balance of the last step at free dofs, over the largest force of cells or of inertia at any dof: by the
+    forces of the body alone at both ends, and its mass. before: displacement and velocity as the step began. Rounding of
+    velocities, and of the displacements that follow from them, is not counted."""
     view = sim.meshes[0]
     force = [view.body.tangent(u)[0] for u in (before[0], view.displacement)]
     inertia = view.body.M @ (view.velocity - before[1]).ravel() / sim.dt

@@ -1,4 +1,4 @@
-"""Hints and warnings of a step name what is there: what ended the solver, and what in the scene makes energy."""
+"""Hints and warnings of a step name their cause: the end of the solver, and sources of energy in the scene."""
 
 import warnings
 

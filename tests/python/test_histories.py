@@ -1,4 +1,4 @@
-"""What a run recorded, drawn; what it does, logged."""
+"""Plots of recorded histories; logs of runs."""
 
 import logging
 import shutil

@@ -10,7 +10,8 @@ WALL = cn.Material("wall", density=1000.0)
 
 
 def contacts(bodies, others, margin=2.0):
-    """Contacts of bodies of one material with others, k-th with k-th or all with one: (gap, normal out of the other, point)."""
+    """Contacts between bodies of two materials, k-th with k-th or all with a single body: (gap, normal out of the other,
+    point)."""
     dim = 2 if bodies[0].position.shape[1] == 2 else 3
     scene = cn.Scene(dim)
     scene.add(*bodies, *others)
@@ -27,7 +28,7 @@ def contacts(bodies, others, margin=2.0):
 
 
 def polygon_distance(x, p):
-    """Of a place from a polygon, less than 0 inside: by all sides."""
+    """Signed distance of a point from a polygon, negative inside, by all sides."""
     edge = np.roll(p, -1, axis=0) - p
     out = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
     height = np.einsum("ij,ij->i", x - p, out)
@@ -36,7 +37,7 @@ def polygon_distance(x, p):
 
 
 def triangle_distance(x, a, b, c):
-    """Of a place from a triangle, by least squares within it and within each side."""
+    """Distance of a point from a triangle, by least squares within it and within each side."""
     best = np.inf
     for corners in ((a, b, c), (a, b), (b, c), (c, a), (a,), (b,), (c,)):
         base, sides = corners[0], np.array([k - corners[0] for k in corners[1:]]).reshape(-1, 3)
@@ -118,7 +119,7 @@ def test_spheres_and_polyhedra():
 
 
 def test_polyhedra_in_a_tube():
-    """Of every corner what is left to the wall, each once."""
+    """Gap of every corner to the wall, each once."""
     rng, stones, gaps = np.random.default_rng(6), [], []
     for k in range(40):
         v, faces = random_polyhedron(rng)

@@ -1,4 +1,4 @@
-"""What `import cairn` and a scene of disks and spheres load, and what comes when it is asked for."""
+"""Modules loaded by `import cairn` and a scene of disks and spheres, and lazy imports."""
 
 import subprocess
 import sys

@@ -91,7 +91,7 @@ def test_every_element_carries_it(kind, law):
 @pytest.mark.parametrize("kinematics", ["small", "total_lagrangian"])
 @pytest.mark.parametrize("mean", [False, True])
 def test_every_plane(plane, kinematics, mean):
-    """A uniform stress, held by its own forces at all nodes of the rim, stays and is what is shown."""
+    """A uniform stress, balanced by its own forces at all boundary nodes, stays and is displayed."""
     if plane == "stress" and mean:
         pytest.skip("mean dilatation has no use in plane stress")
     points, cells = box("quad", (3, 3), (1.0, 1.0))
@@ -175,7 +175,7 @@ def test_a_bar_that_is_released_swings_by_the_closed_form(solid):
 
 
 def frequency(body, fixed, shape, expected):
-    """Of small swings of a body in its first shape, by the times at which its middle goes through rest."""
+    """Frequency of small oscillations of a body in its first shape, by the times at which its middle passes the rest position."""
     scene = cn.Scene(dim=2)
     velocity = np.zeros_like(body.points)
     velocity[:, 1] = 1e-4 * shape(body.points[:, 0])
@@ -235,7 +235,8 @@ def test_beams_in_space_are_pulled_as_in_the_plane():
 
 
 def test_a_beam_of_cells_is_stiffer_where_its_kinematics_know_it():
-    """The same of a slender strip of Q8 cells at large strains, pinned at its middle line; at small strains it does not know."""
+    """Initial stress changes the frequency of a slender strip of Q8 cells at large strains, pinned at its middle line; not at
+    small strains."""
     from scipy.linalg import eigvalsh
 
     n, thin, young, density = 20, 0.02, 1e9, 1000.0
@@ -256,7 +257,7 @@ def test_a_beam_of_cells_is_stiffer_where_its_kinematics_know_it():
 
 @pytest.mark.parametrize("kinematics", ["small", "total_lagrangian"])
 def test_the_law_is_asked_at_its_stretch(kinematics):
-    """The stretch at which a neo-Hookean law (or Hooke's) has a stress, and what it says from there on, by plain loops."""
+    """The stretch at which a neo-Hookean law (or Hooke's) has a stress, and its response from there on, by plain loops."""
     from scipy.optimize import root
 
     young, poisson = 1e6, 0.3
@@ -319,7 +320,7 @@ def test_metal_yields_at_what_is_left_of_its_strength(law):
 
 
 def test_soil_yields_at_what_is_left_of_its_strength():
-    """Drucker and Prager's cone under hydrostatic pressure p: shear by sqrt(J2) = xi c + eta p, whatever was there before."""
+    """Drucker and Prager's cone under hydrostatic pressure p: shear by sqrt(J2) = xi c + eta p, for any initial stress."""
     young, poisson, cohesion, angle = 1e6, 0.25, 100.0, 0.5
     law = DruckerPrager(young=young, poisson=poisson, cohesion=cohesion, friction_angle=angle)
     points, cells = box("quad", (1, 1), (1.0, 1.0))
@@ -433,8 +434,8 @@ STEEL = {
 
 @pytest.mark.parametrize("law", STEEL)
 def test_stiff_laws_take_what_they_can_tell_from_none(law):
-    """Steel, and what is nearly incompressible, take stresses of every size to the rounding of their law; where this is a
-    thousandth of the stress and more, it is the cause that is told."""
+    """Steel and nearly incompressible materials take stresses of every size to the rounding of their law; where rounding is a
+    thousandth of the stress or more, the error names it as the cause."""
     points, cells = box("quad", (2, 2), (1.0, 1.0))
     law, kinematics, sure = STEEL[law]
     stress = np.array([1.0, -0.5, 0.2, 0.3, 0.0, 0.0])

@@ -1,6 +1,6 @@
-"""What integrators dissipate, by the closed form that belongs to each, on linear meshes through impacts, damping and loads in
-time: Krenk (2006) for Newmark, extended to the weights of HHT and generalised alpha, and the like for theta, central differences
-and the beta scheme. What is stored, kinetic and worked is found apart, and the balance of all closes."""
+"""Dissipation of integrators, by the closed form of each, on linear meshes through impacts, damping and loads in time: Krenk
+(2006) for Newmark, extended to the weights of HHT and generalised alpha, and the like for theta, central differences and the beta
+scheme. Stored and kinetic energy and work are computed separately, and their balance closes."""
 
 import cairn as cn
 import numpy as np
@@ -41,7 +41,7 @@ def struck(integrator, dt, *, lumped, drives):
 
 
 def taken(integrator, h, mass, stiffness, begin, end, impulse, jump):
-    """What the closed form of an integrator says that it takes in a step, of the forces that it has. begin, end: displacement,
+    """Dissipation of an integrator in a step by its closed form, from its own forces. begin, end: displacement,
     velocity, acceleration; jump: that of velocities by the impulse, and by velocities that are given, alone."""
     (q0, v0, a0), (q1, v1, a1) = begin, end
     dq, dv, da, mean = q1 - q0, v1 - v0, a1 - a0, (v0 + v1) / 2
@@ -68,15 +68,15 @@ def taken(integrator, h, mass, stiffness, begin, end, impulse, jump):
         beta, gamma = (1 - am + af) ** 2 / 4, 0.5 - am + af
     of_a = 0.5 * (a1 @ mass @ a1 - a0 @ mass @ a0) + (gamma - 0.5) * (da @ mass @ da)
     smooth = (0.5 - af) * strain + (1 - gamma - am) * (dq @ mass @ da) + (beta - gamma / 2) * h * h * of_a
-    held = (mass @ jump - impulse) @ (dq / h - mean)  # what jumps ask of those who hold the body
+    held = (mass @ jump - impulse) @ (dq / h - mean)  # work of supports by jumps of velocity
     if name == "velocity_verlet":  # which knows its forces before the impulses
         return smooth + held - (1 - af) * (0.5 - beta / gamma) * h * (dq @ stiffness @ jump)
     return smooth + held
 
 
 def beyond_the_mean(integrator, h, body, free, begin, end, jump, loads):
-    """What loads, drag and the elastic forces of held dofs work as the method has them, beyond their mean at both ends: loads
-    work less by that, drag more, and held dofs need less."""
+    """Work of loads, drag and the elastic forces of held dofs by the method's forces, beyond that of their mean at both ends:
+    loads work less by it, drag more, and held dofs need less."""
     (q0, v0, a0), (q1, v1, _), s = begin, end, integrator.scheme(h)
     damping, stiffness, dq = body.C.toarray(), body.K.toarray(), q1 - q0
     late = s["elastic_velocity"] * v0 + s["stiffness"] / s["impulse"] * (v1 - v0)
@@ -95,8 +95,8 @@ def beyond_the_mean(integrator, h, body, free, begin, end, jump, loads):
 @pytest.mark.parametrize("lumped, drives", [(True, True), (False, False), (False, True)])
 @pytest.mark.parametrize("integrator", EACH, ids=repr)
 def test_closed_forms_and_balance(integrator, lumped, drives):
-    """Step by step what is told is that of the closed form, with loads and drag at their mean of both ends; and the balance of
-    all terms closes to 1e-10 of the energy in play, with energies by the matrices."""
+    """Step by step the reported dissipation is that of the closed form, with loads and drag at their mean of both ends; and the
+    balance of all terms closes to 1e-10 of the energy in play, with energies by the matrices."""
     h = 2e-3 if np.isinf(integrator.scheme(1.0)["largest"]) else 4e-4
     sim = struck(integrator, h, lumped=lumped, drives=drives)
     mesh = sim.meshes[0]

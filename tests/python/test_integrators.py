@@ -110,7 +110,7 @@ def test_drag_that_explicit_integrators_bear(integrator):
 
 
 def test_the_beta_scheme_takes_the_old_acceleration():
-    """With the new one in its place beta would cancel, and the radius at omega h = 1 would be 0.70711 whatever it is."""
+    """With the new acceleration beta would cancel, and the radius at omega h = 1 would be 0.70711 for any beta."""
     assert radius(cn.BetaScheme(beta=0.5), 1.0) == pytest.approx(1.0, abs=1e-12)
     assert radius(cn.BetaScheme(beta=0.6), 1.0) == pytest.approx(0.94868, abs=6e-6)
     assert radius(cn.BetaScheme(beta=1.0), 1.0) == pytest.approx(0.70711, abs=6e-6)
@@ -344,7 +344,7 @@ def test_a_bar_that_strikes_a_wall_keeps_its_balance(integrator):
 
 @pytest.mark.parametrize("integrator", ALL, ids=IDS)
 def test_restart_to_the_same_bits(integrator, tmp_path):
-    """A mesh and a rigid body, in contact and with forces: what the integrator keeps goes on."""
+    """A mesh and a rigid body, in contact and with forces: the state of the integrator is restored."""
 
     def made():
         scene = cn.Scene(dim=2, gravity=(1.0, -2.0))

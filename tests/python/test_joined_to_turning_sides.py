@@ -44,7 +44,7 @@ def block(dim, cells):
 
 
 def turning(dim, law, cells=2, beyond=0.0):
-    """The block joined to a rigid one that is larger or smaller by `beyond` at each rim, as one body that turns freely."""
+    """The block joined to a rigid block that is larger or smaller by `beyond` at each edge; together they turn freely."""
     body, velocity = block(dim, cells)
     soft, hard = cn.Material("soft", density=DENSITY), cn.Material("hard", density=DENSITY)
     scene = cn.Scene(dim)
@@ -63,7 +63,7 @@ def turning(dim, law, cells=2, beyond=0.0):
 
 
 def longest_strain(sim, nodes, start):
-    """Of the distances between nodes of the joined side."""
+    """Largest strain of the distances between nodes of the joined side."""
     now = np.asarray(sim.nodes.position)[nodes]
     apart = lambda x: np.linalg.norm(x[:, None] - x[None, :], axis=2)[np.triu_indices(len(nodes), 1)]  # noqa: E731
     return np.abs(apart(now) / apart(start) - 1).max()
@@ -99,7 +99,8 @@ def test_a_face_of_a_cube_turns_with_the_side_of_a_box(law):
 
 
 def test_a_corner_between_two_triangles_of_a_mesh_has_one_contact():
-    """Each corner of the box stands on the diagonal of a face: a contact with the other half ran away against the bond."""
+    """Each corner of the box stands on the diagonal of a face: a second contact, with the other half, diverged against the
+    bond."""
     sim, _ = turning(3, cn.Bonded(), beyond=-0.02)
     for _ in range(60):
         sim.step()

@@ -28,7 +28,7 @@ def simulate(scene, dt=1e-3):
 
 
 def momenta(sim, dim):
-    """Of both bars about the origin: linear, then angular, in the plane."""
+    """Momenta of both bars about the origin: linear, then angular, in the plane."""
     m, x, v = sim.bodies.mass[:2], sim.bodies.position[:2], sim.bodies.velocity[:2]
     spin = np.ravel(sim.bodies.inertia)[:2] * v[:, 2] if dim == 2 else np.zeros(2)
     turn = m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) + spin
@@ -36,7 +36,7 @@ def momenta(sim, dim):
 
 
 def ends_apart(sim, dim, ends):
-    """Of a point that each of the first two bodies carries, from where it is."""
+    """Distance between the material points of the first two bodies at a joint."""
     out = []
     for k, e in enumerate(ends):
         r = sim.bodies.rotation[k]
@@ -83,7 +83,7 @@ def test_a_joint_of_a_run_holds_from_the_next_step_on(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_joint_to_the_world_and_a_rope_made_in_a_run(dim):
-    """As if they had been there from the start, of bodies that did not move before."""
+    """Joints made in the run act like joints from the start, between bodies that did not move before."""
     ends, up = [], np.eye(dim)[-1]
     for late in (False, True):
         scene = flying(dim)

@@ -25,7 +25,7 @@ KINDS += [(3, k) for k in ("Ball", "Hinge", "Fixed", "Slider", "Distance", "Cabl
 @pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize(("dim", "kind"), KINDS)
 def test_each_kind_breaks_at_its_strength(dim, kind, late):
-    """Loaded by a weight of 1.01 and of 0.99 of it, made in the scene or in the run; what is broken stays so."""
+    """Loaded by a weight of 1.01 and of 0.99 of it, made in the scene or in the run; broken joints stay broken."""
     for share, holds in ((1.01, True), (0.99, False)):
         scene, ids = scene_of(dim, [np.zeros(dim)])
         joint = hung(dim, kind, share * MASS[dim] * G)

@@ -31,7 +31,7 @@ def bed(dim, kind, shift=0.011):
 
 
 def is_sound(dim, law, force, moment=0.0, kind="wall", about=None, before=None):
-    """Whether the joint of a block holds a force [N] at its middle and a moment [N m] that grow in 20 steps and stay for 10."""
+    """True if the joint of a block holds a force [N] at its middle and a moment [N m] that grow in 20 steps and stay for 10."""
     about = (2 if dim == 2 else 4) if about is None else about
 
     def load(time):
@@ -87,7 +87,7 @@ def test_joints_of_faces_have_their_strength(dim, kind):
 
 @pytest.mark.parametrize("law", [cn.MohrCoulomb(**STRENGTHS), cn.Bonded()])
 def test_a_corner_above_the_edge_of_two_triangles_is_held_once(law):
-    """The bond is on one of them: detection finds the corner on the other one where a hair decides it."""
+    """The bond is on one triangle; by rounding, detection may find the corner on the other."""
     scene = cn.Scene(3)
     scene.add(bed(3, "pieces", shift=0.0))
     force = 0.9 * COHESION * SIDE**2

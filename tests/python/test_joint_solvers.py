@@ -1,4 +1,4 @@
-"""Joints in every contact solver: the motion that sweeps to a sharp error find, and what the solution has to be."""
+"""Joints in every contact solver: the motion found by sweeps to a small error, and properties of the solution."""
 
 import cairn as cn
 import numpy as np
@@ -104,8 +104,8 @@ def table(dim):
 
 
 def ring(dim):
-    """Four bars in a square of hinges, whose axes are the same in space: what they block depends on each other; it falls on the
-    floor beside a piston on a slider, which has nothing to slip along."""
+    """Four bars in a square of hinges, whose axes are the same in space: their constraints are linearly dependent; it falls on
+    the floor beside a piston on a slider, which has no tangent to slip along."""
     scene = empty(dim)
     upright = (0.02, 0.1)
     ids = [*scene.add(bars(dim, [(0.1, 0.03), (0.1, 0.23)])), *scene.add(bars(dim, [(0.0, 0.13), (0.2, 0.13)], upright))]
@@ -135,7 +135,7 @@ def run(scene, solver, steps):
 
 @pytest.fixture(scope="module")
 def sharp():
-    """What sweeps to a sharp error find, each scene once."""
+    """Solutions by sweeps to a small error, each scene once."""
     known = {}
 
     def of(name, dim):

@@ -1,4 +1,4 @@
-"""Joints: what they hold, limits, motors, strength, energy, restart."""
+"""Joints: constraints, limits, motors, strength, energy, restart."""
 
 import cairn as cn
 import numpy as np
@@ -137,7 +137,7 @@ def test_joints_hold_what_they_say_and_nothing_else(dim, name):
 
 
 def test_the_energy_of_a_chain_is_kept_to_the_square_of_the_step():
-    """A chain of 10 bars hung at one end and let go: what it loses falls by four when the step is halved."""
+    """A chain of 10 bars hung at an end and let go: its energy loss falls by four when the step is halved."""
     lost = []
     for dt in (4e-4, 2e-4):
         scene, ids = scene_of(2, [[0.1 + 0.2 * k, 0.0] for k in range(10)])
@@ -454,7 +454,8 @@ def flight(speed):
 
 
 def test_a_joint_that_flies_is_as_tight_as_one_that_stays():
-    """To the rounding of its places: a tolerance of speeds of the scene left 1e-11 m at 1 km/s by two thirds of the sweeps."""
+    """Drift is within the rounding of positions. A tolerance relative to speeds of the scene would leave 1e-11 m at 1 km/s, for a
+    third less sweeps."""
     stays, sweeps, _ = flight(0.0)
     assert stays < 1e-8 * 1e-3 * 8.0 * 0.1  # of the step, the spin of one against the other and the arm
     for speed in (1e3, 1e6):
@@ -466,7 +467,7 @@ def test_a_joint_that_flies_is_as_tight_as_one_that_stays():
 
 @pytest.mark.parametrize(("links", "tol", "most"), [(10, 1e-8, 40), (100, 1e-8, 60)])
 def test_passes_over_joints_go_on_as_the_one_before_ended(links, tol, most):
-    """Of a chain that is let go: where Newton's method over bodies found what joints bear, what they miss is found by it, too."""
+    """A chain that is let go: where Newton's method over bodies found impulses of joints, it also corrects their drift."""
     scene = cn.Scene(2, gravity=(0, -9.81))
     ids = scene.add(cn.disks(np.c_[(np.arange(links) + 0.5) * 0.1, np.zeros(links)], 0.05, cn.Material("m", density=1000.0)))
     scene.interact("*", "*", None)

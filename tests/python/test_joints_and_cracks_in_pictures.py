@@ -1,4 +1,4 @@
-"""Pictures show what pulls across cracks, joints as joints, and count bodies and what broke as they are."""
+"""Pictures show tensile forces across cracks, joints as joints, and correct numbers of bodies and broken bonds."""
 
 import cairn as cn
 import matplotlib

@@ -19,7 +19,7 @@ def hung(joint, integrator, dt, height=0.0):
 
 
 def largest_error(integrator, dt, damping):
-    """Of the height of a disk let go on a spring with a dashpot, over its sag, in a second."""
+    """Largest error in the height of a disk let go on a spring with a dashpot, over its sag, in a second."""
     rate = 10.0
     spring = cn.Spring(MASS * rate**2, 2 * damping * MASS * rate)
     sim = hung(cn.Distance(points=[(0.0, 0.0), (0.0, 1.0)], spring=spring), integrator, dt)
@@ -59,7 +59,7 @@ def test_what_falls_into_a_limit_comes_to_rest(name, kind):
 
 
 def energy_left(kind, integrator, dt):
-    """What a swing of 0.3 s won or lost, over its largest kinetic energy."""
+    """Energy gained or lost in a swing of 0.3 s, over its largest kinetic energy."""
     scene = cn.Scene(2 if kind == "bars" else 3, gravity=(0.0, -GRAVITY) if kind == "bars" else (0.0, 0.0, -GRAVITY))
     if kind == "bars":
         corners = np.array([[-0.1, -0.02], [0.1, -0.02], [0.1, 0.02], [-0.1, 0.02]])

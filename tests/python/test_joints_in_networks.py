@@ -89,7 +89,7 @@ def test_a_joint_made_and_let_go_in_a_run(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_words_and_areas_do_not_know_the_ends_of_joints(dim):
-    """Of "*" and of convection, whose area follows from the ball: as without the joint."""
+    """Temperatures by "*" and convection, whose area follows from the ball, are those without the joint."""
     found = []
     for joint in (None, "two", "world"):
         scene, _ = scene_of(dim, joint)

@@ -317,7 +317,7 @@ def test_sort_keys(largest):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_hilbert_keys(dim):
-    """Of a lattice: each place once, and places beside each other on the curve beside each other in space."""
+    """Keys of a lattice: each site once, and neighbours on the curve are neighbours in space."""
     side = 2 ** (4 if dim == 2 else 3)
     places = np.stack(np.meshgrid(*[np.arange(side)] * dim, indexing="ij"), -1).reshape(-1, dim)
     key = np.empty(len(places), np.int64)
@@ -366,7 +366,7 @@ def test_pair_movable():
 
 
 def test_a_disk_in_a_ring():
-    """Solid outside: what is left between them, towards the centre."""
+    """Solid outside: the gap between them, with the normal towards the centre."""
     n = 8
     between, one, ring = some(2, n), RNG.uniform(0.1, 0.3, n), RNG.uniform(1, 3, n)
     between[:, 0] = 0

@@ -11,8 +11,8 @@ from kernels import rows
 HERE = Path(__file__).resolve().parent
 CORE, CXX = HERE.parents[1] / "core_f90", HERE.parent / "cxx"
 WITHOUT = 1  # kernels that have no twin yet, cairn_sweep_chosen: sweeps over slow tiles of large heaps; make it none
-# Kernels that are called by what stands above them, in a test that compares with a plain loop, a closed form or another
-# code: names, file, test.
+# Kernels called through higher layers, in a test that compares with a plain loop, a closed form or another code: names, file,
+# test.
 THROUGH = [
     (r"with(out)?_swelling", "python/test_expansion.py", "test_solids_that_are_held_are_pressed"),
     (r"with(out)?_prestretch|stretch_of_stress", "python/test_initial_stress.py", "test_the_law_is_asked_at_its_stretch"),
@@ -53,7 +53,7 @@ THROUGH = [
 
 
 def kernels():
-    """Names of all: what is bound to C in core_f90."""
+    """Names of all kernels: procedures bound to C in core_f90."""
     text = "\n".join(path.read_text(encoding="utf-8") for path in CORE.rglob("*.f90"))
     text = re.sub(r"&\s*\n\s*&?", " ", text)
     interfaces = re.compile(r"abstract interface.*?end interface", re.S | re.I)
@@ -72,7 +72,7 @@ def laws_driven_by_one_contact():
 
 
 def test_kernels_without_a_twin(tmp_path):
-    """Called by a test of kernels in Python, named by one in C++, or called by what the tests above are about."""
+    """Every kernel is called by a test of kernels in Python, named by a test in C++, or covered by the tests in THROUGH."""
     names = kernels()
     assert len(names) > 300
     files = [str(path) for path in sorted(HERE.glob("test_kernels*.py")) if path.name != Path(__file__).name]

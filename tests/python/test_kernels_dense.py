@@ -179,7 +179,8 @@ def test_each_contact_obeys_its_law_after_its_turn(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_states_give_their_impulses(dim):
-    """What is open has none, what sticks does not move, what slips rests on its normal and rubs against its motion."""
+    """Open contacts have none, sticking ones do not move, slipping ones rest on their normal with friction against their
+    motion."""
     _, _, _, dense = chain(dim, 4)
     n, mu, q = 4, np.array([0.3, 0.2, 0.1, 0.4]), some(4, dim) - [2, *[0] * (dim - 1)]
     state = np.array([0, 1, 2, 2 if dim == 3 else 3], np.int32)
@@ -309,7 +310,7 @@ def test_scaling_of_cones(dim):
 
 
 def linearised(dim, n):
-    """Contacts of which one has no unknown and one a single one: unknowns, and left, basis, own as matrices."""
+    """Contacts, the second without unknowns and another with a single one: unknowns, and left, basis, own as matrices."""
     unknowns = np.full(n, dim, np.int32)
     unknowns[1] = 0
     left, basis, own = some(n, dim, dim), some(n, dim, dim), some(n, dim, dim) + 4 * np.eye(dim)

@@ -34,7 +34,7 @@ ELEMENTS = {name: (cell, *map(int, numbers)) for name, cell, *numbers in rows("e
 
 
 def integral(simplex, powers):
-    """Of a monomial over the parent element: the unit simplex, or [-1, 1]^dim."""
+    """Integral of a monomial over the parent element: the unit simplex, or [-1, 1]^dim."""
     if simplex:
         return math.prod(map(math.factorial, powers)) / math.factorial(sum(powers) + len(powers))
     return math.prod(2 / (p + 1) if p % 2 == 0 else 0 for p in powers)

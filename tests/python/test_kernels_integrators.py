@@ -1,4 +1,4 @@
-"""What integrators put into their record of a step, against the step that their authors wrote down: M a + C v + K q = F."""
+"""Records of a step by integrators, against the published schemes: M a + C v + K q = F."""
 
 import ctypes
 import math
@@ -62,7 +62,7 @@ def newmark(h, q, v, a, f0, f1, c, k, beta, gamma, am=0.0, af=0.0):
         rest = (1 - af) * (f1 - c * v1 - k * q1) + af * (f0 - c * v - k * q)
         return q1, v1, (1 - am) * M * a1 + am * M * a[0] - rest
 
-    a1 = at(0.0)[2] / (at(0.0)[2] - at(1.0)[2])  # what is left is linear in a1
+    a1 = at(0.0)[2] / (at(0.0)[2] - at(1.0)[2])  # the residual is linear in a1
     return *at(a1)[:2], [a1]
 
 
@@ -155,7 +155,7 @@ def test_the_largest_step(name, params):
 
 
 def rigid(dim, n=6):
-    """Bodies, one that nothing moves, one of three different moments, one driven."""
+    """Bodies, among them a fixed one, one of three different moments and a driven body."""
     nd = 3 * dim - 3
     mass, inertia = RNG.uniform(0.5, 2, n), np.repeat(RNG.uniform(0.5, 2, n)[:, None], 2 * dim - 3, 1)
     mass[1], inertia[1] = np.inf, np.inf

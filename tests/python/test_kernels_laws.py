@@ -23,7 +23,7 @@ def positive(*shape):
 
 
 def damping_ratio(e):
-    """Of the oscillator that leaves after half a period with e of its speed: e = exp(-pi z / sqrt(1 - z^2))."""
+    """Damping ratio z of the oscillator that leaves after half a period with e of its speed: e = exp(-pi z / sqrt(1 - z^2))."""
     if e == 0:
         return 1.0
     low, high = 0.0, 1.0
@@ -44,7 +44,7 @@ def neck_radius(gap, b, radius):
 
 
 def elastic(law, p, gap, radius, touched):
-    """Normal force, normal and tangential stiffness of damping, stored energy, what is added to friction's limit, all without
+    """Normal force, normal and tangential stiffness of damping, stored energy, addition to the limit of friction, all without
     damping."""
     if law == "linear_spring":
         return -p[0] * gap, p[0], p[1] * p[0], 0.5 * p[0] * gap**2, 0.0
@@ -115,7 +115,7 @@ def test_smooth_laws(law, c):
 
 @pytest.mark.parametrize("c", [2, 3])
 def test_adhesive_spring(c):
-    """Its force as it is written down; what it stored is the integral of its force, what friction takes its work."""
+    """Force by its formula; stored energy is the integral of the force, dissipation the work of friction."""
     k, adhesion, ratio, viscosity, friction = p = [400.0, 30.0, 0.3, 2.0, 0.4]
     gap, u, geometry = -RNG.uniform(0.001, 0.05, N), 0.5 * some(c, N), positive(3, N)
     gap[:3] = [0.002, -0.0, 0.3]
@@ -190,7 +190,7 @@ def test_stiffness_of_smooth_laws(law):
 
 @pytest.mark.parametrize("c", [3, 6])
 def test_bonds(c):
-    """Held at the gap at which they began; their residual is what is left of u + b, each component by its part of W."""
+    """Held at the gap at which they began; their residual is that of u + b, each component over its part of W."""
     n, axes = 8, c // 2 + (c == 3)
     gap, u, geometry = 1e-3 * some(n), some(c, n), positive(3, n)
     state = np.zeros((2, n))
@@ -228,7 +228,7 @@ def test_bonds(c):
 @pytest.mark.parametrize("c", [3, 6])
 @pytest.mark.parametrize("n", [3, 16])
 def test_parallel_bonds_that_slide(c, n):
-    """Springs, and Coulomb's cone for what is left: u = q + W r, 0 <= r_n, u_n >= 0, |r_T| <= mu r_n against u_T."""
+    """Springs, and Coulomb's cone for the remaining impulse: u = q + W r, 0 <= r_n, u_n >= 0, |r_T| <= mu r_n against u_T."""
     h, axes = 0.01, 2 if c == 3 else 3
     root = some(n, c, c)
     w = np.ascontiguousarray((root @ root.transpose(0, 2, 1) + np.eye(c)).transpose(2, 1, 0))
@@ -274,7 +274,7 @@ def test_parallel_bonds_that_slide(c, n):
 
 @pytest.mark.parametrize("c", [3, 6])
 def test_joints(c):
-    """What is blocked comes to rest, what is free gets nothing; motor, limits, spring and residual by what they state."""
+    """Blocked components come to rest, free ones get no impulse; motor, limits, spring and residual by their definitions."""
     n, h = 16, 0.01
     blocked, free = (0b011, 3) if c == 3 else (0b110111, 4)
     root = some(n, c, c)
@@ -334,7 +334,7 @@ def test_joints(c):
 
 
 def energy_of_joints(h, params, begin, end, r, before, state, energy):
-    """What springs hold and dashpots take, and the work of motors, at theta 1/2."""
+    """Energy stored by springs and dissipated by dashpots, and the work of motors, at theta 1/2."""
     held, mean = before[0] > 0, (begin + end) / 2
     was, now = (held * params[11] * (before[7] + share * h * u - params[13]) ** 2 / 2 for share, u in ((-0.5, begin), (0.5, end)))
     lost = held * h * params[12] * mean**2
@@ -355,7 +355,8 @@ def unit(n, dim):
 
 @pytest.mark.parametrize("side, dim, c", [(s, d, k) for d in (2, 3) for s in ("radial", "rigid") for k in (d, 3 * d - 3)])
 def test_sides(side, dim, c):
-    """Velocity of the point of a body in the axes of its contact, what an impulse there does to the body, and both at once."""
+    """Velocity of the material point of a body in the axes of its contact, the effect of an impulse there on the body, and both
+    at once."""
     n, nd, width = 5, 3 * dim - 3, 16 if (side, dim) == ("rigid", 3) else 8
     normal = unit(n, dim)
     if dim == 2:
@@ -482,7 +483,7 @@ def test_elastic_matrices_and_stress(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_bars(dim):
-    """Energy of a displacement: E A/2L times the square of what it lengthens."""
+    """Energy of a displacement: E A/2L times the square of the elongation."""
     n = 4
     x, young, area, u = some(n, 2, dim), positive(n), positive(n), some(n, 2 * dim)
     k = np.empty((n, 2 * dim, 2 * dim))
@@ -539,8 +540,9 @@ def test_beams(dim, shear_area):
 @pytest.mark.parametrize("lever", [1.0, 100.0])
 @pytest.mark.parametrize("c", [3, 6])
 def test_rolling_friction_solves_its_contact(c, lever):
-    """Normal, sliding, twisting and rolling by what each states, to rounding, also where a lever of many radii couples them:
-    blocks in turn alone came within 4e-4 in 2,000 turns there, and some did not end where nothing but last digits changed."""
+    """Normal, sliding, twisting and rolling components satisfy their laws to rounding, also where a lever of many radii couples
+    them. Regression: block Gauss-Seidel alone came within 4e-4 in 2,000 turns there, and some solves did not end while last
+    digits changed."""
     n, axes = 400, 2 if c == 3 else 3
     arm = 0.7 * lever * positive(n)
     w = np.zeros((n, c, c))
@@ -562,7 +564,7 @@ def test_rolling_friction_solves_its_contact(c, lever):
     blocks = np.ascontiguousarray(w.transpose(2, 1, 0))
     kernel("cairn_law_rolling_friction_solve", "cairn_law_solve")(n, c, blocks, q, 0 * q, params, np.zeros((1, n)), r, status)
     u = q + np.einsum("ikl,li->ki", w, r)
-    rest = np.einsum("ikl,li->kli", np.abs(w), np.abs(r)).max(axis=1) + np.abs(q)  # what velocities are rounded beside
+    rest = np.einsum("ikl,li->kli", np.abs(w), np.abs(r)).max(axis=1) + np.abs(q)  # scale of rounding in velocities
     assert (r[0] >= 0).all() and (u[0] >= -1e-13 * rest[0]).all() and (r[0] * u[0] <= 1e-13 * r[0] * rest[0]).all()
     parts = [(slice(1, axes), limits[0]), (slice(3 if c == 6 else c, 4 if c == 6 else c), limits[2])]
     parts.append((slice(2, 3) if c == 3 else slice(4, 6), limits[1]))
@@ -571,7 +573,7 @@ def test_rolling_friction_solves_its_contact(c, lever):
         borne, speed, scale = np.linalg.norm(r[part], axis=0), np.linalg.norm(u[part], axis=0), rest[part].sum(axis=0)
         assert (borne <= limit * r[0] * (1 + 1e-14)).all()
         moves = speed > 1e-12 * scale
-        # what moves bears all it may, against its motion
+        # slipping components carry their limit, against the motion
         along = np.sum(r[part] * u[part], axis=0)
         np.testing.assert_allclose(along[moves], -(limit * r[0] * speed)[moves], rtol=1e-7)
         seen |= {(bool(m), bool(p)) for m, p in zip(moves, r[0] > 0, strict=True)}

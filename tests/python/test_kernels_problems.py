@@ -61,7 +61,7 @@ def test_gradient_ratio(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_directions_stay_inside(dim):
-    """Nearest direction in the tangent cone of a disk: what leads out of it goes, no more."""
+    """Nearest direction in the tangent cone of a disk: only the outward part is removed."""
     mu, w, r, u = contacts(dim)
     out, rho = np.empty_like(r), 1 / w
     kernel("cairn_tangent_gradient")(dim, len(mu), mu, rho, r, u, out)
@@ -267,8 +267,8 @@ def test_steps_of_spheres():
 
 
 def test_answers_of_springs_are_their_stiffness():
-    """cairn_contact_nudges and cairn_contact_responses: of springs r = -(K u + p), asked by their local solution, K comes back
-    and an impulse that is not theirs is corrected; what is held fast answers by 2^20/W; what slides, by its normal alone."""
+    """cairn_contact_nudges and cairn_contact_responses: for springs r = -(K u + p), probed by their local solution, K is
+    recovered and a wrong impulse corrected; held components respond by 2^20/W; sliding ones, by their normal alone."""
     rng = np.random.default_rng(5)
     n, c, axes = 8, 3, 2
     contacts = 7  # the last lane is a dummy
@@ -318,7 +318,7 @@ def test_answers_of_springs_are_their_stiffness():
     np.testing.assert_allclose(answer[0], np.diag([2.0**20 / 2, 2.0**20 / 3]), rtol=1e-4)
     np.testing.assert_allclose(answer[1], np.diag([2.0**20 / 2, 0]), rtol=1e-4, atol=1e-12)
     np.testing.assert_allclose(known, [[2.0**19, -(2.0**20) / 6], [2.0**19, 0]], rtol=1e-4)
-    # a share that differences cannot tell from 0 is theirs, 2^-30, unless they are told what is held: then it is exact
+    # a share below the noise of differences counts as 2^-30, unless held components are given: then it is exact
     kernel("cairn_contact_responses")(2, 2, 2, 2.0**-44, not_told, *args)
     assert (np.abs(answer[:, 0, 0] / 2.0**29 - 1) < 0.2).all()
     told = np.array([1, 0], dtype=np.int32)

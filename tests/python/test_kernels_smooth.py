@@ -1,4 +1,4 @@
-"""Kernels of smooth DEM, of cells of solids and of what steps are accounted by, against numpy pair by pair, energies and sums."""
+"""Kernels of smooth DEM, of cells of solids and of the energy balance of steps, against numpy pair by pair, energies and sums."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def units(n, dim):
 
 
 def cross(a, b):
-    """Of vectors of the plane, the one component that they have."""
+    """Cross product; of vectors of the plane, its only component."""
     return np.cross(a, b) if a.shape[-1] == 3 else a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 

@@ -13,7 +13,7 @@ LANES = 8
 @pytest.mark.parametrize("kind", list(ELEMENTS))
 @pytest.mark.parametrize("count", [1, 5, 8])
 def test_linear_cells(kind, count):
-    """Forces and the half of the stiffness are those of B'DB; what is stored is half of their work."""
+    """Forces and the half of the stiffness are those of B'DB; the stored energy is half of their work."""
     name, _, dim, nodes, _, points, *_ = ELEMENTS[kind]
     dim, nodes, points = int(dim), int(nodes), int(points)
     xi, weight = np.zeros((points, dim)), np.zeros(points)
@@ -117,7 +117,7 @@ def test_strains_of_steps():
 
 
 def test_stresses_of_rates():
-    """Of Cauchy's stress of a neo-Hookean body and the moduli of Jaumann's rate, its P and dP/dF."""
+    """P and dP/dF from Cauchy's stress of a neo-Hookean body and the moduli of Jaumann's rate."""
     n, mu, lame = 5, 2.0, 3.0
     gradients = 0.2 * RNG.standard_normal((n, 3, 3))
     pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]

@@ -30,10 +30,10 @@ def test_unit_right_sides_of_a_front(columns, first):
     np.testing.assert_allclose(y[:columns, :lanes], own, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(y[columns:, :lanes], right[columns:, :lanes] - lower[columns:] @ own, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(y[:, lanes:], right[:, lanes:])
-    solve(lanes, leading, rows, columns, 0, np.ascontiguousarray(part.T), whole)  # what is zero changes no bit
+    solve(lanes, leading, rows, columns, 0, np.ascontiguousarray(part.T), whole)  # zeros change no bit
     np.testing.assert_array_equal(y, whole)
     alone = right[:, 2:3].copy()
-    solve(1, 1, rows, columns, 0, np.ascontiguousarray(part.T), alone)  # nor does what stands beside
+    solve(1, 1, rows, columns, 0, np.ascontiguousarray(part.T), alone)  # nor do neighbouring columns
     np.testing.assert_array_equal(alone[:, 0], y[:, 2])
 
 

@@ -1,5 +1,5 @@
-"""Laws in the plane and in space, between grains, a grain and a wall, a mesh and a wall: what holds lets go at its strength, what
-wears sinks as Archard has it, what rolls is held by its moment."""
+"""Laws in the plane and in space, between grains, a grain and a wall, a mesh and a wall: bonds break at their strength, wear
+follows Archard, rolling is resisted by its moment."""
 
 import cairn as cn
 import numpy as np
@@ -19,7 +19,7 @@ def size_of(dim, pair):
 
 
 def cell(dim):
-    """A block of one cell on 0, that rests on one point in the middle of its lower side."""
+    """A block of a single cell on 0, that rests on a point in the middle of its lower side."""
     axes = [np.array([-SIDE / 2, SIDE / 2])] * (dim - 1) + [np.array([0.0, SIDE])]
     points = np.array(np.meshgrid(*axes, indexing="ij")).reshape(dim, -1).T
     of = np.arange(2**dim).reshape((2,) * dim)
@@ -39,7 +39,7 @@ def sides(dim):
 
 
 def pulled(dim, pair, law, force, gap=0.0, solver=SOLVERS[0], steps=200, dt=1e-4):
-    """Whether what is drawn up by a force [N], which grows slowly and then stays, stays where it was."""
+    """True if a body pulled up by a force [N] that grows slowly and then stays does not move."""
 
     def drawn(t):
         return min(1.0, 2 * t / (steps * dt)) * force * up
@@ -163,7 +163,7 @@ def test_what_wears_sinks_as_archard_has_it(dim, pair):
 @pytest.mark.parametrize("pair", ["wall", "sides", "grains", "hollow"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_moment_beyond_that_of_rolling_turns(dim, pair):
-    """Of `rolling` R N, R the radius at which it rolls and N the pressing force; about the normal of `twisting` R N. In a tube
+    """Limits of moments: `rolling` R N, R the rolling radius and N the normal force; about the normal `twisting` R N. In a tube
     R is that of the ball along it and larger around it, of twisting their geometric mean."""
     press, up, hollow = 100.0, np.eye(dim)[-1], 4 * R
     even, around = {"grains": R / 2}.get(pair, R), R * hollow / (hollow - R)

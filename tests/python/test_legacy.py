@@ -1,4 +1,4 @@
-"""LMGC90's files: what is read, what is refused by name, what is written and read again, stored results met."""
+"""LMGC90's files: reading, named refusals, writing and reading again, agreement with stored results."""
 
 import csv
 import json

@@ -44,7 +44,7 @@ def weighted(values):
     ("".join(f" CSpxx{k + 1:7d}  color  BLUEx  {ONCE}\n" + weighted(np.eye(3)[k].tolist()) for k in range(3)), 3),
 ])  # fmt: skip
 def test_points_of_every_type_share_the_surface_of_their_face(contactors, points, tmp_path):
-    """One tetrahedron is drawn off a heavy one at 1 mm/s: sound zones of all points hold it by stiffness, opening and area."""
+    """A tetrahedron is drawn off a heavy one at 1 mm/s: sound zones of all points hold it by stiffness, opening and area."""
     drives = ""
     for node in (1, 2, 3, 4):
         head = f"$bdyty\n MAILx        1\n$model\n MECAx\n$nodty\n NO3xx{node:7d}\n$dofty\n"

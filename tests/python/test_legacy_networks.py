@@ -24,7 +24,8 @@ def history(name):
 @samples
 @pytest.mark.parametrize("name", ["thermal2d", "thermal2d_t3"])
 def test_plates_of_heat(name):
-    """Temperatures of the tracked nodes at all steps within 1e-6 K; one lumps capacities, one takes a point a cell."""
+    """Temperatures of the tracked nodes at all steps within 1e-6 K; a plate with lumped capacities, another with a point in each
+    cell."""
     sim = cn.Simulation(legacy.read_datbox(DATA / name), 2.0)
     for row in history(name):
         sim.step()

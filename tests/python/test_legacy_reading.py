@@ -1,4 +1,4 @@
-"""How DATBOX files are read: by columns, as LMGC90 does, with what it takes from contactors; never by halves."""
+"""How DATBOX files are read: by columns, as LMGC90 does, with the properties it takes from contactors; never in part."""
 
 import warnings
 

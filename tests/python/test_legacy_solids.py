@@ -90,7 +90,7 @@ def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
 
 
 def mesh_text(cells, points):
-    """As LMGC90 writes a mesh: nodes of an element eight on a line."""
+    """A mesh in LMGC90's format: nodes of an element eight on a line."""
     text = "$bdyty\n MAILx      1\n$blmty\n"
     for k, (element, nodes, model, name) in enumerate(cells, 1):
         lines = ["".join(f"{n + 1:7d}" for n in nodes[i : i + 8]) for i in range(0, len(nodes), 8)]

@@ -1,6 +1,6 @@
-"""Where zones of two stiffnesses part from what LMGC90 stored. Its sweeps hold beta; once they end it finds beta, sweeps once
-more with it, and keeps beta and slips of that last sweep, while bodies go on with the velocities from before. In that order
-Cairn's own law gives its history to rounding; by itself it has beta and velocities of one solution."""
+"""Origin of the difference to LMGC90's stored results for zones of two stiffnesses. Its sweeps hold beta; after them it updates
+beta, sweeps once more, and keeps beta and slips of that last sweep, while bodies keep the velocities from before. In that order
+Cairn's own law gives its history to rounding; in its own order beta and velocities are those of the same solution."""
 
 import csv
 import os
@@ -53,7 +53,7 @@ class Contacts:
         return state
 
     def sweep(self, velocity, frame, gap, beta):
-        """One turn of all contacts at these beta; velocities are those of the bodies, what is returned those of the contacts."""
+        """A sweep over all contacts at these beta; takes velocities of the bodies, returns those of the contacts."""
         law, radius, area = self.law, self.radius, self.radius / 2
         normal_spring, tangential_spring = DT**2 * area * law.normal_stiffness, DT**2 * area * law.tangential_stiffness
         seen = np.zeros((len(self.pairs), 2))

@@ -66,7 +66,7 @@ def test_velocities_that_nodes_are_given_count():
 
 
 def test_a_mesh_that_goes_leaves_the_others_their_forces_and_numbers():
-    """Their arrays are those of the meshes that are left, not of those that stood at their place before."""
+    """Arrays are those of the remaining meshes, not of meshes with the same index before."""
     sim, alone = resting(2), resting(2)
     for _ in range(3):
         sim.step(), alone.step()
@@ -118,7 +118,7 @@ def test_sides_are_drawn_where_their_nodes_are(tmp_path, dim):
 
 
 def with_nodes_among_bodies(content):
-    """As files had it once: nodes are rows behind rigid bodies, in an order of their own, that do not turn."""
+    """Content of earlier files: nodes are rows behind rigid bodies, in an order of their own, without rotation."""
     scene = content["state"]["scene"]
     bodies, nodes = scene["bodies"], scene.pop("nodes")
     n, m = len(bodies["id"]), len(nodes["id"])

@@ -1,4 +1,4 @@
-"""Groups of nodes by masks and by numbers, and what is none of these."""
+"""Groups of nodes by masks and by numbers, and invalid ones."""
 
 import cairn as cn
 import numpy as np

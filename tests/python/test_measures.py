@@ -204,7 +204,7 @@ def test_bodies_of_all_shapes_count(tmp_path):
     sim, step = output_of(scene, tmp_path)
     region = {"low": (-0.2, 0.0), "high": (0.7, 0.4)}
     disk, block = 10 * sim.bodies.mass[0], 10 * sim.bodies.mass[2]
-    by_disks = (2 * disk + block) * 0.1 + block * 0.1  # what their weights have above the floor, by the upper and lower half
+    by_disks = (2 * disk + block) * 0.1 + block * 0.1  # moments of their weights above the floor, by the upper and lower half
     found = me.measure(step, **region)
     assert found["stress"][1, 1] * 0.36 == pytest.approx(-(by_disks + block * 0.1), rel=1e-6)
     assert found["coordination"] == 2.0 and found["contacts"] == 4 and np.isnan(found["solid_fraction"])
@@ -261,8 +261,8 @@ def test_a_region_has_its_own_contacts(tmp_path):
 @pytest.mark.parametrize("offset", [0.0, 0.02, 0.05])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_periodic_cell_is_measured_whole(tmp_path, dim, offset, lean):
-    """A lattice pressed by springs, whatever of it crosses the border: without a region all of the cell, and any region of its
-    size; half of it by the images that it holds."""
+    """A lattice pressed by springs, with any part across the border: without a region the whole cell, or any region of its size;
+    half of it by the images within."""
     overlap, stiffness, per, d = 0.001, 1e6, 5, 0.1
     pitch = d - overlap
     size = per * pitch

@@ -145,7 +145,8 @@ def test_grains_on_both_sides_of_a_periodic_boundary_are_one_beside_each_other(s
 
 
 def test_an_image_in_a_cell_that_shears_has_the_velocity_of_the_image():
-    """Grains that go with the cell, on both sides of the boundary that moves: as one they go with what is between, and turn."""
+    """Grains that move with the cell, on both sides of the moving boundary: merged, they move with the mean flow between them,
+    and rotate."""
     cell = cn.Periodic((1.0, 1.0), lean=0.3, shear_rate=2.0)
     sim = in_cell([[0.1, 0.06], [0.4, 0.96]], [[0.12, 0.0, 0.0], [1.92, 0.0, 0.0]], cell)
     sim.merge([0, 1])

@@ -1,4 +1,5 @@
-"""What scenes with deformable bodies share with those of rigid ones: removal, projection, scene files, rest under load, bonds."""
+"""Features of scenes with rigid bodies in scenes with deformable ones: removal, projection, scene files, rest under load,
+bonds."""
 
 import cairn as cn
 import numpy as np
@@ -397,8 +398,8 @@ def disk_of_rings(cells=6, poisson=0.0, density=1e3):
 
 @pytest.mark.parametrize("far", [0.0, 1e3])
 def test_a_disk_of_rings_presses_evenly_and_tears_off_for_its_area(far):
-    """Nodes stand for what goes round the axis: a uniform pressure is that of each of them, at the axis too; a zone under the
-    disk spends its work by pi r^2, wherever the scene has its origin along the axis."""
+    """Tributary areas of nodes are rings: a uniform pressure holds at each node, also on the axis; a zone under the disk
+    dissipates its work times pi r^2, for any origin along the axis."""
     body, wall = disk_of_rings(), cn.wall((0.0, far), (0.0, 1.0), ROCK)
     body.points[:, 1] += far
     scene = cn.Scene(2)

@@ -1,4 +1,4 @@
-"""Meshes from files, meshio and gmsh as bodies of a scene, and what a run file holds of them."""
+"""Meshes from files, meshio and gmsh as bodies of a scene, and their data in run files."""
 
 import cairn as cn
 import numpy as np
@@ -264,7 +264,7 @@ PLAIN = {
 
 @pytest.mark.parametrize("material", list(cn._core.bulk_materials()), ids=lambda m: m["name"])
 def test_a_restart_goes_on_to_the_same_bits(material, tmp_path):
-    """Of each material of the list."""
+    """Each material of the list restarts to the same bits."""
     if material["umat"]:
         pytest.skip("of a library")
     bulk = getattr(cn, material["python_name"])(**PLAIN[material["name"]])

@@ -1,4 +1,4 @@
-"""What files of meshes hold beside cells: fields of MED, elements of Abaqus by all of their names."""
+"""Contents of mesh files beyond cells: fields of MED, elements of Abaqus by all of their names."""
 
 import cairn as cn
 import numpy as np
@@ -80,7 +80,7 @@ def test_meshes_of_gmsh_in_its_second_format_keep_their_names(tmp_path):
 @pytest.mark.parametrize("written", [True, False])
 @pytest.mark.parametrize("kind", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
 def test_solid_cells_of_med_stand_the_right_way_round(kind, written, tmp_path):
-    """As MED has them, the other way round, and as meshio writes ours."""
+    """Orientation as in MED, reversed, and as meshio writes Cairn's cells."""
     pytest.importorskip("h5py")
     from cairn.model.med_cells import turned
 

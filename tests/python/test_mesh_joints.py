@@ -51,7 +51,7 @@ def hinge(dim, point):
 
 
 def whole(sim):
-    """All but what comes in and goes out [J]."""
+    """Energy of the system: kinetic, potential and stored [J]."""
     e = sim.info["energy"]
     return sum(e[name] for name in ("kinetic", "potential", "stored"))
 
@@ -59,7 +59,7 @@ def whole(sim):
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_pendulum_on_a_joint_at_a_node_is_that_of_a_node_that_is_held(dim, solver):
-    """Both swing alike; the joint carries what holds the node, and a stiff bar swings as the rigid one does."""
+    """Both swing alike; the joint carries the reaction of the held node, and a stiff bar swings like a rigid bar."""
     pivot, ends = np.zeros(dim), []
     for held in (True, False):
         scene, body = cn.Scene(dim, gravity=down(dim)), bar(dim)
@@ -177,7 +177,7 @@ def flown(dim, name, partner, dt):
 
 
 def test_a_joint_at_a_node_breaks_at_its_strength():
-    """A bar hangs by a node of its upper end: its weight is less, then more than what the joint bears."""
+    """A bar hangs by a node of its upper end: its weight is less, then more than the strength of the joint."""
     for factor, left in ((1.3, True), (0.9, False)):
         scene, body = cn.Scene(2, gravity=(G, 0.0)), bar(2, young=1e9)
         ids = scene.add(cn.deformable(body, STEEL))
@@ -255,8 +255,8 @@ def test_a_joint_that_is_refused_leaves_the_scene_as_it_was():
 
 
 def test_a_bar_on_a_bar_of_cells_neither_misses_its_joint_nor_drifts():
-    """What a joint at a node misses where the next step detects it, while the rigid bar turns, is made good as between
-    rigid bodies: energy swings with the square of the step, and its mean stays (in this run it rose to 3.3e-4 without)."""
+    """Drift of a joint at a node, while the rigid bar turns, is corrected as between rigid bodies: energy oscillates with the
+    square of the step, and its mean stays (without correction it rose to 3.3e-4 in this run)."""
     swings = []
     for h in (1e-3, 5e-4):
         scene, body = cn.Scene(2, gravity=down(2)), bar(2, cells=2, young=1e9)

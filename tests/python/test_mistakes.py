@@ -46,7 +46,7 @@ def thermal():
     return cn.Simulation(scene, 1e-3, overlap="ignore")
 
 
-# what is called, with the simulation s and its run r, and what the answer says
+# call with the simulation s and its run r, and the answer
 MISTAKES = [
     # running
     (lambda s, r: run(s, steps=None), "run needs an end: give steps=, until= or while_="),
@@ -109,7 +109,7 @@ MISTAKES = [
     (lambda s, r: cn.deformable(3, ROCK), "body is 3: give .*a cairn.ElasticBody, LinearBody or SolidBody"),
     (lambda s, r: cn.ElasticBody(XY, [[0, 1, 2]], young=1e6, poisson=0.3), r"cells is list: give \{kind: nodes \(m, k\)\}"),
     (lambda s, r: thermal(), r"conductivity of material 'rock' is not given, .* give cairn.Material\('rock', conductivity="),
-    # files, pictures, measures, what stands or falls
+    # files, pictures, measures, stability
     (lambda s, r: cn.load("s.scene.h5"), "s.scene.h5: this file holds a scene or .*; cairn.Scene.load .* give a .vtkhdf file"),
     (lambda s, r: cn.load(None), "path is None: give the name of a .vtkhdf file"),
     (lambda s, r: cn.Scene.load(s.scene), "path of a scene is .*: give the name of a .scene.h5 file"),

@@ -1,4 +1,4 @@
-"""Mistakes that users make in the shell: each is answered by what is wrong and what is right, with an exit status."""
+"""Mistakes that users make in the shell: each is answered by the mistake and its remedy, with an exit status."""
 
 import os
 
@@ -9,7 +9,7 @@ from small_scenes import heap
 
 SCENE = "run s.scene.h5 --dt 1e-3 --steps 2"
 
-# what is typed, the exit status, what the answer says
+# command, exit status, answer
 MISTAKES = [
     ("rum pile.py", 2, "'rum' is none of run, import, ", "did you mean 'run'?", "see 'cairn --help'"),
     ("run", 2, "missing: SCRIPT_OR_SCENE", "see 'cairn run --help'"),

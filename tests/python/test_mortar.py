@@ -1,4 +1,4 @@
-"""Mortar contact of meshes in the plane: uniform pressure through any cells, friction, sliding, what is kept and refused."""
+"""Mortar contact of meshes in the plane: uniform pressure through any cells, friction, sliding, restart and refusals."""
 
 import cairn as cn
 import numpy as np
@@ -19,10 +19,10 @@ def block(cells, corner, size=(1.0, 0.5), turn=0.0, **more):
 
 
 def patch(above, below, mortar=True, h=0.1, steps=60, turn=0.0, law=None, shear=0.0, share=None):
-    """A block on another under a uniform pressure of 1 kPa, brought to rest by long implicit steps; and the stresses. share: of
-    the load, of each node in the place of a uniform one. The block above is held by contacts alone: each step it falls h^2 p/m
-    freely before these take it back, and what it is strained by is rounded as that is, which in steps of 1 s was the largest
-    error of the stresses, 8e-12."""
+    """A block on another under a uniform pressure of 1 kPa, brought to rest by long implicit steps; and the stresses. share: part
+    of the load of each node instead of a uniform one. The upper block is held by contacts alone: in each step it falls freely by
+    h^2 p/m before they restore it, and its strain is rounded accordingly; with steps of 1 s this was the largest error of the
+    stresses, 8e-12."""
     over, under = block((above, 2), (0.0, 0.5), turn=turn), block((below, 2), (0.0, 0.0), turn=turn)
     frame = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     scene = cn.Scene(dim=2)
@@ -74,14 +74,14 @@ def test_each_row_gives_what_it_takes(cells):
 
 
 def test_nodes_on_edges_do_not_pass_it():
-    """What the mortar is for: single-pass, the same 2 cells on 3 give nearly 1/4 to each node below."""
+    """Counterexample without mortar: node-to-segment contact of the same 2 cells on 3 gives nearly 1/4 to each node below."""
     sim, stress = patch(2, 3, mortar=False)
     force = -sim.meshes[1].contact_force[sim.meshes[1].body.groups["top"], 1] / 1e3
     assert np.abs(force - 0.25).max() < 0.05 and np.abs(stress - [0.0, -1e3, 0.0]).max() > 100
 
 
 def test_a_turned_patch_sticks_by_friction():
-    """The whole turned by 30 degrees, sheared by half of what friction holds: the sum over the side below is the load."""
+    """The whole turned by 30 degrees, sheared by half of the limit of friction: the sum over the side below is the load."""
     sim, _ = patch(5, 3, turn=0.5, law=cn.GapCoulomb(mu=0.5), shear=250.0, h=5.0, steps=60)
     along = np.array([np.cos(0.5), np.sin(0.5)])
     total = sim.meshes[1].contact_force.sum(axis=0)
@@ -149,7 +149,7 @@ def half_disk(n, b, radius, turned):
 
 
 def shares(x):
-    """Of nodes on a line, what each stands for."""
+    """Tributary length of each node on a line."""
     return np.convolve(np.diff(x), [0.5, 0.5])
 
 
@@ -187,7 +187,7 @@ def test_a_coarse_side_may_be_the_one_that_asks():
 
 
 def test_the_normal_of_a_corner_is_the_mean_of_its_sides():
-    """Of sides of 0.4 and, at a slope of 0.2, 0.6 across: weighed by what each has in common with the other mesh."""
+    """Sides of 0.4 and, at a slope of 0.2, 0.6 across: weighted by the overlap of each with the other mesh."""
     x, y = np.array([0.0, 0.4, 1.0]), np.array([0.52, 0.52, 0.64])
     points = np.concatenate([np.stack([x, y], 1), np.stack([x, y + 0.5], 1)])
     given = {"young": 1e6, "poisson": 0.3, "density": 1000.0, "plane": "stress"}

@@ -218,7 +218,7 @@ def graded(half, fine, n):
 
 
 def quarter(n, a, radius, turned):
-    """A quarter of a block of 8 a, n cells over a, whose face is round unless it is turned; and what its nodes stand for."""
+    """A quarter of a block of 8 a, n cells over a, whose face is round unless it is turned; and tributary areas of its nodes."""
     half = 8 * a
     x, z = graded(half, 1.2 * a, int(1.2 * n)), graded(half, 0.6 * a, int(0.6 * n))
     points = np.stack(np.meshgrid(x, x, z, indexing="ij"), -1)

@@ -65,7 +65,7 @@ def test_a_mortar_of_sides_of_second_order_is_that_of_python(told, element):
 
 
 def test_sides_as_wholes_have_the_nodes_of_their_pieces():
-    """Of each element: corners, each with the middle of the edge behind it, are those of its pieces, which cover all nodes."""
+    """For each element, corners, each followed by the middle of its edge, are those of its pieces, which cover all nodes."""
     from cairn.model.elastic import ELEMENTS
 
     counts = {"triangle": 2, "triangle6": 3, "quad": 2, "quad8": 3, "quad9": 3}

@@ -45,8 +45,8 @@ def heights_of_a_stack(dim, order, asks, own_sides):
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
 @pytest.mark.parametrize("asks", [(0, 1, 2), (1, 2), (1,)])
 def test_a_stack_stands_whoever_asks(dim, order, asks):
-    """Of two that ask, the one whose contact nodes face the other has them; a mesh that asks of what is below it takes no
-    contacts from what stands on it. They fell through each other by 0.05 m."""
+    """If both meshes request mortar, the one whose contact nodes face the other is the slave; a mesh that is slave to its support
+    does not lose contacts with its load. Regression: they fell through each other by 0.05 m."""
     found = heights_of_a_stack(dim, order, asks, [("bottom", "top")] * 3)
     assert np.all(np.abs(found) < 3e-4) and np.all(np.diff(found) < 0)
 
@@ -73,14 +73,16 @@ def compressed(dim, above, seam):
 @pytest.mark.parametrize("seam", [0.5, 0.37])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_uniform_stress_goes_through_over_a_seam(dim, above, seam):
-    """Of two meshes side by side, the seam between nodes of the side above or at one of them: up to 100 % off in the plane."""
+    """Two meshes side by side, the seam between nodes of the side above or at a node. Regression: up to 100 % off in the
+    plane."""
     assert compressed(dim, above, seam) < 1e-9
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(("low", "high", "cells"), [(0.1, 0.4, 2), (0.1, 0.9, 1), (0.47, 0.53, 1)])
 def test_a_pillar_between_nodes_bears(dim, low, high, cells):
-    """What is narrower than a side of the mesh that asks is met though no node of that is above it: the body fell freely."""
+    """A body narrower than a side of the slave mesh is in contact although no node is above it. Regression: the body fell
+    freely."""
     rest, down = (0.0,) * (dim - 2), (*[0.0] * (dim - 1), -9.81)
     scene = cn.Scene(dim=dim, gravity=down)
     pillar = block((low, *(0.1 for _ in rest), -1.0), (high, *(0.9 for _ in rest), 0.0), (1, *[1] * (dim - 2), 1))

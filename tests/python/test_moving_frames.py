@@ -170,7 +170,7 @@ def test_a_bend_of_45_degrees():
 @pytest.mark.parametrize("turns", [1, 2])
 def test_a_strip_that_is_rolled_up_needs_its_moment_alone(dim, turns):
     """Nodes on a circle, once or twice round, both ends as before: curvature 2 pi turns/L all along, E I/2 of its square is
-    stored, and no force is left at any node, for what bends is the couple that holds the ends.
+    stored, and no force remains at any node, since the couple on the ends alone bends the strip.
     """
     points, cells = line(30, dim)
     body = cn.beams(points, cells, **BEAM, clamped=[0, 30], kinematics="corotational")
@@ -259,7 +259,7 @@ def test_a_free_frame_tumbles_through_many_turns(kind, dim):
 @pytest.mark.parametrize("kinematics", ["corotational", "total_lagrangian"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_discrete_gradients_keep_energy_and_both_momenta_of_bars(dim, kinematics):
-    """To the tolerance of Newton's method; beams are refused."""
+    """Invariants hold to the tolerance of Newton's method; beams are refused."""
     strategy = cn.NSCD(integrator=cn.DiscreteGradient(), newton_tol=1e-12)
     sim, mass = tumbling("bars", dim, strategy, 4e-3, kinematics)
     linear, angular = momenta(sim, mass)
@@ -464,7 +464,8 @@ def test_a_scene_comes_to_rest_where_it_is_solved(dim):
 
 
 def test_rest_of_a_strip_that_bears_a_ball():
-    """That of find_equilibrium, a ball on the middle of a strip between hinges: what `solve` finds under half its weight each."""
+    """Equilibrium by find_equilibrium of a ball on the middle of a strip between hinges, against `solve` under half its weight
+    each."""
     points, cells = line(9, 2)
     body = cn.beams(points, cells, **BEAM, groups={"ends": [0, 9]}, kinematics="corotational")
     rock, scene = cn.Material("rock", density=500.0), cn.Scene(dim=2, gravity=(0.0, -9.81))
@@ -523,7 +524,7 @@ def test_rotations_are_of_beams():
         sim.step()
     q = sim.meshes[0].rotation
     assert q.shape == (5, 4) and np.abs(np.linalg.norm(q, axis=1) - 1).max() < 1e-12
-    turn = 5e-3 * np.linalg.norm([3.0, -6.0, 5.0])  # by the velocity that it began with, but for what it bends
+    turn = 5e-3 * np.linalg.norm([3.0, -6.0, 5.0])  # by the initial velocity, up to bending
     assert 2 * np.arccos(np.mean(q[:, 0])) == pytest.approx(turn, rel=0.1)
     sim, _ = tumbling("bars", 2, cn.NSCD(theta=0.5), 1e-3)
     with pytest.raises(AttributeError, match="bars turn freely"):

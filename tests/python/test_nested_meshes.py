@@ -154,7 +154,8 @@ def test_a_rigid_body_within_a_mesh_is_told_of():
 
 
 def test_a_mesh_within_a_rigid_surface_is_told_of():
-    """Of triangles that close, solid behind them; in the hollow of one, or by one with a hole, it may be at home."""
+    """A closed surface of triangles is solid behind them; a mesh in the hollow of a surface, or in one with a hole, is
+    accepted."""
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     small = touching(body("hexahedron", 2, 0.3, (0.2, -0.4, 0.1)), "block")

@@ -50,7 +50,8 @@ def test_friction_by_the_mean_temperature_of_both_sides():
 
 
 def test_friction_that_fades_as_it_heats():
-    """m c T' = mu(T) m g v and v' = -mu(T) g: what is lost is heat, and the mean T is linear in it, so v(t) has a closed form."""
+    """m c T' = mu(T) m g v and v' = -mu(T) g: the kinetic energy lost is heat, and the mean T is linear in it, so v(t) has a
+    closed form."""
     law = cn.Coulomb(mu=N.OfTemperature((300.0, 300.001), (0.4, 0.0)))
     scene = sliding_with_heat(law)
     errors = []

@@ -1,4 +1,4 @@
-"""Flow through graphs of conductances, against closed forms of lattices, Foster's sum and what is conserved."""
+"""Flow through graphs of conductances, against closed forms of lattices, Foster's sum and conservation."""
 
 import cairn as cn
 import numpy as np

@@ -1,4 +1,4 @@
-"""What newcomers do first, as they would type it: a student's first pile, an engineer's blocks from CAD. A Fortran user's
+"""First steps of newcomers, as they would type them: a student's first pile, an engineer's blocks from CAD. A Fortran user's
 program is tests/consumers/fortran/heap.f90."""
 
 import os

@@ -1,4 +1,4 @@
-"""What notebooks show, and what `cairn doctor` finds."""
+"""Displays in notebooks, and findings of `cairn doctor`."""
 
 import base64
 import json
@@ -49,7 +49,8 @@ def test_missing_packages_come_with_a_remedy(monkeypatch):
 
 
 def test_doctor_tells_which_blas_is_in_use(tmp_path):
-    """By what the process has loaded: the reference library of Debian, OpenBLAS under its own name and in its place."""
+    """Detection by the libraries loaded in the process: the reference library of Debian, OpenBLAS under its own name and in its
+    place."""
     assert doctor.blas(tmp_path / "none").startswith("unknown")
     line, maps = "7f00-7f01 r-xp 00000000 fe:00 {}                    {}\n", tmp_path / "maps"
     for path, name in (

@@ -1,4 +1,4 @@
-"""Notebooks run from end to end, and show what they say that they show."""
+"""Notebooks run from end to end, and their outputs agree with their text."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""One writer to a file: two runs started together, what a killed one left, links, and folders that go while a run writes."""
+"""A single writer for each file: two runs started together, remains of a killed run, links, and folders removed while a run
+writes."""
 
 import multiprocessing
 import os

@@ -144,7 +144,7 @@ def test_traction_of_a_uniform_stress_is_that_stress_on_the_normal():
 
 @pytest.mark.parametrize("lumped", [False, True])
 def test_tractions_bring_every_corner_of_a_cell_into_balance(lumped):
-    """Of a plate let go out of any shape, cracked part of the way: what its faces bear is what its cells ask, inertia and all."""
+    """A plate released from a random shape, partly cracked: tractions of faces balance forces of cells, inertia included."""
     points, triangles, _ = crossed(4, 3)
     given = {"density": {"triangle": np.linspace(1e3, 3e3, 48)}, "lumped": lumped, "rayleigh": (10.0, 1e-7)}
     body = cn.ElasticBody(points, triangles, young=YOUNG, poisson=0.2, **given)
@@ -168,7 +168,7 @@ def test_tractions_bring_every_corner_of_a_cell_into_balance(lumped):
 
 
 def test_initial_stress_opens_faces_and_holds_them_shut():
-    """Of a bar that is held at its ends: a pull of 2.5 MPa before it moves opens what cuts it across, a push nothing."""
+    """A bar held at its ends: an initial tension of 2.5 MPa opens the faces across it, a compression none."""
     points, triangles, _ = crossed(4, 2)
     for stress, opens in ((2.5e6, True), (1.9e6, False), (-5e6, False)):
         body = body_of(points, triangles, initial_stress=(stress, 0, 0, 0, 0, 0))
@@ -220,7 +220,7 @@ def test_what_cells_ask_in_a_step_is_what_zones_give_them():
     while len(sim.nodes.id) < len(notched(4).points) + 6:
         sim.step()
     sim._watches.clear()
-    sim.step()  # what opened last has its zone now
+    sim.step()  # faces opened last have their zone now
     mesh = sim.meshes[0]._mesh
     opening, seen = mesh.d.opening, []
     opening.forces.tractions = lambda asked, mean, held: seen.append((asked, held))

@@ -96,7 +96,7 @@ def test_areas_of_corners_are_integrals_of_their_functions():
 
 @KINDS
 def test_tractions_bring_every_corner_of_a_cell_into_balance(kind):
-    """Of a block let go out of any shape, cracked part of the way: what its faces bear is what its cells ask, inertia and all."""
+    """A block released from a random shape, partly cracked: tractions of faces balance forces of cells, inertia included."""
     points, cells = blocks(3, 2, 2, 1.0, kind)
     points = points + 0.1 * np.random.default_rng(5).uniform(-1, 1, points.shape)
     body = cn.ElasticBody(points, cells, young=YOUNG, poisson=0.2, density=2500.0, rayleigh=(10.0, 1e-7))
@@ -158,7 +158,7 @@ def test_what_cells_ask_in_a_step_is_what_zones_give_them(kind):
         sim.step()
     sim._watches.clear()
     sim.strategy = cn.NSCD(theta=0.52, solver=cn.NLGS(tol=1e-9))
-    sim.step()  # what opened last has its zone now
+    sim.step()  # faces opened last have their zone now
     mesh = sim.meshes[0]._mesh
     opening, seen = mesh.d.opening, []
     opening.forces.tractions = lambda asked, mean, held: seen.append((asked, held))
@@ -238,7 +238,8 @@ def test_cells_of_two_kinds_are_refused():
 @pytest.mark.parametrize("opens", [{}, {"opens": "threshold", "threshold": np.inf}])
 @pytest.mark.parametrize("warp", [0.0, 1e-6, 0.01, 0.1])
 def test_points_of_warped_faces_are_bonded_whatever_the_warp(warp, opens):
-    """Each once, to the face across, where nothing moves: a plate one cube thick, whose nodes move by so much of it."""
+    """Each point is bonded once, to the opposite face, in a plate at rest, a cube thick, whose nodes are displaced by a share
+    `warp` of the cube."""
     size = HIGH / 3
     points, cells = blocks(3, 3, 1, size, "hexahedron")
     body = body_of(points + warp * size * np.random.default_rng(5).uniform(-1, 1, points.shape), cells)

@@ -1,4 +1,4 @@
-"""What a simulation tells of one mesh whose faces open by threshold: forces and stresses of a step, states, run files."""
+"""Output of a mesh whose faces open by threshold: forces and stresses of a step, states, run files."""
 
 import cairn as cn
 import numpy as np
@@ -15,8 +15,8 @@ def solid_beside():
 
 
 def test_forces_and_stresses_of_a_step_are_told_when_faces_opened_after_it():
-    """As they were before the faces opened: reactions and forces of contacts by their sums, and as they are one by one away from
-    the crack; of meshes beside it to the bit."""
+    """Values are those before the faces opened: reactions and contact forces in sum, and individually away from the crack; those
+    of other meshes to the bit."""
     sim = pulled(notched(4), HIGH / 4, opens="threshold", also=[solid_beside()])
     plate, block = (next(k for k, m in enumerate(sim.meshes) if (m.name == "block") == is_block) for is_block in (False, True))
     before, opened = [], 0
@@ -103,7 +103,7 @@ def test_a_state_in_memory_holds_what_is_open_where_no_node_parted(tmp_path):
     sim.set_state(opened)
     sim.step()
     assert np.array_equal(sim.nodes.position, after)
-    # what opens next parts the node in the middle, and what was parted is no state of the plate as it is whole
+    # the next opening splits the middle node, and a split state does not fit the intact plate
     sim.set_state(opened)
     cn.run.cracks.open_faces(sim, sim.meshes[0]._mesh, np.array([next_to_it]))
     parted = sim.get_state()
@@ -125,7 +125,7 @@ def test_a_state_in_memory_holds_what_is_open_where_no_node_parted(tmp_path):
 
 
 def areas_drawn(step):
-    """Of the triangles of the plate as pictures of an output draw them [m2], and how many nodes it has there."""
+    """Areas of the triangles of the plate as drawn in pictures of an output [m2], and its number of nodes."""
     mesh, rows = next((mesh, rows) for mesh, rows in cn.post.mesh_cells.meshes_at(step) if mesh["name"] == "pieces")
     a, b, c = (step.drawn["position"][rows, :2][mesh["cells"]["triangle"][:, k]] for k in range(3))
     (x, y), (u, v) = (b - a).T, (c - a).T

@@ -164,7 +164,7 @@ def test_a_ball_that_passes_through_a_body_within_a_step_is_told(name):
 @pytest.mark.parametrize("name", ["bar", "polygon", "disk"])
 @pytest.mark.parametrize("start", [0.25, 0.3, 0.35, 0.4, 0.43])
 def test_a_body_found_behind_the_middle_of_another_one_is_told(name, start):
-    """It overlaps there on the far side, by little for some starts, and goes on that way."""
+    """The body overlaps on the far side, slightly for some starts, and moves on."""
     scene = cn.Scene(2)
     scene.add(cn.disks([[0, start]], 0.1, ROCK, velocity=[[0, -100.0, 0]]), THIN[name][1]())
     scene.interact("*", "*", cn.Coulomb(mu=0.3))

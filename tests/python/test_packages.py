@@ -1,4 +1,4 @@
-"""Packages that are asked for exist under the name that is told, and the extra `all` holds what the others do."""
+"""Suggested packages exist under their names, and the extra `all` contains the others."""
 
 import ast
 import re

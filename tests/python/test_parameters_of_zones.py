@@ -54,7 +54,7 @@ def drawn_open(law, steps, speed=1e-3, dt=1e-4):
 
 @pytest.mark.parametrize("rest", [1.0, 0.5, 0.1])
 def test_curve_that_ends_with_a_step_releases_what_was_stored(rest):
-    """The exponential spends G less its tail, rest of the softening part, and at the end what the spring had: k d^2/2."""
+    """The exponential spends G less its tail, rest of the softening part, and at the end the energy of the spring: k d^2/2."""
     stored, work = 2.0, 10.0
     rate = 2e6 / (work - stored)
     last = 2e-6 - np.log(rest) / rate
@@ -73,7 +73,7 @@ def test_attraction_without_end_counts_from_the_touch():
 @pytest.mark.parametrize("kind, work", [(cn.MAL, 1e30), (cn.MAL, np.inf), (cn.EXPO, 1e18), (cn.EXPO, 1e30), (cn.EXPO, np.inf),
                                         (cn.PlasticEXPO, 1e18), (cn.PlasticEXPO, 1e30)])  # fmt: skip
 def test_energy_of_a_stress_that_hardly_falls_has_its_digits(kind, work):
-    """What is lost on the way is no difference of two works: it came out as 0, or below it."""
+    """Dissipation is not computed as a difference of two works. Regression: it came out as zero or negative."""
     law = kind(**SPRINGS, **MODES | dict(normal_work=work, tangential_work=work))
     energy, area = drawn_open(law, 100)
     strength, first = 2e6, 2e-6

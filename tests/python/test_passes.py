@@ -30,7 +30,7 @@ def moved(scene, solver, steps):
 
 
 def velocities(sim, name):
-    """Of rigid bodies and, behind them, of the nodes of meshes, as the matrices have them."""
+    """Velocities of rigid bodies and, behind them, of the nodes of meshes, in the order of the matrices."""
     return stacked(sim, name).ravel()
 
 
@@ -56,7 +56,7 @@ def small_meshes(dim, solver, steps=1):
 
 
 def in_matrices(sim):
-    """mu, W_NN, impulses, velocities with their bias and those without impulses, by the matrices; and what they were made of."""
+    """mu, W_NN, impulses, velocities with their bias and those without impulses, by the matrices; and the problem behind them."""
     made = problem_of(sim)
     problem, rows, chosen = made["problem"], made["rows"], made["chosen"]
     dim, w = problem.dim, problem.W.toarray()
@@ -81,7 +81,7 @@ IDS = ["disks", "spheres", "squares", "tetrahedron"]
 @pytest.mark.parametrize("make, dim", SCENES, ids=IDS)
 @pytest.mark.parametrize("sweeps", [1, 4])
 def test_the_error_is_that_of_the_matrices(make, dim, sweeps):
-    """In the energy norm, over the impulses or what one contact alone would ask of velocities without any."""
+    """Error in the energy norm, over the impulses or those of single contacts for velocities without impulses."""
     sim = make(dim, cn.NLGS(tol=1e-12, min_iter=sweeps, max_iter=sweeps, acceleration="none"))
     _, mu, w, r, u, free = in_matrices(sim)
     f, none = natural_map(mu, w, r, u), natural_map(mu, w, 0 * r, free)

@@ -1,4 +1,4 @@
-"""What cn.fracture.split refuses by name, whether cells are bodies of their own or sides open by threshold."""
+"""Refusals of cn.fracture.split by name, for cells as separate bodies and for sides that open by threshold."""
 
 import cairn as cn
 import numpy as np

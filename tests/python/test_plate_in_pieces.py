@@ -30,7 +30,7 @@ def plate(law):
 
 
 def zone(strength, stiffness=1e12):
-    work = strength * 1e-6 + strength**2 / stiffness  # twice what is stored at the strength, and more
+    work = strength * 1e-6 + strength**2 / stiffness  # more than twice the energy stored at the strength
     return cn.MAL(normal_stiffness=stiffness, tangential_stiffness=stiffness, mu=0.3, normal_strength=strength,
                   tangential_strength=strength, normal_work=work, tangential_work=work)  # fmt: skip
 

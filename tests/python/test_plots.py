@@ -1,4 +1,4 @@
-"""Pictures are made, and show what they should: numbers read off the collections, not pixels."""
+"""Pictures are made and show the right data: numbers are read from the collections, not from pixels."""
 
 import cairn as cn
 import numpy as np

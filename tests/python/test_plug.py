@@ -146,7 +146,7 @@ def test_own_solution_of_a_frictionless_contact(tmp_path):
 
 
 def test_state_lives_with_its_contact_and_in_a_checkpoint(tmp_path):
-    """The state counts accepted steps in which the contact carried an impulse; friction is what it has counted to."""
+    """The state counts accepted steps in which the contact carried an impulse; friction is the count."""
     commit = "state(:, 1) = state(:, 1) + merge(1, 0, r(:, 1) > 0)"
     options = 'parameters="mu::0:inf", state="steps:0", commit=commit'
     path = library(tmp_path, "ageing", options, prepare="mu = mu*min(1.0_c_double, state(:, 1)/20)", commit=commit)

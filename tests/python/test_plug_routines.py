@@ -194,7 +194,7 @@ def test_a_body_force(library):
         for _ in range(steps):
             sim.step()
         errors.append(abs(sim.bodies.position[0, 0] - 1))
-        assert not np.any(sim.bodies.force)  # what was given is there again
+        assert not np.any(sim.bodies.force)  # the given forces are restored
         assert abs(sim.energy["closure"]) < 1e-12 * sim.energy["in_play"]
     assert errors[0] < 5e-3 and errors[0] / errors[1] > 3.5
 

@@ -72,7 +72,7 @@ def test_random_pairs_have_the_gaps_of_plain_loops(corners):
 @pytest.mark.parametrize("gap", [0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-7, -1e-3, 1e-3])
 @pytest.mark.parametrize("second", ["polygon", "bar"])
 def test_side_on_side(second, gap):
-    """Rectangles and bars face on face at any angle: two points, at the ends of what they share, and the normal of the sides."""
+    """Rectangles and bars face on face at any angle: two points, at the ends of their overlap, and the normal of the sides."""
     rng = np.random.default_rng(3)
     pairs, ends, normals = [], [], []
     for k in range(60):

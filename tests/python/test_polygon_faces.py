@@ -87,7 +87,7 @@ def test_faces_of_other_formats(tmp_path):
 @pytest.mark.parametrize("scale", [1.0, 2.0**-40, 2.0**40])
 @pytest.mark.parametrize("outline", [L, CROWN, STAR, NOTCHED, L[::-1]])
 def test_triangles_of_a_face(outline, scale):
-    """As many as its corners ask for, turned as it is, whatever its size, place and plane."""
+    """Number by the corners of the face, with its orientation, for any size, place and plane."""
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     for start in range(len(outline)):
         loop = np.roll(np.arange(len(outline)), -start)

@@ -169,7 +169,7 @@ def test_what_the_exact_cut_gives_up_is_cut_nearly():
     assert mass_properties.polyhedra(*zip(*parts)).measure.sum() == pytest.approx(own, rel=0.15)
     rock = cn.Material("rock", density=2000.0)
     assert cn.polyhedra([parts], rock).mass == pytest.approx(2000 * own, rel=0.15)
-    # what can be cut exactly is, and no library is asked
+    # bodies that can be cut exactly need no library
     assert len(decompose.convex_parts(BOX, SIDES, near=0.05)) == 1
     with pytest.raises(ValueError, match="near is 2.0: give a share of the size from 0.01 to 1"):
         cn.pre.convex_parts(vertices, faces, near=2.0)

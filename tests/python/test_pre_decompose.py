@@ -34,7 +34,7 @@ def test_polygons(outline, most, scale, shift):
     a, b = corners - corners[0], np.roll(corners, -1, axis=0) - corners[0]
     area = abs(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])) / 2
     assert mass_properties.polygons(parts).measure.sum() == pytest.approx(area, rel=1e-12 if shift == 0 else 1e-8)
-    cn.Scene(2).add(cn.polygons([parts], ROCK))  # refuses what is not convex
+    cn.Scene(2).add(cn.polygons([parts], ROCK))  # raises for parts that are not convex
     blocks = Blocks(2)
     for p in parts:
         blocks.add(p)

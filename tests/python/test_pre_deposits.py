@@ -33,7 +33,7 @@ def walls(lengths):
 
 
 def carried(pushes):
-    """Whether pushes (m, dim) >= 0 along given directions can balance a weight."""
+    """True if non-negative forces along given directions (m, dim) can balance a weight."""
     dim = pushes.shape[1]
     if np.any(pushes[:, -1] > 1 - 1e-12):
         return True

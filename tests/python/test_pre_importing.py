@@ -39,7 +39,7 @@ def obj_of(path, b, faces=None, name="o stone_{}", unit=1.0):
 
 
 def test_names_of_obj_objects(tmp_path):
-    """Objects, groups where there are none, and relative numbers; blocks that share corners; what is wrong is told by name."""
+    """Objects, groups where there are none, and relative numbers; blocks that share corners; faults are reported by name."""
     b = wall()
     for word in ("o", "g"):
         read, report = importing.read(obj_of(tmp_path / "wall.obj", b, name=word + " stone_{}"))
@@ -146,7 +146,7 @@ def test_trimesh_formats(tmp_path, ending):
     read, report = importing.read(path)
     assert len(read) == report.blocks == report.closed == len(b)
     assert report.volume == pytest.approx(b.properties().measure.sum(), rel=1e-5)
-    assert all(len(f) == 6 for f in read.faces)  # triangles of one plane are one face again
+    assert all(len(f) == 6 for f in read.faces)  # coplanar triangles are merged into a face
     assert "blocks" in str(report)
 
 

@@ -20,7 +20,7 @@ def sound(b, name):
 
 
 def tied(b):
-    """Whether the joints join all blocks into one heap."""
+    """True if the joints connect all blocks."""
     label = np.arange(len(b))
     for i, j in b.joints().blocks:
         label[label == label[i]] = label[j]

@@ -1,4 +1,4 @@
-"""Bad meshes are refused by name, good ones are measured, and what can be mended is."""
+"""Bad meshes are refused by name, good meshes are measured, and faults are repaired where possible."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Ground of prisms below a surface: volumes, neighbours, files, refusals; and what rests on it."""
+"""Ground of prisms below a surface: volumes, neighbours, files, refusals; and bodies at rest on it."""
 
 import cairn as cn
 import numpy as np
@@ -84,7 +84,7 @@ def test_files_that_are_no_surface(tmp_path, ending):
 
 
 def test_needless_triangles_of_a_file_are_left_out(tmp_path):
-    """One without area and one listed twice: told, and what is left carries a ball."""
+    """A triangle without area and a duplicate: a warning, and the remaining surface carries a ball."""
     pytest.importorskip("trimesh")
     path = tmp_path / "ground.obj"
     corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0.5 0 0"]

@@ -33,7 +33,7 @@ def test_groin_vault(courses):
     "vault", [masonry.groin_vault(4, radius=2.0, thickness=0.4, voussoirs=13), masonry.cross_vault(4.0, 3.0, 0.4, 12)]
 )
 def test_vaults_have_no_splinters_and_stand(vault):
-    """What the diagonals cut off a block and is no block of its own stays with the next; mu 0.6 then carries the vault."""
+    """Pieces cut off by the diagonals that are too small for blocks are merged with the next; mu 0.6 then carries the vault."""
     measure = vault.properties().measure[vault.mask("web")]
     assert measure.min() > 0.1 * np.median(measure)
     assert limit_analysis.Assembly(vault, 0.6).stands().status == "optimal"

@@ -1,4 +1,4 @@
-"""Pressure that follows the surface: what it sums to, a tube that is blown up, its work, what is refused."""
+"""Pressure that follows the surface: its resultant, an inflated tube, its work, refusals."""
 
 import cairn as cn
 import numpy as np
@@ -132,7 +132,7 @@ def test_pressure_is_part_of_newtons_method():
 
 @pytest.mark.parametrize("kind", ["triangle", "quad9", *SOLID])
 def test_a_closed_surface_under_pressure_is_at_rest_as_a_whole(kind):
-    """Any body under one pressure all round, in one long step: it shrinks evenly by p (1 - 2 nu) / E, in three passes."""
+    """Any body under uniform pressure all round, in a long step: it shrinks evenly by p (1 - 2 nu) / E, in three passes."""
     dim = 3 if kind in SOLID else 2
     points, cells = box(kind, (2,) * dim, (1.0,) * dim)
     law = cn.SaintVenantKirchhoff(young=1e5, poisson=0.3)

@@ -1,4 +1,4 @@
-"""FCLIB and Siconos files: what was written comes back, in every storage; what is damaged is told."""
+"""FCLIB and Siconos files: written problems are read back, in every storage; damage is reported."""
 
 import os
 import subprocess
@@ -142,7 +142,7 @@ def test_text_comes_back(tmp_path, dense):
     same(p, problems.read(tmp_path / "p.dat"))
 
 
-# M and H of one contact, both 3 x 3: what comes first has the size of a local W
+# M and H of a contact, both 3 x 3: the first matrix has the size of a local W
 GLOBAL = """3
 1
 0
@@ -197,7 +197,7 @@ def sparse_text(matrix, origin):
 
 
 def test_global_text_of_the_size_of_a_local_one(tmp_path):
-    """The first matrix may be M of a global problem as well as W: what follows it tells, and nothing is left over."""
+    """The first matrix may be M of a global problem as well as W: the following lines decide, and none is left over."""
     M, H = np.diag([2.0, 4.0, 8.0]), np.array([[1.0, 1, 0], [0, 1, 0], [0, 0, 2]])
     q, b, sparse_numbers = [-1, 2, 0.5], [0.25, -3, 1], "-1 2 0.5\n0.25 -3 1\n0.7\n"
     texts = [GLOBAL, GLOBAL_BLOCKS, *(f"3\n1\n{sparse_text(M, a)}{sparse_text(H, a)}{sparse_numbers}" for a in (1, 2, 3))]

@@ -80,7 +80,7 @@ def test_what_opens_without_friction_and_slip_is_not_pulled(solver, dim):
     assert p.error(-opens) == 1 and p.error(0 * opens) == 0
     result = p.solve(solver)
     assert result.converged and not result.r.any(), result.hint
-    # two contacts of one body that share a push: one closes, one is opened by it
+    # two contacts of a body that share a push: the first closes, the second is opened by it
     W = np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(dim))
     p = Problem(dim, W, np.concatenate([-opens, opens]), 0.0)
     result = p.solve(solver, tol=1e-7)
@@ -145,7 +145,7 @@ def test_limits_are_a_status():
 
 
 def test_a_step_is_a_problem(tmp_path):
-    """What a simulation writes is what it solved: its own impulses are a solution of it."""
+    """The problem written by a simulation is the one it solved: its own impulses are a solution."""
     from cairn import problems
 
     rock = cairn.Material("rock", density=2000.0)
@@ -263,7 +263,7 @@ def test_auto_leaves_sweeps_that_stand_still():
 
 
 def test_auto_gives_velocities_a_share_of_the_work():
-    """What comes after the tolerance is met is little beside what was before."""
+    """Work after the tolerance is met is small beside that before."""
     p = vault_problem(10)
     whole = p.solve("auto", tol=1e-6)
     assert whole.converged and whole.solver == "ppa_newton"

@@ -19,7 +19,7 @@ def bricks(count, rows=1):
 
 
 def floor(dim, body_of):
-    """What lies on the plane: bricks, or a sheet."""
+    """Bodies on the plane: bricks, or a sheet."""
     if dim == 2:
         points, cells = bricks(26)
         height = 0.08
@@ -99,7 +99,7 @@ def test_steps_are_those_by_the_compliance(dim, body_of):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sweeps_are_the_same_sweeps(dim):
-    """To rounding, and as many of them."""
+    """Results agree to rounding, with equal numbers of sweeps."""
     one, two = (on_a_plane(dim, elastic, solver(1e-4)) for solver in (cn.NLGS, reached))
     for _ in range(5):
         one.step()
@@ -111,7 +111,7 @@ def test_sweeps_are_the_same_sweeps(dim):
 @pytest.mark.parametrize("body_of", [elastic, solid])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_run_that_was_saved_goes_on_to_the_same_bits(tmp_path, dim, body_of):
-    """Grains come to new nodes; what was known of those before is forgotten, or not."""
+    """Grains come to new nodes; compliances of earlier nodes are forgotten, or not."""
     one, two = (on_a_plane(dim, body_of, reached(1e-6), fast=4.0) for _ in range(2))
     for _ in range(8):
         one.step()

@@ -1,4 +1,4 @@
-"""What each contact released, of all laws that release: the balance has the sum of it, and so have acoustic events."""
+"""Released energy of each contact, for all laws that release: the balance has its sum, and so have acoustic events."""
 
 import cairn as cn
 import numpy as np

@@ -1,5 +1,5 @@
-"""Masses, lengths and times rescaled by powers of two: every law of the list, bulk material and conductance gives what it gave,
-rescaled, to every bit or to 1e-12 where roots are taken. A new row without units here fails."""
+"""Masses, lengths and times rescaled by powers of two: every law of the list, bulk material and conductance gives the same
+results, rescaled, to every bit or to 1e-12 where roots are taken. A new row without units here fails."""
 
 import cairn as cn
 import numpy as np

@@ -1,4 +1,4 @@
-"""Rigid bodies made deformable in a run, and back: what passes over, and what is told."""
+"""Rigid bodies made deformable in a run, and back: transferred state, and reports."""
 
 import cairn as cn
 import numpy as np
@@ -33,7 +33,7 @@ def flying(turn=0.7, velocity=(1.0, -2.0, 3.0)):
 
 
 def momentum(sim):
-    """Of rigid bodies and meshes: along x, y, and about the origin."""
+    """Momentum of rigid bodies and meshes: along x, y, and about the origin."""
     out, b = np.zeros(3), sim.bodies
     for m in sim.meshes:
         x, p = m.displacement + m.body.points, (m.body.M @ m.velocity.ravel()).reshape(-1, 2)
@@ -150,12 +150,12 @@ BONDED = 3  # as contacts.status has it
 
 
 def pair():
-    """Two disks that touch, one of them pushed: bonded they move as one."""
+    """Two disks that touch, one of them pushed: bonded they move together."""
     return cn.disks([[0.0, 0.0], [0.5, 0.0]], 0.25, GLUE, velocity=[[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def glued(*sets):
-    """Bodies without weight, a square and a disk of glue at first; what is of glue bonds where it touches as it comes in."""
+    """Bodies without weight, a square and a disk of glue at first; bodies of glue bond at the contacts they are inserted with."""
     scene = cn.Scene(dim=2)
     scene.add(cn.polygons([SQUARE], ROCK, position=[[5.0, 0.0]]), cn.disks([[0.0, 20.0]], 0.25, GLUE), *sets)
     scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
@@ -202,7 +202,7 @@ def test_others_that_come_in_meanwhile_bond_all_the_same(change, begun, tmp_path
 
 
 def test_what_was_not_bonded_is_not_as_it_is_deformed():
-    """Squares of glue that came together: their contact is none of first sight, whatever else comes in."""
+    """Squares of glue that came together: their contact counts as old, whichever bodies are inserted."""
     for more in (False, True):
         sim = glued(
             cn.polygons([SQUARE, SQUARE], GLUE, position=[[0.0, -5.0], [1.01, -5.0]], velocity=[[5.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
@@ -220,8 +220,8 @@ def test_what_was_not_bonded_is_not_as_it_is_deformed():
 
 
 def test_a_criterion_makes_bodies_deformable_where_they_are_struck():
-    """Of two squares that fall, the one that a threshold of force watches deforms as it strikes the ground, and is rigid again as
-    it flies; the other stays as it is."""
+    """Two squares fall: the one watched by a threshold of force becomes deformable as it strikes the ground, and rigid again in
+    flight; the other stays rigid."""
     scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
     scene.add(cn.wall((0, 0), (0, 1), ROCK))
     scene.add(cn.polygons([SQUARE + (0.0, 0.52), SQUARE + (3.0, 0.52)], ROCK, velocity=(0.0, -2.0, 0.0)))
@@ -268,8 +268,8 @@ def test_the_stress_of_what_touches_an_image_is_that_of_where_it_touches(first):
 
 
 def test_criteria_look_before_any_of_them_changes_a_body():
-    """Two that watch one body, and one of the body on it, weigh the same step; what one of them deforms makes no mesh of another
-    rigid again, which all its contacts bear."""
+    """Two criteria on a body, and one on the body above, evaluate the same step; a body that one of them deforms makes no mesh of
+    another rigid again while its contacts bear load."""
     scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
     scene.add(cn.wall((0, 0), (0, 1), ROCK))
     scene.add(cn.polygons([SQUARE + (0.0, 0.5), SQUARE + (3.0, 0.5), SQUARE + (3.0, 1.5)], ROCK))
@@ -334,7 +334,7 @@ def test_what_cannot_be_reshaped_is_told():
 
 
 def test_a_checkpoint_of_what_was_reshaped_goes_on_to_the_same_bits(tmp_path):
-    """The file holds the mesh and what body it was; a simulation that has it already keeps its own."""
+    """The file holds the mesh and its former body; a simulation that has the mesh already keeps its own."""
     first = resting()
     for k in range(60):
         if k == 10:
@@ -438,8 +438,8 @@ def state(sim):
 
 @pytest.mark.parametrize("law", BONDS, ids=lambda law: type(law).__name__)
 def test_what_a_bond_holds_is_not_deformed(law):
-    """It is told by name, the state is as it was, and the flight goes on; once its other is gone it may be deformed, at the same
-    energy."""
+    """The error names the bond, the state is unchanged, and the flight goes on; once its partner is removed the body may be
+    deformed, at the same energy."""
     x = [[0.0, 0.0], [1.01 if isinstance(law, cn.Rod) else 1.0, 0.0]]
     sim = bonded(law, cn.disks(x, 0.5, GLUE, velocity=[[1.0, 0.0, 0.0]] * 2))
     for _ in range(5):

@@ -1,4 +1,4 @@
-"""What passes over as a criterion makes a rigid body deformable, and as one is made so by hand in space, to rounding."""
+"""Momentum is kept to rounding as a criterion makes a rigid body deformable, and as a call does so in space."""
 
 import cairn as cn
 import numpy as np
@@ -10,7 +10,7 @@ SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 
 
 def momentum(sim, dim):
-    """Of rigid bodies and meshes, along the axes and about the origin (dim + 3,)."""
+    """Momentum of rigid bodies and meshes, along the axes and about the origin (dim + 3,)."""
     out = np.zeros(dim + 3)
 
     def add(places, momenta):
@@ -78,7 +78,7 @@ def test_impulses_in_space_pass_over_by_hand(kind):
         assert sim.step()["status"] == "converged"
 
     def all_of():
-        """Momenta, and the impulses that the ground (contactor 0) and the box above (2) give what is between them."""
+        """Momenta, and the impulses of the ground (contactor 0) and the box above (2) on the bodies between them."""
         memory = sim.get_state()["memory"]
         keys, impulses = np.asarray(memory["keys"]), memory["impulses"].reshape(len(memory["keys"]), -1)
         others = [(np.isin(keys[:, 1], k) * 1.0 - np.isin(keys[:, 0], k)) @ impulses for k in (0, 2)]

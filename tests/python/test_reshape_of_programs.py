@@ -32,7 +32,7 @@ def struck(tmp_path_factory):
 
 
 def near(told, wanted, share=1e-12, scale=0.0):
-    """To a share of the largest of them, or of a scale."""
+    """Asserts equality within a share of the largest value, or of a scale."""
     wanted = np.ravel(wanted)
     assert told.shape == wanted.shape
     assert np.abs(told - wanted).max() <= share * max(scale, np.abs(wanted).max())

@@ -1,4 +1,4 @@
-"""A checkpoint of one language restarts in the others, where the scene is the same: C and Fortran call what is called here."""
+"""A checkpoint of one language restarts in the others, where the scene is the same: C and Fortran make the same calls."""
 
 import cairn as cn
 import pytest

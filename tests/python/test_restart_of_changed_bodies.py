@@ -88,7 +88,7 @@ REMOVED += [["add metal", "remove a mesh"], ["remove a mesh", "add metal"], ["re
 @pytest.mark.parametrize("body", [solid, linear])
 @pytest.mark.parametrize("names", REMOVED, ids=", ".join)
 def test_meshes_that_went_and_came_in(names, body, tmp_path):
-    """What the meshes of a file hold goes to these, and not to those that a new simulation has in their places."""
+    """State of meshes in a file goes to the same meshes, not to those with the same index in a new simulation."""
     restarted(changed(made(body), names), tmp_path / "half", lambda: made(body))
 
 
@@ -116,7 +116,7 @@ def test_a_function_of_the_scene_is_that_of_the_body_again(tmp_path):
 
 
 def test_a_function_that_no_file_holds_is_asked_for(tmp_path):
-    """Of a body that came in later, and went with its mesh: the mesh is to be there before the file is read."""
+    """A function of a body inserted later and removed with its mesh: the mesh must exist before the file is read."""
 
     def make(names):
         sim = made()
@@ -189,7 +189,7 @@ def test_bodies_added_before_a_checkpoint_are_made_deformable_after_it(tmp_path)
 
 
 def test_a_body_of_a_file_without_shapes_is_told(tmp_path):
-    """Checkpoints did not say what bodies that came in later are made of: those are read, and what cannot be done is told."""
+    """Older checkpoints lack shapes of bodies inserted later: they are read, and missing operations are reported."""
     from cairn.post import checkpoint
 
     one = made()
@@ -223,7 +223,7 @@ def of_disks():
 
 
 def test_the_solver_that_was_chosen_is_chosen_again(tmp_path):
-    """It is by bodies that came in, those that went since among them, and velocities within the tolerance are by it."""
+    """The choice depends on bodies inserted, also on those removed since, and velocities within the tolerance depend on it."""
     one = of_disks()
     heavy = one.add(cn.disks([[0.1, 1.5]], 1.0, ROCK, density=1e6))
     one.step()

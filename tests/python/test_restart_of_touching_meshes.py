@@ -1,4 +1,4 @@
-"""A mesh that lands on a corner, rocks and slides: a new simulation goes on to the same bits, whatever was touched before."""
+"""A mesh that lands on a corner, rocks and slides: a new simulation goes on to the same bits, for any earlier contacts."""
 
 import cairn as cn
 import numpy as np
@@ -44,13 +44,14 @@ def assert_goes_on(simulation, cuts, steps, folder):
 
 @pytest.mark.parametrize(("angle", "columns"), [(0.05, 12), (0.2, 12), (0.1, 40)])
 def test_a_restart_knows_no_nodes_that_were_touched_before(angle, columns, tmp_path):
-    """Fewer nodes touch at the cuts than did: contacts on few keep what they do to the body, and did not where it had many."""
+    """Fewer nodes touch at the restarts than before. Contacts on few nodes store their compliance, and did not where the body had
+    many."""
     assert_goes_on(lambda: landing(angle, columns), (17, 26, 35, 44), 60, tmp_path)
 
 
 @pytest.mark.parametrize("what", ["HHT", "GeneralisedAlpha", "rigid", "modal", "beta", "stresses"])
 def test_nodes_touch_again_one_after_the_other(what, tmp_path):
-    """What one node does to another is found from the one that came later, where it is no entry of an inverse."""
+    """Compliance between two nodes is found from the later one, where it is no entry of an inverse."""
     integrators = {"HHT": cn.HHT(alpha=-0.1), "GeneralisedAlpha": cn.GeneralisedAlpha(spectral_radius=0.6),
                    "beta": cn.Newmark(beta=0.3025, gamma=0.6), "stresses": cn.HHT(alpha=-0.1)}  # fmt: skip
     more = {"rigid": {"rigid": "grip"}, "modal": {"modal_damping": 0.02},

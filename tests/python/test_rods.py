@@ -61,7 +61,7 @@ def test_voigts_rod_creeps_by_its_retardation_time(kind, dim):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("kind", [cn.Rod, cn.Wire])
 def test_a_brittle_one_has_its_stiffness_its_strength_and_its_energy(kind, dim):
-    """Drawn by what cannot be stopped: N = E A u/L up to the strength; what it stored, S^2 L/(2 E A), is released."""
+    """Elongation by a driven end: N = E A u/L up to the strength; the stored energy, S^2 L/(2 E A), is released."""
     strength = 50.0
     end = strength * GAP / STIFFNESS
     speed, dt = 1e-3, 1e-3 * end / 1e-3

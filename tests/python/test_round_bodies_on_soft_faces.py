@@ -73,8 +73,8 @@ def test_flat_faces_keep_one_point():
 
 
 def end_on_side(turn):
-    """Where a cylinder that is let fall upright on four cells a side is after 40 steps, how far nodes of them moved, in its own
-    axes, and how many contacts it has, in a scene that is turned."""
+    """Position, after 40 steps, of a cylinder let fall upright on a block of four cells a side, displacements of its nodes, both
+    in the axes of a turned scene, number of contacts and least gap."""
     mesh = block(4)
     scene = cn.Scene(3, gravity=tuple(turn @ (0, 0, -10)))
     body = cn.ElasticBody(

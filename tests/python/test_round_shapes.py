@@ -10,7 +10,7 @@ from shape_pairs import CUBE, CUBE_FACES, ROCK, random_polyhedron, random_rotati
 
 
 def quaternion(turn):
-    """Of a rotation matrix whose angle is not pi."""
+    """Quaternion of a rotation matrix whose angle is not pi."""
     w = np.sqrt(max(1 + np.trace(turn), 1e-30)) / 2
     return np.array([w, *(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / (4 * w))])
 
@@ -188,7 +188,7 @@ def settle(bodies, steps, dt=2e-3, mu=0.5, gravity=(0, 0, -9.81), tol=1e-12, gro
 
 
 def test_a_column_of_drums_stands():
-    """Eight drums of different radii: what each joint carries is the weight above, and nothing moves in 2 s."""
+    """Eight drums of different radii: each joint carries the weight above, and nothing moves in 2 s."""
     heights = np.array([0.5, 0.4, 0.6, 0.5, 0.3, 0.5, 0.4, 0.5])
     z = np.cumsum(heights) - heights / 2
     radii = np.array([0.5, 0.45, 0.48, 0.4, 0.42, 0.4, 0.35, 0.35])

@@ -187,14 +187,14 @@ def test_nothing_is_caught_by_an_edge(kind, sunk):
     else:
         body = cn.superquadrics(at, (0.5, 0.3, 0.2), (1, 1) if kind == "ellipsoid" else (0.1, 0.1), ROCK, **moved)
     sim = run(cn.surface(*TABLE, GROUND), body, 300, mu=0.0)
-    # the surface of what is nearly a box rises by 2e-6 of its length over the rim
+    # the surface of a nearly box-shaped body rises by 2e-6 of its length near its edge
     np.testing.assert_allclose(sim.bodies.velocity[0], [-1, 0, 0, 0, 0, 0], atol=1e-5 if kind == "box" else 1e-8)
     assert abs(sim.bodies.position[0, 2] - height) < 1e-8 + sunk
 
 
 @pytest.mark.parametrize("share, falls", [(0.45, False), (0.55, True)])
 def test_a_drum_over_the_edge_of_a_table(share, falls):
-    """It stands while its centre is over the table, the crossings of the rim among its contacts, and falls beyond."""
+    """The drum stands while its centre is over the table, with contacts where its circle crosses the edge, and falls beyond."""
     drum = cn.cylinders([[2 - 0.6 + 1.2 * share, 0.2, 0.2]], 0.6, 0.4, ROCK)
     sim = run(cn.surface(*TABLE, GROUND), drum, 150, mu=0.5)
     assert (sim.bodies.position[0, 2] < 0.195) == falls
@@ -254,8 +254,8 @@ def test_of_any_size_they_lie_as_on_a_plane(size, cell, place, turned, share):
 
 
 def test_flat_faces_have_one_lowest_point_on_turned_floors():
-    """What is nearly a box, flush with a floor of triangles whose normals differ by rounding: one of them has the lowest
-    point, and each corner is on one."""
+    """A nearly box-shaped superquadric flush with a floor of triangles whose normals differ by rounding: a single triangle has
+    the lowest point, and each corner rests on a triangle."""
     rng = np.random.default_rng(10)
     v, f = floor(12)
     for _ in range(5):
@@ -312,7 +312,8 @@ def test_slivers_and_fans(place):
 
 @pytest.mark.parametrize("kind", ["box", "drum"])
 def test_impulses_follow_from_triangle_to_triangle(kind, tmp_path):
-    """What slides over many edges needs one sweep a step after the first, as on a plane; stopped and restarted, the same bits."""
+    """Bodies sliding over many edges need a single sweep in each step after the first, as on a plane; stopped and restarted, the
+    same bits."""
     at = {"velocity": [[2, 0.7, 0, 0, 0, 0]]}
     box, drum = cn.boxes([[-1, -0.5, 0.2]], (0.8, 0.5, 0.4), ROCK, **at), cn.cylinders([[-1, -0.5, 0.2]], 0.4, 0.4, ROCK, **at)
     scene = cn.Scene(3, gravity=(0, 0, -9.81))
@@ -376,7 +377,8 @@ def test_the_gap_has_no_jumps():
 
 @pytest.mark.parametrize("place", [(2.11023, 1.943), (-2.06673, -2.11105), (-2.17683, 1.41341), (2.1, 2.1)])
 def test_over_a_corner_of_a_table_nothing_is_pushed_aside(place):
-    """Of a drum, a plate and a block sunk by 0.005, with their centres beyond the rim or the corner, all contacts look up."""
+    """A drum, a plate and a block, sunk by 0.005 with their centres beyond the edge or the corner, have upward normals at all
+    contacts."""
     at = [[*place, 1.995]]
     drum, plate = (cn.cylinders(np.add(at, [0, 0, h]), r, 2 * h, ROCK) for r, h in ((0.4, 0.35), (0.5, 0.05)))
     for body in (drum, plate, cn.boxes(np.add(at, [0, 0, 0.5]), (0.6, 0.4, 1.0), ROCK)):

@@ -133,7 +133,7 @@ def test_a_cylinder_rolls_down_the_wall_of_a_tube(dt, close):
 
 
 def test_they_rest_in_pipes_and_on_rims():
-    """Ellipsoids and boxes that span the pipe on two points; what is longer than a short pipe lies on its rims."""
+    """Ellipsoids and boxes span the pipe on two points; bodies longer than a short pipe lie on its end circles."""
     still = {"driven": ("vx", "vy", "wx", "wy", "wz")}
     cases = [
         (PIPE, cn.superquadrics([[0, 0, -0.5]], (0.6, 0.1, 0.2), (1, 1), ROCK), 2),

@@ -34,7 +34,7 @@ def test_the_table_chooses_as_the_rules_say(seed=1):
 
 
 def test_forty_thousand_groups():
-    """Of whose 800 million pairs none is written down: they would take minutes."""
+    """None of the 800 million pairs is stored: they would take minutes."""
     n = 40_000
     species = {("stone", f"group {k}"): k for k in range(n)}
     table = cn.Scene(2).law_table(species, [("*", "*", cn.Coulomb(mu=0.3)), ("group 7", f"group {n - 1}", None)])

@@ -1,4 +1,4 @@
-"""How runs are asked for, from Python and from the shell: what is refused, what a signal ends, what is said of it."""
+"""Calls of runs, from Python and from the shell: refusals, ends by signals, messages."""
 
 import contextlib
 import os
@@ -144,7 +144,7 @@ def test_errors_of_cairn_take_a_line_and_those_of_a_script_are_shown(script, tmp
         script.write_text(wrong)
         status, _, err = call(capsys, "run", script)
         assert status == 1 and err.startswith("Traceback") and err.splitlines()[-1].startswith(kind)
-    # what goes wrong inside Cairn without being meant is a defect, and shown as such
+    # an unintended error inside Cairn is a defect, and shown as such
     script.write_text("from cairn import names\nnames.telling(None)\n")
     status, _, err = call(capsys, "run", script)
     assert status == 1 and "in telling" in err and err.splitlines()[-1].startswith("TypeError")

@@ -171,7 +171,7 @@ def test_a_state_that_is_not_the_end_of_the_file_replaces_nothing(tmp_path, ever
     other.restore(tmp_path / "fallen.h5")
     refused(other, path, "is at step 7 .*, where this run did not pass: outputs would be lost")
     done = sim()
-    done.restore(tmp_path / "half.h5")  # which asks for it: what follows is made again
+    done.restore(tmp_path / "half.h5")  # which requires it: later outputs are made again
     done.run(steps=5, output=path, every=every, append=True, progress=False)
     whole = sim()
     whole.run(steps=10, progress=False)
@@ -264,7 +264,7 @@ def test_append_on_the_command_line(tmp_path, capsys):
 
 
 def test_a_run_goes_on_while_it_is_read(tmp_path):
-    """HDF5 gives a file that is open already as it stood then; what is written and read meanwhile is the file itself."""
+    """HDF5 returns an open file in its earlier state; outputs written and read meanwhile are those of the file itself."""
     path = tmp_path / "a.vtkhdf"
     simulation = sim()
     simulation.run(steps=4, output=path, every=2, progress=False)

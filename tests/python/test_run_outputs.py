@@ -1,4 +1,4 @@
-"""What Simulation.run leaves in its file: every array, after a kill at any instant, a signal, a full disk."""
+"""Files of Simulation.run: every array, after a kill at any instant, a signal, a full disk."""
 
 import contextlib
 import errno
@@ -25,7 +25,7 @@ def simulate(dim=2):
 
 
 class Recorded:
-    """A callback that keeps copies of what the file should hold."""
+    """A callback that keeps copies of the expected content of the file."""
 
     def __init__(self, sim, every):
         self.every, self.outputs, self.history = every, [(0, 0.0, *snapshot(sim))], []
@@ -311,7 +311,7 @@ def test_a_run_tells_its_periodic_cell(tmp_path):
 
 
 def test_a_run_without_rights_in_a_home_that_cannot_be_written(tmp_path):
-    """As a user without rights whose home is read-only: the run is made, to the same bits, with nothing beside its files."""
+    """A user without rights whose home is read-only makes the run to the same bits, with no other files."""
     home, out = tmp_path / "home", tmp_path / "out"
     home.mkdir(mode=0o555), out.mkdir(mode=0o777)
     out.chmod(0o777)

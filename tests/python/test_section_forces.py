@@ -1,4 +1,4 @@
-"""What bars and beams bear, against the strength of materials; in run files and pictures."""
+"""Section forces of bars and beams against the strength of materials; in run files and pictures."""
 
 import cairn as cn
 import matplotlib
@@ -90,7 +90,7 @@ def test_rotations_give_what_the_frame_turned_as_a_whole_bears():
 @pytest.mark.parametrize("kinematics", ["small", "corotational", "total_lagrangian"])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_two_bars_share_a_load(dim, kinematics):
-    """Bars at 45 degrees under a load of 10 N: each is pressed by 10/sqrt(2) N, over what it was pulled by before."""
+    """Bars at 45 degrees under a load of 10 N: each gets a compression of 10/sqrt(2) N on top of its initial tension."""
     points = np.zeros((3, dim))
     points[0, 0], points[1, 0], points[2, 1] = -1.0, 1.0, 1.0
     given = {"young": 2e9, "area": 1e-2, "density": 1.0}

@@ -1,4 +1,4 @@
-"""A mesh that touches itself: its arms meet, neighbours do not, and what passes between them is in balance."""
+"""A mesh that touches itself: its arms meet, neighbours do not, and impulses between them are in balance."""
 
 import cairn as cn
 import numpy as np
@@ -45,7 +45,7 @@ def closed(dim=2, self_contact=True, mu=0.0, law=None, body=None, theta=0.5, **m
 
 
 def slot(sim, body):
-    """What is left between the two arms at their tips [m]."""
+    """Gap between the two arms at their tips [m]."""
     y = (sim.meshes[0].displacement + body.points)[:, 1]
     at_end = np.isclose(body.points[:, 0], 1.0)
     return y[at_end & np.isclose(body.points[:, 1], 0.2 + GAP)].min() - y[at_end & np.isclose(body.points[:, 1], 0.2)].max()
@@ -109,7 +109,7 @@ def test_a_body_as_it_was_made_does_not_touch_itself():
 
 
 def test_one_contact_of_a_body_with_itself_takes_one_sweep():
-    """W of such a contact holds what its sides do to each other: its own solution is that of the problem."""
+    """W of such a contact includes the coupling of its sides: its local solution is that of the problem."""
     sim = closed()
     found = []
     for _ in range(150):

@@ -59,7 +59,7 @@ def test_forces_of_a_linear_body_agree(tmp_path):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_stresses_of_a_linear_body_agree(kind, tmp_path):
-    """Those that are shown: in the middles of the cells, in the plane xx yy xy."""
+    """Displayed stresses: in the middles of the cells, in the plane xx yy xy."""
     sim = simulation(kind)
     shadow = sim.shadow("stresses", tol=1e-10, folder=tmp_path)
     for _ in range(3):

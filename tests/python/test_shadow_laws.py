@@ -1,4 +1,4 @@
-"""Shadows of laws that hold bodies together: the law itself, one with another parameter, one from a library, a routine."""
+"""Shadows of cohesive laws: the law itself, with another parameter, from a library, a routine."""
 
 import shutil
 import subprocess

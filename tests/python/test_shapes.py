@@ -1,4 +1,4 @@
-"""Polygons, polyhedra and boxes as sets of bodies: mass and axes, what is shared, what is refused, files."""
+"""Polygons, polyhedra and boxes as sets of bodies: mass and axes, shared hulls, refusals, files."""
 
 import warnings
 
@@ -82,7 +82,7 @@ def test_outlines_that_are_not_convex_are_refused(corners):
 
 
 def test_planes_that_hardly_differ_are_one_face_to_both():
-    """Corners of a roof so flat that the tolerance of planes lies between what one and what the other half of it sees."""
+    """Corners of a roof so flat that the tolerance of planes lies between the heights seen from its two halves."""
     for height in np.geomspace(1e-9, 1e-5, 60):
         vertices = np.vstack([CUBE, [0.3, 0.1, 0.5 + height]])
         faces = [*(f for f in CUBE_FACES if f != [4, 5, 7, 6]), [4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]
@@ -139,7 +139,8 @@ def test_scene_file_and_checkpoint_keep_shapes(tmp_path):
 
 
 def test_what_detection_remembers_changes_no_bit(tmp_path):
-    """A falling heap of stones: one run, one stopped and restarted every few steps, which remembers nothing, and two threads."""
+    """A falling heap of stones: a whole run, a run restarted every few steps, without remembered features, and a run with two
+    threads."""
     rng = np.random.default_rng(3)
     place = np.array([[x, y, z] for z in range(5) for y in range(3) for x in range(3)]) * 1.5 + rng.uniform(-0.2, 0.2, (45, 3))
     stones = [random_polyhedron(rng) for _ in place]

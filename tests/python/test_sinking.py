@@ -1,4 +1,5 @@
-"""What rests stays where it is, whatever method moves it: histories know no contact, impulses undo what they would move."""
+"""Bodies at rest stay in place under every integrator: histories ignore contacts, and impulses cancel the motion they would
+cause."""
 
 import cairn as cn
 import numpy as np

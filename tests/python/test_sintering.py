@@ -32,8 +32,8 @@ def compact(dim, pull, law=None, dose=0.5):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_compact_that_was_pressed_is_as_strong_as_its_bonds(dim):
-    """Before, grains are loose; half the time of pressing makes a bond of each contact that was pressed; columns
-    then bear what bonds bear that were there from the start."""
+    """Before, grains are loose; half the time of pressing makes a bond of each contact that was pressed; columns then have the
+    strength of initial bonds."""
     made = cn.MohrCoulomb(tension=1e5, cohesion=3e5, friction=0.5, mu=0.4)
     for share, holds in ((0.97, True), (1.03, False)):
         ends = []

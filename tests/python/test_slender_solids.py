@@ -103,7 +103,7 @@ def test_what_rounding_hides_is_told():
 
 
 def test_lumps_that_fall_restart_to_the_same_bits(tmp_path):
-    """What passes came to in earlier steps goes on with a restart: there they are made, and not made after they failed."""
+    """The history of passes continues with a restart: passes are made, or skipped after they failed, as before."""
     material = cn.Material("stone", density=2000.0)
     scene = cn.Scene(dim=2, gravity=(0.0, -GRAVITY))
     floor = np.column_stack([0.1 * np.arange(-10, 30), np.full(40, -RADIUS)])

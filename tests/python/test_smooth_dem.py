@@ -1,4 +1,4 @@
-"""SmoothDEM as a strategy: bits do not depend on list, threads or restart; what it refuses; what it keeps of a run."""
+"""SmoothDEM as a strategy: bits do not depend on list, threads or restart; refusals; state kept in a run."""
 
 import cairn as cn
 import numpy as np
@@ -193,7 +193,7 @@ def test_the_fast_way_of_spheres_is_the_general_one():
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_energy_closes_with_the_step(dim):
-    """What is left of the balance falls with the step, and faster while nothing dissipates."""
+    """The residual of the balance falls with the step, and faster without dissipation."""
     closures = []
     for dt in (2e-5, 1e-5):
         sim = heap(dim, count=4, dt=dt, law=cn.HertzMindlin(young=1e7), speed=1.0)
@@ -214,8 +214,8 @@ def test_energy_closes_with_the_step(dim):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("later", [0, 3])
 def test_energy_closes_from_the_first_step_on(dim, later):
-    """Of a grain that comes in pressed on a wall, moving: its motion and its spring are there before the first step of the
-    balance, also when that is asked for later. A twentieth of what is in play changes form in a step."""
+    """A moving grain inserted in compression on a wall: its kinetic energy and its spring count before the first step of the
+    balance, also when this is requested later. A twentieth of the energy in play changes form in a step."""
     up = np.eye(dim)[-1]
     scene = cn.Scene(dim)
     scene.add((cn.disks if dim == 2 else cn.spheres)([0.0049 * up], 0.005, ROCK, velocity=-0.1 * up), cn.wall(0 * up, up, ROCK))
@@ -247,7 +247,7 @@ def test_orientation_follows_the_spin():
 
 
 def test_a_driven_wall_feels_the_weight():
-    """A box of grains comes to rest; the floor carries what lies on it, and its drive gives that impulse."""
+    """A box of grains comes to rest; the floor carries their weight, and its drive gives that impulse."""
     scene = cn.Scene(3, gravity=(0, 0, -9.81))
     scene.add(cn.spheres([[0, 0, 0.005 - 1e-6]], 0.005, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
     scene.interact(ROCK, ROCK, cn.LinearSpring(stiffness=1e4, restitution=0.1))
@@ -264,8 +264,8 @@ def test_a_driven_wall_feels_the_weight():
 @pytest.mark.parametrize("share", [0.1, 0.4])
 @pytest.mark.parametrize("restitution", [0.05, 0.5])
 def test_overlap_at_rest_by_the_step(share, restitution):
-    """Damping of the end of the step sees the contact's own force alone, see docs/smooth_dem.md: what rests lies deeper by the
-    share h c/(2 m) = zeta omega h, m the effective mass of each contact, and bears its weight all the same."""
+    """Damping at the end of the step sees the contact's own force alone, see docs/smooth_dem.md: overlaps at rest are larger by
+    the share h c/(2 m) = zeta omega h, m the effective mass of each contact, and forces still carry the weight."""
     radius, stiffness, count = 0.005, 1e4, 3
     grain = cn.Material("grain", density=2500.0)
     scene = cn.Scene(3, gravity=(0, 0, -9.81))

@@ -77,7 +77,7 @@ def heap(integrator, dim=3, dt=2e-5):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_heap_falls_as_by_velocity_verlet(dim):
-    """To the order of the collisions: half of the step brings the two methods nearer, and the balance closes better."""
+    """Agreement to the order of collisions: with half of the step both methods are closer, and the balance closes better."""
     apart, closure = [], []
     for dt in (2e-5, 1e-5):
         ends = []
@@ -121,7 +121,7 @@ def test_threads_and_the_skin_leave_every_bit():
 
 
 def test_driven_bodies_and_drag():
-    """A driven wall takes its way and gives its impulse; what is dragged falls at g/c."""
+    """A driven wall follows its motion and gives its impulse; bodies under drag fall at g/c."""
     scene = cn.Scene(2, gravity=(0, -10.0))
     scene.add(
         cn.disks([[0, 5.0]], 0.1, ROCK, damping=20.0), cn.disks([[3, 0]], 0.1, ROCK, driven=("vx", "vy", "w"), drive=(0.5, 0, 1))

@@ -1,5 +1,5 @@
-"""What integrators dissipate in solids whose stresses are not linear: by integrals of the stresses along the way of each step,
-which know no energy, through flight and contact, in steps that Newton's method closes and in others; and by their order."""
+"""Dissipation of integrators in solids of nonlinear stresses: by integrals of the stresses along the path of each step, without
+energies, through flight and contact, in steps that Newton's method closes and in others; and by their order."""
 
 import cairn as cn
 import numpy as np
@@ -14,7 +14,7 @@ HISTORY = ("acceleration", "jerk", "snap", "crackle")
 
 
 class Watched:
-    """What a step of a mesh takes, from its places, velocities and the law of its stresses."""
+    """Dissipation of the steps of a mesh, from its positions, velocities and the law of its stresses."""
 
     def __init__(self, sim, integrator):
         self.sim, self.h, self.integrator = sim, sim.dt, integrator
@@ -34,7 +34,7 @@ class Watched:
         return dict(self.sim.info["energy"])
 
     def taken(self, begin, end):
-        """By the integrator; and what the balance of the nodes leaves, times the middle of both velocities."""
+        """Dissipation of the integrator; and the residual of the balance of nodes times the mean of both velocities."""
         (q0, v0, history), (q1, v1, _), h = begin, end, self.h
         s = self.integrator.scheme(h)
         known = sum((s["velocity"][k] * a for k, a in enumerate(history)), 0 * v0)
@@ -85,13 +85,13 @@ def test_it_is_the_integral_along_the_way(integrator, material):
         if integrator != cn.DiscreteGradient():
             near(terms["closure"] - before["closure"], left, terms["in_play"], 1e-13)
         most = max(most, abs(taken) / terms["in_play"])
-    least = 3e-12 if integrator.row == "gear" else 1e-8  # far above what is compared
+    least = 3e-12 if integrator.row == "gear" else 1e-8  # far above the compared differences
     assert most > least or (most == 0 and integrator == cn.DiscreteGradient())
 
 
 @pytest.mark.parametrize("integrator", [cn.Theta(), cn.Theta(theta=1.0), *IMPLICIT], ids=repr)
 def test_what_newtons_method_leaves_is_closure_and_no_dissipation(integrator):
-    """One pass of it a step: what is left of the balance works what closure tells, and the integrator takes as much as ever."""
+    """A single Newton pass in each step: the work of the residual equals the closure, and the integrator dissipates as before."""
     watched = flying(integrator, 2e-2)
     passes = {"integrator": integrator, "newton_tol": 1e-13, "newton_passes": 1}
     watched.sim.strategy = cn.NSCD(**passes)
@@ -109,7 +109,7 @@ def test_what_newtons_method_leaves_is_closure_and_no_dissipation(integrator):
 
 
 def test_closure_is_as_large_as_newtons_method_leaves_it():
-    """It falls with the error that a step ends with; stresses by energy leave the integrator nothing."""
+    """Closure falls with the final error of a step; energy-conserving stresses make the integrator's dissipation zero."""
     for integrator in (cn.Theta(), cn.HHT(alpha=-0.1), cn.DiscreteGradient()):
         left = []
         for tol in (1e-4, 1e-6, 1e-12):
@@ -171,7 +171,7 @@ def test_what_drives_works_what_it_is_told_to(integrator):
         (q1, v1, _), terms = watched.state(), watched.terms()
         s = integrator.scheme(5e-3)
         known = sum((s["velocity"][k] * a for k, a in enumerate(history)), 0 * v0)
-        jump = np.zeros_like(v0)  # what is driven moves by impulses, which act for the whole step
+        jump = np.zeros_like(v0)  # driven nodes move by impulses, which act for the whole step
         jump[held] = (v1 - v0)[held]
         free = np.setdiff1d(np.arange(len(jump)), held)
         jump[free] = -np.linalg.solve(watched.mass[np.ix_(free, free)], (watched.mass @ jump)[free])
@@ -214,7 +214,7 @@ def test_it_falls_by_the_order_of_the_method(integrator, order):
      cn.Theta(), 2),
 ], ids=repr)  # fmt: skip
 def test_it_falls_where_the_material_dissipates_as_well(material, options, integrator, order):
-    """Each is its own: that of the material goes to what it takes, that of the integrator to nothing."""
+    """Both terms are separate: that of the material converges to its dissipation, that of the integrator to zero."""
     own, by_material = [], []
     for n in (1, 2, 4, 8):
         sim = thrown(2, material, integrator, 2e-3 / n, **options)
@@ -231,8 +231,8 @@ def test_it_falls_where_the_material_dissipates_as_well(material, options, integ
 
 @pytest.mark.parametrize("integrator", [cn.Theta(), cn.HHT(alpha=-0.1), cn.DiscreteGradient()], ids=repr)
 def test_what_is_left_where_nodes_are_bound_is_no_work_from_outside(integrator):
-    """A bar with a rigid end turns freely, and strikes a wall: forces that bind its nodes work nothing, and what one pass of
-    Newton's method leaves of their balance is closure as elsewhere."""
+    """A bar with a rigid end turns freely, and strikes a wall: forces that bind its nodes do no work, and the residual after a
+    single Newton pass is closure as elsewhere."""
     points, cells = box("quad", (4, 2), (2.0, 0.5))
     groups = {"end": np.flatnonzero(points[:, 0] > 1.4)}
     x, rock = points - points.mean(axis=0), cn.Material("rock", density=2500.0)

@@ -201,7 +201,7 @@ def test_the_balance_closes_through_contact_and_restart_keeps_bits(integrator, t
 
 @pytest.mark.parametrize("integrator", [cn.HHT(alpha=-0.1), cn.Gear(values=5)], ids=repr)
 def test_plastic_states_stay_with_the_step(integrator, tmp_path):
-    """Of a metal that strikes a wall: its dissipation is its own term, the balance closes, a restart goes on to the same bits."""
+    """A metal that strikes a wall: its dissipation is a separate term, the balance closes, a restart goes on to the same bits."""
     metal = cn.FiniteJ2(young=2e5, poisson=0.3, yield_stress=300.0, isotropic=1e3)
     dt = 2.0**-10 if integrator in IMPLICIT else 2.0**-13
     sim, again = (thrown(2, metal, integrator, dt, wall=True, lumped=integrator in EXPLICIT) for _ in range(2))
@@ -264,7 +264,7 @@ def test_a_step_that_fails_leaves_the_state_as_it_was(integrator):
 
 
 def upset(integrator):
-    """A light block between a floor and a plate that comes down: what contacts hold is large for its mass."""
+    """A light block between a floor and a plate that comes down: contact forces are large for its mass."""
     points, cells = box("quad", (4, 4), (1.0, 1.0))
     groups = {"top": np.flatnonzero(points[:, 1] == 1), "bottom": np.flatnonzero(points[:, 1] == 0)}
     body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e3, poisson=0.3), density=1e-3, groups=groups)

@@ -1,4 +1,4 @@
-"""Bodies of materials of solids in scenes: Newton's method round the contact solver, plastic work, restart, what goes wrong."""
+"""Bodies of materials of solids in scenes: Newton's method round the contact solver, plastic work, restart, failures."""
 
 import cairn as cn
 import numpy as np
@@ -105,7 +105,7 @@ def test_kelvin_and_voigts_body_is_rayleigh_damping():
 
 
 def test_plastic_work_and_restart(tmp_path):
-    """A block thrown at a plane keeps its dents; what it dissipated is told; a restart goes on to the same bits."""
+    """A block thrown at a plane keeps its dents; its dissipation is reported; a restart goes on to the same bits."""
     steel = J2Plasticity(young=2e6, poisson=0.3, yield_stress=3e4, isotropic=2e4)
     ways = []
     for stop in (False, True):
@@ -199,7 +199,8 @@ def test_a_material_that_softens_to_nothing_is_told(kind):
 
 @pytest.mark.parametrize("kind", [cn.J2Plasticity, cn.FiniteJ2])
 def test_what_softened_to_nothing_has_a_fault_and_a_remedy_of_its_own(kind):
-    """By the kernel's status, by a body alone, and by a step, which says what helps; a hardening metal bears the same."""
+    """Reported by the kernel's status, by a single body, and by a step with its remedy; a hardening metal carries the same
+    strain."""
     points, cells = box("quad", (1, 1), (1.0, 1.0))
     law = {"young": 1e6, "poisson": 0.3, "yield_stress": 1e3}
     u = 0.3 * points[:, [1, 0]] * [1.0, 0.0]

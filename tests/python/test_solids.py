@@ -43,7 +43,7 @@ def options(dim, kind):
 
 @pytest.mark.parametrize("kind, remedy", [("triangle", r"give quad or triangle6"), ("tetra", r"give hexahedron or tetra10")])
 def test_mean_dilatation_is_refused_where_it_changes_nothing(kind, remedy):
-    """Of cells of one dilatation, alone or among others."""
+    """Refused for cells of constant dilatation, alone or among others."""
     dim = 2 if kind == "triangle" else 3
     points, cells = box(kind, (1,) * dim, (1.0,) * dim)
     beside, others = box("quad" if dim == 2 else "hexahedron", (1,) * dim, (1.0,) * dim, lambda x: x + 1.0)

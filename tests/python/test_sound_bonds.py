@@ -1,4 +1,4 @@
-"""Bonds that are stiff in a step hold what is below their strength and break above, whatever a solver leaves to velocities."""
+"""Bonds that are stiff in a step hold below their strength and break above, for any residual velocities of the solver."""
 
 import cairn as cn
 import numpy as np
@@ -9,7 +9,7 @@ R, G, COUNT, STEP = 0.05, 9.81, 8, 1e-3
 
 
 def zone(law, stiffness, stress):
-    """Of 1 micrometre to the opening at which it is broken."""
+    """A zone that is broken at an opening of 1 micrometre."""
     both = dict(normal_stiffness=stiffness, tangential_stiffness=stiffness, within=1e-6)
     work = 1e-6 * stress
     two = dict(normal_strength=stress, tangential_strength=stress, normal_work=work, tangential_work=work)
@@ -73,7 +73,8 @@ def test_a_row_falls_above_its_strength(law, stiffness, speed):
 @pytest.mark.parametrize("law", ["MAL", "MAC", "PlasticEXPO"])
 @pytest.mark.parametrize("stiffness", [1e12, 1e16, 1e24])
 def test_a_wall_that_moves_stays_sound(law, stiffness):
-    """Each bond bears a hundredth of its strength, and what a tolerance leaves at 10 m/s is a hundred times an opening."""
+    """Each bond carries a hundredth of its strength, and the residual displacement by the tolerance at 10 m/s is a hundred times
+    an opening."""
     side = 10
     rows = np.repeat(np.arange(side), side)
     places = np.column_stack([2 * R * np.tile(np.arange(side), side) + R * (rows % 2), np.sqrt(3) * R * rows])

@@ -71,7 +71,7 @@ def simulation(body, dt, integrator=None, fixed=None, velocity=None, **more):
 
 
 def true_limit(body, free, damping=None):
-    """Of all modes, by dense eigenvalues."""
+    """Stable step over all modes, by dense eigenvalues."""
     k, m = body.K.toarray()[np.ix_(free, free)], body.M.toarray()[np.ix_(free, free)]
     square, shape = linalg.eigh(k, m)
     omega = np.sqrt(square[-1])
@@ -102,7 +102,7 @@ def test_it_is_stable_at_its_step_and_refused_beyond_the_limit(dim, kind):
     for _ in range(400):
         sim.step()
     assert np.sum(sim.nodes.mass[:, None] * sim.nodes.velocity**2) / 2 < 10 * first
-    # what elements are not sure of, factors tell
+    # where bounds of elements are inconclusive, a factorisation decides
     sim = simulation(body, 0.999 * limit, velocity=speed)
     sim.step()
     for beyond in (1.002, 2.0):

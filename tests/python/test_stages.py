@@ -1,4 +1,4 @@
-"""A step made stage by stage: the bits of step(), what may be read and written between stages, and what is refused."""
+"""A step made stage by stage: the bits of step(), reading and writing between stages, and refusals."""
 
 import re
 from pathlib import Path
@@ -62,7 +62,7 @@ def test_a_step_by_hand_has_the_bits_of_step(name):
 
 
 def test_strategies_that_are_rows_alone_have_their_stages():
-    """As a row that Python has no class for, under a force of time: the steps of the class, whole and by hand."""
+    """A row without a class in Python, under a force of time: the steps of the class, whole and by hand."""
     rows = {row[0]: row for row in _core.strategies()}
     row = strategies._listed_class(*rows["granular_element"])
     assert row().stages and row(theta=0.7).end_share == 0.7 and not row().explicit

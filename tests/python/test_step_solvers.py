@@ -1,4 +1,4 @@
-"""Any solver of problems in a simulation, and `Auto`: towers with the heaviest on top, boxes, walls, what is refused."""
+"""Any solver of problems in a simulation, and `Auto`: towers with the heaviest body on top, boxes, walls, refusals."""
 
 import warnings
 
@@ -92,7 +92,8 @@ def test_from_nothing_a_panel_that_sticks_is_solved_by_newton():
 
 
 def test_a_wall_from_nothing_has_small_impulses_and_keeps_them():
-    """As Newton's method alone has them: those of some ten sweeps are a quarter larger, and every later step sweeps on."""
+    """Impulses are those of Newton's method alone; some ten sweeps would make them a quarter larger, and every later step would
+    sweep on."""
     size, later = [], []
     for solver in (cn.Auto(tol=1e-5), cn.PPANewton(tol=1e-5)):
         scene = cn.Scene(dim=2, gravity=(1.0, -9.81))
@@ -108,7 +109,7 @@ def test_a_wall_from_nothing_has_small_impulses_and_keeps_them():
 
 
 def test_sweeps_alone_do_not_carry_it():
-    """What the test above sees: NLGS reports the same error for a tower that sinks."""
+    """Sensitivity of the test above: NLGS reports the same error for a tower that sinks."""
     sim, weights = tower("spheres", 100, 1e6, cn.NLGS(tol=1e-6, max_iter=5000))
     sim.step()
     assert np.abs(reactions(sim, 100) / weights - 1).max() > 0.5
@@ -155,7 +156,7 @@ def test_light_comes_near_heavy_without_friction(dim, law):
 
 @pytest.mark.parametrize("solver", ["Default", "Auto", "NLGS", "PPANewton", "ADMM", "AcceleratedGradient"])
 def test_disks_without_friction_under_a_heavy_one(solver):
-    """They are not thrown about, and no step says converged above its tolerance."""
+    """The disks are not ejected, and no step is called converged above its tolerance."""
     solver = strategies.SOLVERS[solver](tol=1e-6, max_iter=3000)
     lead = cn.Material("lead", density=1e6)
     rng = np.random.default_rng(2)
@@ -387,7 +388,7 @@ def test_newtons_method_begins_anew_in_the_plane_where_it_fails_from_what_sweeps
 
 
 def test_the_last_chance_of_auto_in_the_plane_is_the_whole_of_newtons_method():
-    """Sweeps are at their limit, and grains that fly about do not stick: what else there is would be a failure."""
+    """Sweeps are at their limit, and scattered grains do not stick: any other fallback would fail."""
     rock, at = cn.Material("rock", density=1000.0), np.stack(np.meshgrid(range(30), range(20), indexing="ij"), -1).reshape(-1, 2)
     speeds = np.hstack([4 * np.random.default_rng(3).normal(size=at.shape), np.zeros((len(at), 1))])
     scene = cn.Scene(2, gravity=(0, -10.0))
@@ -418,7 +419,7 @@ def test_an_impact_is_made_once(law, solver):
 
 @pytest.mark.parametrize("held", ["wall", ("vx",), ("vx", "w")], ids=str)
 def test_a_guided_heavy_lid_is_heavy(held):
-    """A lid that moves along one axis alone, 4055 times as heavy as what bears it, sank by 1.5 radii in steps that converged."""
+    """Regression: a lid guided along an axis, 4055 times as heavy as its support, sank by 1.5 radii in converged steps."""
     steel, mass, radius = cn.Material("steel", density=7850.0), 100.0, 1e-3
     scene = cn.Scene(2)
     places = np.array([(i, j) for j in range(6) for i in range(12)], float) * 2 * radius + radius
@@ -461,7 +462,7 @@ def test_a_disk_between_walls_that_close_is_no_step_that_converged(solver, both)
 
 
 def test_what_jams_between_held_walls_has_converged():
-    """The same without a drive, and a high column: large impulses, and nothing that closes."""
+    """Jam without a drive, in a high column: large impulses, and no closing contact."""
     scene = cn.Scene(2, gravity=(0, -9.81))
     scene.add(cn.disks([[0, 0.1 + 0.2 * k] for k in range(400)], 0.1, ROCK))
     scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((-0.1, 0), (1, 0), ROCK), cn.wall((0.1, 0), (-1, 0), ROCK))

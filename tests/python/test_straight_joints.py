@@ -1,7 +1,7 @@
-"""Bars and ropes in one line with what they hold: along it they hold, across it they know only how far they stretch.
+"""Bars and ropes collinear with their loads: along the line they constrain, across it they have only a second-order elongation.
 
-What making good their length would ask of the velocity across grows without end as the line gets straight, and threw weights
-away at 1e19 m/s in steps that converged. They stay within what a step falls.
+The transverse velocity that would correct their length diverges as the line gets straight, and threw weights away at 1e19 m/s in
+converged steps. Weights now stay within the fall of a step.
 """
 
 import cairn as cn

@@ -1,4 +1,4 @@
-"""Stress across the plane of bodies in 2D: what run files hold of it, and von Mises stresses of pictures, that need it."""
+"""Out-of-plane stress of bodies in 2D: in run files, and in von Mises stresses of pictures, which need it."""
 
 import cairn as cn
 import numpy as np

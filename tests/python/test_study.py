@@ -77,7 +77,7 @@ def test_interval_is_students():
 
 
 def test_intervals_hold_as_often_as_they_say():
-    """Of many made-up sets of 8 paired runs, 95% of the intervals hold the true difference."""
+    """Intervals of many synthetic sets of 8 paired runs: 95% of them contain the true difference."""
     rng, held, above = np.random.default_rng(3), 0, 0
     for _ in range(2000):
         reference = 5 + 0.1 * rng.standard_normal(8)
@@ -220,7 +220,7 @@ def test_several_targets_must_all_be_served():
 
 
 def test_margin_for_scenes_that_were_not_studied():
-    """One scene: a factor of three. Several: made-up families, of which one more scene stays within what was recommended."""
+    """One scene: a factor of three. Several: synthetic families, of which a further scene stays within the recommendation."""
     errors = {("NLGS", t): t for t in (1e-1, 1e-2, 1e-3)}
     assert recommend(made_up(errors), 2e-2, "f", here=True).setting.tol == 1e-2
     assert recommend(made_up(errors), 2e-2, "f").setting.tol == 1e-3  # 3 * 1.2e-2 is too much
@@ -259,7 +259,7 @@ def test_errors_of_one_step_have_no_units():
 
 
 def task_of(pile, folder, kind, **setting):
-    """The first task of a kind of a study of the pile, with what its setting is changed to."""
+    """The first task of a kind of a study of the pile, with changes to its setting."""
     plan = study.study._planned(pile, folder, [], None, None, SWEEP, {"states": 2, "prepare": 0.05})[2]
     (folder / "states").mkdir(parents=True, exist_ok=True)
     task = next(task for task in plan.tasks() if task["kind"] == kind)
@@ -351,7 +351,7 @@ def test_small_study_goes_from_end_to_end(pile, tmp_path, capsys):
 
 
 def test_study_that_was_cut_goes_on(pile, tmp_path):
-    """Ctrl-C in the middle, half a row at the end: the next call does the rest, and finds what one call would have found."""
+    """Ctrl-C in the middle, half a row at the end: the next call does the rest, and gives the same results as a single call."""
     folder = tmp_path / "cut"
     arguments = [sys.executable, "-m", "cairn.cli", "study", pile, "-o", folder, "-j", "1", "--tolerances", "1e-1", "1e-3",
                  "--solvers", "NLGS", "--warm-start", "on", "--states", "2", "--figure", "top"]
@@ -494,7 +494,7 @@ def figure_tip(sim):
 
 
 def test_a_study_sweeps_networks_and_their_coupling(tmp_path):
-    """A bar whose end is heated: mechanics that sees the heat of the step before lags by what it grows in one."""
+    """A bar whose end is heated: mechanics with the temperatures of the last step lags by the growth in a step."""
     path = tmp_path / "bar.py"
     path.write_text(HOT)
     sweep = {

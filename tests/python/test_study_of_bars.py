@@ -78,7 +78,8 @@ def test_what_is_guided_is_free(tmp_path):
 
 
 def test_a_study_sweeps_meshes(tmp_path):
-    """The bar by two meshes, held against a finer one: coarse ones err more, each is a curve, and the words to type name one."""
+    """The bar on two meshes, compared with a finer mesh: coarser meshes err more, each mesh is a curve, and the recommended
+    command names the mesh."""
     path = tmp_path / "bar.py"
     path.write_text(BAR.replace("def build(cells=10):", "def build(mesh=10):\n    cells = mesh"))
     sweep = {

@@ -127,7 +127,7 @@ def test_least_gap_is_that_of_all_triangles(kind):
 
 
 def test_depths_are_those_between_solids():
-    """Of stones a little inside a cube of triangles: the depth Coal finds between the solids, or a shorter way out."""
+    """Stones a little inside a cube of triangles: the penetration depth by Coal between the solids, or a shorter way out."""
     pytest.importorskip("coal")
     rng = np.random.default_rng(4)
     cube = (CUBE * 4, triangles(CUBE_FACES))

@@ -116,7 +116,7 @@ def hopper(**options):
 
 
 def test_a_hopper_holds_its_spheres(tmp_path):
-    """What it gives is what they gain beside gravity; from a file, to the bit the same; one that rises lifts them."""
+    """Impulses of the hopper equal the momentum gained beside gravity; the same bits from a file; a rising hopper lifts them."""
     scene = hopper()
     scene.save(tmp_path / "hopper.h5")
     dt, solver = 5e-3, cn.NLGS(tol=1e-6)

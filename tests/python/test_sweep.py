@@ -39,7 +39,7 @@ def test_a_grid_runs_once_and_goes_on_after_what_failed(study, capsys):
     assert all(float(r["slope"]) == 2 * float(r["mu"]) for r in found if r["mu"] != "0.3")
     study.with_name("mended").touch()
     assert cli.main(["sweep", str(study), "-j", "1", "-q"]) == 0
-    assert len(study.with_name("calls").read_text().split()) == 6 + 2  # only what had failed is run again
+    assert len(study.with_name("calls").read_text().split()) == 6 + 2  # only failed points are run again
     assert len(rows(table)) == 6 and not any(r["failed"] for r in rows(table))
     study.with_name("heap.py").write_text(SCRIPT.replace("2 *", "3 *"))  # another script: its results are others
     assert cli.main(["sweep", str(study), "-j", "1", "-q"]) == 0

@@ -300,8 +300,8 @@ def test_heat_of_a_collision(strategy):
 
 @pytest.mark.parametrize("dt", [1e-3, 0.02])
 def test_heat_of_events_and_of_what_rests(dt):
-    """A disk is dropped and slides to rest, by flight and steps of NSCD: what it had of energy is heat, and while it flies it
-    cools as it does at rest."""
+    """A disk is dropped and slides to rest, by flight and steps of NSCD: its energy becomes heat, and it cools in flight as at
+    rest."""
     scene = cn.Scene(2, gravity=(0, -9.81))
     scene.add(cn.disks([[0, 0.15]], 0.1, METAL, velocity=[[2.0, 0, 0]], driven=["w"]), cn.wall((0, 0), (0, 1), METAL))
     scene.interact("*", "*", cn.Restitution(normal=0.5, mu=0.3))
@@ -318,7 +318,7 @@ def test_heat_of_events_and_of_what_rests(dt):
 
 
 def test_bodies_cool_in_flight():
-    """By events, too, time passes for temperatures while nothing touches."""
+    """Temperatures evolve in flight under event-driven dynamics as well."""
     temperatures = []
     for strategy in (cn.NSCD(), cn.EventDriven()):
         scene = cn.Scene(2, gravity=(0, -9.81))

@@ -162,7 +162,7 @@ def test_two_half_spaces_that_touch():
 
 
 def pair(**thermal):
-    """A sphere on a held one, pressed by 10 N, and one far away."""
+    """A sphere on a held sphere, pressed by 10 N, and a third far away."""
     scene = cn.Scene(3)
     scene.add(cn.spheres([[0, 0, 0]], R, STEEL, group="below").with_(driven=HELD))
     scene.add(cn.spheres([[0, 0, 2 * R]], R, STEEL, group="above", force=(0, 0, -10.0)).with_(driven=HELD[:2] + HELD[3:]))
@@ -187,7 +187,7 @@ def test_contacts_that_conduct_nothing_or_all():
 
 
 def test_ratios_of_a_million_millions():
-    """Three branches of 1e-6, 1 and 1e6 W/K between held ends: what flows is that of the weakest."""
+    """Three branches of 1e-6, 1 and 1e6 W/K between held ends: the flow is that of the weakest."""
     wires = [(0, 1, 1e6), (1, 2, 1e-6), (2, 3, 1.0)]
     held = [(np.array([0]), 400.0), (np.array([3]), 300.0)]
     scene = chain(4, 1.0, np.full(4, 300.0), wires=wires, steady=True, temperature=held)
@@ -202,7 +202,7 @@ def test_ratios_of_a_million_millions():
 def test_a_steady_grain_that_nothing_reaches_is_told():
     sim = march(pair(initial=START, steady=True, temperature={"below": 400.0}, friction="none"), 1e-3, 1)
     assert sim.info["thermal"]["floating"] == 1
-    assert sim.bodies.temperature == pytest.approx([400.0, 400.0, 350.0], rel=1e-12)  # it keeps what it had
+    assert sim.bodies.temperature == pytest.approx([400.0, 400.0, 350.0], rel=1e-12)  # it keeps its temperature
 
 
 def test_power_into_a_steady_grain_that_nothing_reaches_has_nowhere_to_go():
@@ -222,7 +222,7 @@ def test_one_grain_alone_and_a_scene_without_contacts():
 
 
 def test_perfect_conductors_carry_what_their_ends_lack():
-    """A grain with a power between two that it is joined to, of which one is held: all go at that one's temperature."""
+    """A heated grain joined by perfect conductors, through another grain, to a held one: all three take the held temperature."""
     wires = [(0, 1, np.inf), (1, 2, np.inf), (2, 3, 1e-3)]
     scene = chain(4, 1.0, np.array([400.0, 300.0, 350.0, 330.0]), wires=wires, temperature=[(np.array([0]), 400.0)],
                   power=[(np.array([2]), 0.5)], theta=0.5)  # fmt: skip

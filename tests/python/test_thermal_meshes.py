@@ -1,4 +1,4 @@
-"""Heat in deformable bodies and what it does to them: slabs against series, restrained stress, a bimetal; bodies that grow."""
+"""Heat in deformable bodies and its effects: slabs against series, restrained stress, a bimetal; bodies that grow."""
 
 import cairn as cn
 import numpy as np
@@ -196,7 +196,7 @@ def test_a_bimetal_of_two_moduli(ratio):
         sim.step()
     tip = sim.meshes[0].displacement[groups["right"], 1].mean()
     timoshenko = 6 * ALPHA * 100 * 4 / (thick * (12 + (1 + ratio) * (1 + 1 / ratio)))
-    # the clamp bends the strip by what it restrains across, over a length of about its thickness
+    # the clamp bends the strip by its transverse restraint, over a length of about its thickness
     assert tip == pytest.approx(timoshenko * length**2 / 2, rel=0.01)
 
 
@@ -241,7 +241,7 @@ def test_bodies_grow_freely_without_a_force(shape):
         sim.step()
         height.append(sim.bodies.position[0, -1])
     assert sim.bodies.temperature[0] == pytest.approx(393.15)
-    # each step undoes what the step before it grew, and the first begins from rest: a step and a half are still to come
+    # each step corrects the growth of the step before, and the first begins from rest: the growth of 1.5 steps is outstanding
     assert 0.5 * (1 + 1e-3 * 92) <= height[-1] <= 0.5 * 1.1 * (1 + 1e-6)
     assert sim.info["penetration"] <= 0.008
     forces = np.abs(sim.contacts.force)

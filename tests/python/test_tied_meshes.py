@@ -1,4 +1,4 @@
-"""Displacements given as functions of time, rigid parts of a mesh, meshes tied to one another: what moves, what is kept."""
+"""Displacements given as functions of time, rigid parts of a mesh, meshes tied to each other: motion and conserved quantities."""
 
 import cairn as cn
 import numpy as np
@@ -242,7 +242,8 @@ def test_tied_bodies_in_flight_keep_their_momentum_and_meet_what_they_fall_on():
 @pytest.mark.parametrize("bound", ["tied", "rigid"])
 @pytest.mark.parametrize("values", [4, 5, 6])
 def test_derivatives_of_what_follows_follow(values, bound):
-    """Of a velocity that ties give they would grow by a step, by themselves: rounding was all of the energy in some hundred."""
+    """Derivatives computed from velocities given by ties would grow in each step: rounding dominated the energy in some hundred
+    steps."""
     body = halves() if bound == "tied" else elastic((4, 2))
     scene = cn.Scene(dim=2)
     velocity = 0.1 * np.stack([body.points[:, 1] ** 2, body.points[:, 0]], 1)
@@ -267,7 +268,7 @@ def test_a_uniform_stress_goes_through_a_tie_in_space(above, below):
     over.groups = {name: np.asarray(nodes) for name, nodes in over.groups.items()}
     body = cn.tied({"over": over, "under": under}, [("over.bottom", "under.top")])
     hold = {"over.left": "x", "under.left": "x", "over.front": "y", "under.front": "y", "under.bottom": "z"}
-    held = {}  # of those that follow, what they follow is held
+    held = {}  # slave nodes are left out: their masters are held
     for group, axis in hold.items():
         held[group] = axis
         body.groups[group] = np.setdiff1d(body.groups[group], body.ties[0])
@@ -389,7 +390,7 @@ def test_ties_that_do_not_meet_are_told():
 
 @pytest.mark.parametrize("of", ["tied", "rigid"])
 def test_shapes_at_rest_and_problems_of_what_follows_are_refused(of):
-    """Both are made of bodies whose dofs are all their own; what was there stays as it was."""
+    """Both need bodies whose dofs are all independent; the simulation stays unchanged."""
     body, more = (halves(), {}) if of == "tied" else (elastic(), {"rigid": "top"})
     bottom = "under.bottom" if of == "tied" else "bottom"
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))

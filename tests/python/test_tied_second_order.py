@@ -1,4 +1,4 @@
-"""Tied sides of cells of second order: a uniform stress through cells that do not match, what they weigh, what is refused."""
+"""Tied sides of cells of second order: a uniform stress through non-matching cells, their mass, refusals."""
 
 import cairn as cn
 import numpy as np
@@ -49,14 +49,14 @@ SPACE = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
 @pytest.mark.parametrize("above", PLANE)
 @pytest.mark.parametrize("cells", [((2, 2), (3, 2)), ((3, 2), (2, 1)), ((2, 2), (2, 2))])
 def test_a_uniform_stress_goes_through_parabolic_edges(below, above, cells):
-    """By the shape functions of whole sides; by straight ones between nodes it was off by 3 to 12 % of the stress."""
+    """Ties use the shape functions of whole sides; with linear ones between nodes errors were 3 to 12 % of the stress."""
     assert stretched((below, above), cells)[0] < 1e-12
 
 
 @pytest.mark.parametrize("below", SPACE)
 @pytest.mark.parametrize("above", SPACE[1:])
 def test_a_uniform_stress_goes_through_faces_of_second_order(below, above):
-    """By flat pieces with straight functions between nodes it was off by 1 to 6 %."""
+    """Ties of flat pieces with linear functions between nodes erred by 1 to 6 %."""
     error, body = stretched((below, above), ((2, 2, 1), (3, 2, 1)))
     assert error < 1e-12
     _, start, leaders, weight = body.ties

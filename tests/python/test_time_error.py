@@ -1,4 +1,4 @@
-"""The estimate of the error in time by doubling a step: what it says, and that it leaves no trace."""
+"""The estimate of the error in time by step doubling: its value, and absence of side effects."""
 
 import math
 

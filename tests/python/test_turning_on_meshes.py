@@ -1,5 +1,5 @@
-"""Moments between rigid bodies and the edges and faces of meshes: friction against rolling and twisting, bonds; what cannot
-bear a moment is refused by name."""
+"""Moments between rigid bodies and the edges and faces of meshes: friction against rolling and twisting, bonds; sides that cannot
+bear a moment are refused by name."""
 
 import cairn as cn
 import numpy as np
@@ -74,7 +74,7 @@ def test_a_ball_rolls_down_a_block_beyond_the_slope_of_its_moment(dim, kind, sol
 
 @pytest.mark.parametrize("kind", CELLS[3])
 def test_a_sphere_that_spins_on_a_block_stops_as_on_a_wall(kind):
-    """By twisting R m g against 2/5 m R2 w: t = 2 R w/(5 twisting g)."""
+    """Moment `twisting` R m g against angular momentum 2/5 m R^2 w: t = 2 R w/(5 twisting g)."""
     twisting, spin, h = 0.1, 5.0, 1e-3
     stops = {}
     for floor in ("wall", "block"):
@@ -115,7 +115,7 @@ LAWS = [cn.Rolling(mu=0.5, rolling=0.3, twisting=0.2), cn.ParallelBond(**STIFF, 
 @pytest.mark.parametrize("cells", [1, 3])
 @pytest.mark.parametrize("dim, kind", KINDS)
 def test_a_moment_on_a_face_is_balanced_by_a_couple(dim, kind, cells, solver, law):
-    """Of a ball that comes down on a free block and spins: no momentum and no angular momentum is lost, and both sides turn."""
+    """A spinning ball lands on a free block: momentum and angular momentum are kept, and both turn."""
     body = block(dim, kind, (cells,) * dim, warp=0.02)
     scene, place = cn.Scene(dim), np.array([0.11, 0.05][: dim - 1] + [R])
     scene.add(cn.deformable(body, BASE, **sides_of(dim)))

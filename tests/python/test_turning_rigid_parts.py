@@ -140,7 +140,7 @@ def test_methods_that_let_velocities_of_rigid_parts_grow_are_told():
 
 @pytest.mark.parametrize("integrator", [cn.Newmark(), cn.HHT(alpha=-0.1), cn.GeneralisedAlpha(spectral_radius=0.5)], ids=repr)
 def test_a_restart_after_impacts_has_the_same_bits(integrator, tmp_path):
-    """What moves a rigid part by impulses is made anew where it stands, as a restart does."""
+    """The response of a rigid part to impulses is recomputed in its present position, as after a restart."""
     first, second = (struck(integrator)[0] for _ in range(2))
     steps, seen = 0, 0
     while seen < 3 and steps < 400:

@@ -9,7 +9,7 @@ import pytest
 STEEL = cn.Material("steel", density=7800.0)
 SPRINGS = dict(normal_stiffness=1e12, tangential_stiffness=1e12, mu=0.1, recovery=1.0)
 MODES = dict(normal_strength=3.16227e5, tangential_strength=3.16227e5, normal_work=0.1, tangential_work=0.1)
-CLOSES = 1e-12  # share of what is released, 1e-14 of the energy in play
+CLOSES = 1e-12  # share of the released energy, 1e-14 of the energy in play
 FIRST, STRONG, STIFF = 3.16227e-7, 3.16227e5, 1e12  # opening [m] and stress [Pa] where damage begins, stiffness [Pa/m]
 MP_FIRST = np.sqrt(0.2 / STIFF / (9 - 4 * np.log(4)))
 LENGTH = 1.5 * (0.1 / STRONG - FIRST / 2)  # of the parabola, [m]

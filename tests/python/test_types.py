@@ -1,4 +1,4 @@
-"""What type checkers and editors read: stubs of all that the build makes, and examples that pass mypy against them."""
+"""Stubs for type checkers and editors, of all that the build makes, and examples that pass mypy against them."""
 
 import ast
 import inspect
@@ -18,7 +18,7 @@ REMEDY = "run python script/stubs.py"
 
 
 def told(stub):
-    """Classes of a stub with the arguments of their constructors, functions with none, and what it imports."""
+    """Classes of a stub with the arguments of their constructors, functions with none, and its imports."""
     out = {}
     for node in ast.parse((PACKAGE / stub).read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ClassDef):
@@ -55,7 +55,7 @@ def test_stubs_are_those_of_this_build(tmp_path):
 
 
 def test_signatures_are_those_of_the_lists():
-    """What help(), notebooks and the reference show."""
+    """Signatures in help(), notebooks and the reference."""
     assert str(inspect.signature(cn.Coulomb)) == "(*, mu)"
     assert str(inspect.signature(cn.Restitution)) == "(*, mu=0.0, normal=0.0, tangential=0.0, closing=1.0)"
     assert list(inspect.signature(cn.Newmark).parameters) == ["beta", "gamma"]

@@ -1,4 +1,4 @@
-"""A routine of Abaqus's interface as a material: stresses and states of built-in ones; what it calls; how it fails."""
+"""A routine of Abaqus's interface as a material: stresses and states of built-in ones; utilities that it calls; failures."""
 
 import shutil
 import subprocess
@@ -49,7 +49,8 @@ def test_it_is_the_material_of_the_list(umat, dim, kind):
 
 
 def test_what_a_routine_does_not_tell_of_its_energy_is_no_dissipation(umat, tmp_path):
-    """The same law with SSE left alone: what its stresses work is absorbed, and what the integrator takes is of inertia alone."""
+    """The same law without SSE: work of its stresses counts as absorbed, and the integrator's dissipation is that of inertia
+    alone."""
     text = Path(__file__).with_name("umat.f90").read_text()
     line = next(line for line in text.splitlines() if line.strip().startswith("sse = sse"))
     (tmp_path / "silent.f90").write_text(text.replace(line, ""))
@@ -93,7 +94,7 @@ def test_xit_and_nan_name_the_cell(umat):
 
 
 def test_a_step_that_the_routine_ends_is_told_with_what_helps(umat):
-    """By XIT above a strain of a half; halves of the step do not help either."""
+    """The routine calls XIT above a strain of a half; cutting the step back does not help."""
     points, cells = box("quad", (1, 1), (1.0, 1.0))
     groups = {"left": points[:, 0] < 0.5, "right": points[:, 0] > 0.5}
     body = SolidBody(points, cells, umat(3.0, 0.3, 0.0), density=1.0, groups=groups)
@@ -126,7 +127,7 @@ def test_what_is_missing_is_told(umat, tmp_path):
 
 @pytest.mark.parametrize("kinematics", ["small", "logarithmic"])
 def test_it_gets_the_initial_stress_at_its_first_call(umat, kinematics):
-    """11 22 33 12 13 23 with nothing strained yet; yield is that of the built-in law, at what is left of its strength."""
+    """11 22 33 12 13 23 with nothing strained yet; yield is that of the built-in law, at its remaining strength."""
     points, cells = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))
     given = (0.01, -0.006, 0.004, 0.008, -0.003, 0.005)
     shown = np.array(given)[[0, 1, 2, 3, 5, 4]]

@@ -13,7 +13,7 @@ from second_order import box
 
 COMPILER = shutil.which("gfortran")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs gfortran")
-ENDS = {  # what the routine does where the strain along the first axis is above a half
+ENDS = {  # statement of the routine where the strain along the first axis is above a half
     "stops": "write(*, *) 'the strain is too large'; stop 3",
     "crashes": "call crash(ddsdde)",
     "hangs": "do while (stran(1) + dstran(1) > 0.5d0); end do",

@@ -1,4 +1,4 @@
-"""Routines of Abaqus's interface at large strains, as it calls them with NLGEOM: laws of F, of increments, what they are told."""
+"""Routines of Abaqus's interface at large strains, as it calls them with NLGEOM: laws of F, of increments, their arguments."""
 
 import shutil
 import subprocess
@@ -38,7 +38,7 @@ def turn(dim, angle):
 
 
 def tensor(v, shear=(3, 4, 5), pairs=((0, 1), (1, 2), (0, 2))):
-    """Of stresses that are shown, 11 22 33 12 23 13; in the plane 11 22 33 12."""
+    """Tensor of displayed stresses, 11 22 33 12 23 13; in the plane 11 22 33 12."""
     t = np.diag(v[:3])
     for k, (i, j) in zip(shear, pairs):
         if k < len(v):
@@ -102,7 +102,7 @@ def test_a_law_of_cauchys_stress_is_the_built_in_one(routine, case, kinematics):
 
 
 def test_newtons_method_takes_the_passes_of_the_built_in_law(routine):
-    """A block that tumbles, stretched, onto a plane: the same way, and what is left falls as fast."""
+    """A block that tumbles, stretched, onto a plane: the same motion, and the residual falls as fast."""
     rock = cn.Material("rock", density=1000.0)
     points, cells = box("quad", (3, 2), (1.0, 0.6))
     f = turn(2, 0.5) @ np.array([[1.3, 0.2], [0.0, 0.8]])
@@ -159,7 +159,7 @@ def test_a_quarter_of_a_turn_keeps_the_stress_of_the_material(routine, dim, kind
 
 
 def test_increments_of_strain_lead_to_its_logarithm(routine):
-    """Of the second order in their number; held stretches, without rotation."""
+    """Second-order convergence in the number of increments; held stretches, without rotation."""
     points, cells = box("quad", (1, 1), (1.0, 1.0))
     left = []
     for count in (4, 8):
@@ -282,7 +282,7 @@ def test_a_restart_goes_on_to_the_same_bits(routine, name, props, tmp_path):
 
 
 def test_a_stress_that_is_no_number_leaves_the_state_before_the_step(routine):
-    """Where a strain passes a limit; cell and body are named, and a softer throw of the same state goes on."""
+    """The stress fails where a strain passes a limit; cell and body are named, and a slower throw from the same state goes on."""
     sim = thrown(routine["told"](2e6, 0.0025))
 
     def state():

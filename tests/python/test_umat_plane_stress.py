@@ -1,5 +1,5 @@
 """Routines of Abaqus's interface that are written for elements of plane stress: stresses and states of Cairn's own materials in
-plane stress, what they are told, how they are refused."""
+plane stress, their arguments, refusals."""
 
 import shutil
 import subprocess
@@ -104,7 +104,7 @@ def test_a_scene_of_it_is_that_of_the_material_of_the_list(routine):
 
 
 def test_rubber_of_large_strains_is_the_limit_of_rubber_that_keeps_its_volume(routine):
-    """Drawn, sheared and turned: what is left falls by ten as the bulk modulus of Ogden's law grows by ten."""
+    """Drawn, sheared and turned: the difference falls by ten as the bulk modulus of Ogden's law grows by ten."""
     points, cells = box("quad", (2, 2), (1.0, 1.0))
     own = SolidBody(points, cells, routine["rubber"](1.3), plane="stress", kinematics="total_lagrangian")
     f = turn(0.9) @ np.array([[1.4, 0.3], [-0.1, 0.8]])

@@ -23,7 +23,7 @@ def block(kind, cells, below=False, place=None, **options):
 
 
 def holds(kind, cells, traction, on="wall", place=None, **options):
-    """Whether bonds of MohrCoulomb bear a traction that grows, and how many are left."""
+    """Number of bonds of MohrCoulomb that remain under a growing traction, and the number at the start."""
     body = block(kind, cells, place=place, **options)
     dim = body.points.shape[1]
     sides, up, dt = "edges" if dim == 2 else "faces", np.eye(dim)[-1], 0.25 * SIDE / 1e3 / cells

@@ -48,7 +48,7 @@ def case(folder):
 
 
 def store(folder, sim, wrong=0.0):
-    """What LMGC90 would have stored at the end, with one node of the second mesh elsewhere."""
+    """Files in LMGC90's format of the final state, with a node of the second mesh displaced."""
     (folder / "OUTBOX").mkdir(exist_ok=True)
     text = "$steps       40                time= 0.4000000D-01\n"
     for m, view in enumerate(sim.meshes, 1):

@@ -1,4 +1,4 @@
-"""Runs in the browser: what the page and the server show is what the run holds."""
+"""Runs in the browser: the page and the server show the data of the run."""
 
 import json
 import re

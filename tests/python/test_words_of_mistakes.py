@@ -1,4 +1,4 @@
-"""What is told where something is not there, or not taken: why, and what to give."""
+"""Messages about missing or refused input: reason and remedy."""
 
 import os
 import subprocess

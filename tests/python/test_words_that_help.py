@@ -1,4 +1,4 @@
-"""What scenes, runs and commands say: short where they are printed, and with the remedy where something is wrong."""
+"""Texts of scenes, runs and commands: short in print, and with the remedy after a mistake."""
 
 import csv
 import subprocess
@@ -148,7 +148,7 @@ def test_options_of_pictures_that_other_programs_have(dim, tmp_path):
 
 
 def test_runs_whose_scene_tells_no_step_are_verified(tmp_path):
-    """As programs in C and Fortran write them: the length of each step is that of the history."""
+    """Runs written by programs in C and Fortran: the length of each step is that of the history."""
     h5py = pytest.importorskip("h5py")
     sim = cn.Simulation(small(), 1e-3)
     sim.run(steps=40, every=10, output=tmp_path / "a.vtkhdf", progress=False)
@@ -204,7 +204,7 @@ def test_a_module_beside_the_script_of_a_sweep(tmp_path):
 
 
 def test_modules_beside_targets_of_a_study(tmp_path):
-    """Of two scripts in different folders each has the module beside it."""
+    """Two scripts in different folders each import the module beside them."""
     from cairn.study.targets import Target
 
     made = []

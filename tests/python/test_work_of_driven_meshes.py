@@ -1,4 +1,5 @@
-"""What moves held nodes of a mesh works as what drives rigid bodies: in work_driven, forces alone in work_external."""
+"""Work of prescribed nodes of a mesh counts like that of driven rigid bodies: in work_driven, that of forces alone in
+work_external."""
 
 import cairn as cn
 import numpy as np

@@ -1,5 +1,5 @@
-"""What loads, drag and what moves nodes work where a method has forces at one end of a step: the mean of both ends, so that what
-the method dissipates is of the order of its motion."""
+"""Work of loads, drag and prescribed motion where a method has forces at one end of a step: by the mean of both ends, so that the
+dissipation of the method has the order of its motion."""
 
 import cairn as cn
 import numpy as np
@@ -41,7 +41,7 @@ def terms(integrator, h, load, linear=True, damped=0.05, lumped=False):
 
 @pytest.mark.parametrize("load", ["traction", "body_force"])
 def test_newmark_s_trapezoid_is_the_midpoint_rule(load):
-    """Of linear bodies: it dissipates nothing, and every term is that of Theta(0.5) to rounding."""
+    """Linear bodies: it dissipates nothing, and every term is that of Theta(0.5) to rounding."""
     trapezoid, midpoint = terms(cn.Newmark(), 0.4, load), terms(cn.Theta(theta=0.5), 0.4, load)
     assert abs(trapezoid["dissipated_integrator"]) < 1e-13 * trapezoid["stored"]
     for name in ("work_external", "dissipated_bulk", "stored", "kinetic"):
@@ -51,7 +51,7 @@ def test_newmark_s_trapezoid_is_the_midpoint_rule(load):
 @pytest.mark.parametrize("linear, load", [(True, "traction"), (True, "body_force"), (False, "traction"), (False, "pressure")])
 @pytest.mark.parametrize("name", ["hht", "alpha", "verlet", "gear"])
 def test_the_integrator_s_part_is_of_second_order(name, linear, load):
-    """It was of the first: 2.7, 1.3 and 0.7 % of what is stored at 0.4, 0.2 and 0.1 s by HHT."""
+    """Regression: it was of first order, 2.7, 1.3 and 0.7 % of the stored energy at 0.4, 0.2 and 0.1 s by HHT."""
     make, h = {
         "hht": (lambda: cn.HHT(alpha=-0.1), 0.4), "alpha": (lambda: cn.GeneralisedAlpha(spectral_radius=0.8), 0.4),
         "verlet": (cn.VelocityVerlet, 0.1), "gear": (lambda: cn.Gear(values=4), 0.1),
@@ -68,7 +68,7 @@ def test_the_integrator_s_part_is_of_second_order(name, linear, load):
 @pytest.mark.parametrize("linear", [True, False])
 @pytest.mark.parametrize("integrator", [cn.Newmark(), cn.HHT(alpha=-0.1)])
 def test_the_work_of_what_moves_nodes(integrator, linear):
-    """Held nodes work their elastic forces at the mean of both ends; of their inertia, which a drive gives as an impulse, a part
-    of first order is left that is a hundredth of what forces at the end alone made of it (2.7 % of what is stored)."""
+    """Work of held nodes is that of their elastic forces at the mean of both ends; inertia, which a drive gives as an impulse,
+    leaves an error of first order, a hundredth of that with forces at the end alone (2.7 % of the stored energy)."""
     e = terms(integrator, 0.4, "displace", linear)
     assert abs(e["dissipated_integrator"]) < 4e-4 * e["stored"]

@@ -1,4 +1,4 @@
-"""Calls that Python would take, or end in words of its own, are refused by what is right and what was probably meant."""
+"""Calls that Python would take, or end in words of its own, are refused with the right call and the probable intention."""
 
 import pickle
 

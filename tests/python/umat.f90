@@ -9,7 +9,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(8) :: stress(ntens), statev(nstatv), ddsdde(ntens, ntens), sse, spd, scd, rpl, ddsddt(ntens), drplde(ntens), drpldt
   real(8) :: stran(ntens), dstran(ntens), time(2), dtime, temp, dtemp, predef(1), dpred(1), props(nprops), coords(3), drot(3, 3)
   real(8) :: pnewdt, celent, dfgrd0(3, 3), dfgrd1(3, 3), shear, lame, mean, mises, n(6), dgamma, share, before(6)
-  real(8) :: ps(3), an(3, 3), turned(6), off ! of a length that is known: what XIT leaves was not allocated
+  real(8) :: ps(3), an(3, 3), turned(6), off ! of fixed size: memory left by XIT would not be freed
   shear = props(1)/(2*(1 + props(2)))
   lame = props(1)*props(2)/((1 + props(2))*(1 - 2*props(2)))
   if (stran(1) + dstran(1) > 0.5d0) call xit

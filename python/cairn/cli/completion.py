@@ -1,4 +1,4 @@
-"""`cairn completion`: what a shell needs to complete commands and options."""
+"""`cairn completion`: scripts by which a shell completes commands and options."""
 
 
 def add_parser(add, commands):

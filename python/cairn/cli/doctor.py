@@ -1,4 +1,4 @@
-"""`cairn doctor`: what is installed, what is missing and what it would be for, and whether the numbers come out right."""
+"""`cairn doctor`: lists installed packages, missing ones with their purpose, and runs a numerical self-test."""
 
 import importlib.metadata
 import json
@@ -8,7 +8,7 @@ import re
 import shutil
 import sys
 
-# packages that are not needed for a first scene, and what they are for
+# optional packages, not needed for a first scene, with their purpose
 OPTIONAL = {
     "matplotlib": "pictures",
     "pillow": "animations",

@@ -1,9 +1,9 @@
-"""What the command says when something goes wrong, and the exit status that goes with it."""
+"""Messages of the command after an error, and the exit status of each."""
 
 import os
 import sys
 
-# modules that some commands need, and what pip calls them
+# modules that some commands need, and their names for pip
 PACKAGES = {
     "PIL": "pillow", "coacd": "coacd", "gmsh": "gmsh", "ifcopenshell": "ifcopenshell", "manifold3d": "manifold3d",
     "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista", "scipy": "scipy",
@@ -20,7 +20,7 @@ def _frames(error):
 
 
 def meant_to_be_read(error):
-    """Whether Cairn raised an error by a statement of its own, or in its core, which then says all that there is to know."""
+    """True if Cairn raised the error by a statement of its own, or in its core: the message then suffices without a traceback."""
     import dis
 
     from .. import Error
@@ -69,7 +69,7 @@ def interrupted(error):
 
 
 def show_own(error, script):
-    """What Python says of an error in a user's script, from the script on: the frames before are Cairn's and tell nothing."""
+    """Prints Python's traceback of an error in a user's script from the script on, without Cairn's own frames before it."""
     import traceback
 
     trace = error.__traceback__

@@ -1,4 +1,4 @@
-"""`cairn import`: blocks from a file, with the report of what was found, and a scene of them to run."""
+"""`cairn import`: blocks from a file, with a report of their faults, and a scene of them to run."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def gathered(importing, options):
 
 
 def scene_of(bodies, names, options):
-    """A scene of the bodies under gravity, and what carries them."""
+    """A scene of the bodies under gravity, with their supports."""
     from .. import Coulomb, Material, Scene, polygons, polyhedra, wall
 
     dim = 2 if isinstance(bodies[0][0], np.ndarray) else 3

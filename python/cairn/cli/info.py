@@ -1,4 +1,4 @@
-"""`cairn info`: what is in a file, and how the solver did."""
+"""`cairn info`: contents of a file and convergence of the solver."""
 
 
 def add_parser(add, commands):

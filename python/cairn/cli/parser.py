@@ -6,7 +6,7 @@ from ..names import listed, meant
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose refusals say what may have been meant."""
+    """A parser that suggests similar words when it refuses one."""
 
     def _check_value(self, action, value):
         if action.choices is not None and value not in action.choices:
@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"{text!r} is none: give {due}") from None
 
     def error(self, message):
-        """Ends the program with what is wrong, and where to read what is right."""
+        """Ends the program with the error and a pointer to --help."""
         message = message.replace("the following arguments are required:", "missing:")
         super().error(f"{message}; see '{self.prog} --help'")
 

@@ -8,13 +8,13 @@ from ..pre import checks
 
 
 class AcousticEvents:
-    """Collects what is released, contact by contact: `events = cn.post.AcousticEvents(sim)`, `sim.run(..., callback=events)`,
-    then `events.table`.
+    """Collects the energy released by each contact as acoustic events: `events = cn.post.AcousticEvents(sim)`, `sim.run(...,
+    callback=events)`, then `events.table`.
 
-    An event is what one contact releases in steps that follow each other; after `quiet` steps without any (1) it is over. What
-    was released before the object was made does not count, and the energies of all events sum up to what the balance has
-    released since (`sim.energy["released"]`) less what joints do, to rounding, so that what a spring holds that begins to act is
-    less than nothing. Raises ValueError if simulation is
+    An event is the energy that a contact releases in consecutive steps; it ends after `quiet` steps (1) without release. Energy
+    released before the object was made does not count. The energies of all events sum, to rounding, to the released energy of the
+    balance since then (`sim.energy["released"]`) less that of joints; the energy stored by a spring that begins to act counts as
+    negative. Raises ValueError if simulation is
     no Simulation, or quiet no whole number >= 1.
     """
 
@@ -29,7 +29,7 @@ class AcousticEvents:
 
     @staticmethod
     def _found(simulation):
-        """Keys of the contacts that released something, what each did [J], and their numbers."""
+        """Keys of the contacts that released energy, the energy of each [J], and their numbers."""
         contacts = simulation.contacts
         released = np.asarray(contacts.releases())
         number = np.flatnonzero(released != 0)

@@ -14,7 +14,7 @@ FORMAT_NAME = "cairn-checkpoint"
 
 
 def checkpoint_path(run_path):
-    """Where the checkpoint of a run stands: beside it, <run>.checkpoint.h5 (run without its .vtkhdf)."""
+    """Path of the checkpoint of a run: beside it, <run>.checkpoint.h5 (run without its .vtkhdf)."""
     stem, extension = os.path.splitext(os.fspath(run_path))
     return (stem if extension == ".vtkhdf" else os.fspath(run_path)) + ".checkpoint.h5"
 

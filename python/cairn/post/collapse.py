@@ -1,5 +1,5 @@
-"""The load at which a structure falls, by simulation: tilted or pushed a little more or less until what stands parts from what
-moves, beside the bound of limit analysis."""
+"""Collapse load of a structure by simulation: bisection on the tilt or the load between stable and collapsing, beside the bound
+of limit analysis."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Collapse:
 
     @property
     def angle(self):
-        """Of a table whose slope is the multiplier [rad]."""
+        """Tilt of a table whose slope is the multiplier [rad]."""
         return float(np.arctan(self.multiplier))
 
 

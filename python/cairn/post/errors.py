@@ -1,16 +1,16 @@
-"""What can go wrong with a file, said so that a user can act on it."""
+"""Errors of files, each with a remedy that a user can act on."""
 
 import contextlib
 import os
 
-# what contents that make no sense raise where they are put to use
+# exceptions raised where damaged contents of a file are put to use
 DAMAGE = (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError, UnicodeError)
 
 
 class FileError(OSError):
     """A file cannot be read or written.
 
-    The message names the path, what was wrong and what to do; `path`, `problem` and `remedy` hold the same apart.
+    The message names the path, the problem and the remedy; `path`, `problem` and `remedy` hold them separately.
     """
 
     def __init__(self, path, problem, remedy=""):
@@ -19,7 +19,7 @@ class FileError(OSError):
 
 
 class ContentError(FileError, ValueError):
-    """The contents of a file are of no use, told by one text: `path[, line n]: what is wrong[; what to do]`."""
+    """The contents of a file are unusable; made from one text, `path[, line n]: problem[; remedy]`."""
 
     def __init__(self, text, remedy="write it again, or mend it by hand"):
         place, _, rest = str(text).partition(": ")
@@ -48,7 +48,7 @@ class UnknownStructure(FileError):
 
 @contextlib.contextmanager
 def told_as_damage(path, remedy="copy it again from where it was made"):
-    """What is raised meanwhile because of the contents of a file, as FileError."""
+    """Turns exceptions of DAMAGE, raised within the context by the contents of a file, into FileError."""
     try:
         yield
     except DAMAGE as error:
@@ -64,7 +64,7 @@ FOREIGN = frozenset(
 
 
 def named(path, what, right, also=""):
-    """The path as text; FileError if its name promises another format than the HDF5 of what is written. right: ending to give."""
+    """The path as text; raises FileError if its ending belongs to another format than HDF5. right: ending to give."""
     if not isinstance(path, (str, bytes, os.PathLike)):
         raise ValueError(f"path of {what} is {path!r}: give the name of a file that ends in {right}")
     path = os.fspath(path)
@@ -76,7 +76,7 @@ def named(path, what, right, also=""):
 
 
 def why(error):
-    """What an OSError means, in words, with its remedy: (problem, remedy)."""
+    """Meaning of an OSError in words, with its remedy: (problem, remedy)."""
     import errno
 
     known = {
@@ -94,12 +94,12 @@ def why(error):
 
 
 def as_file_error(path, error, writing=False):
-    """The FileError that tells of `error`, an OSError met at `path`. writing: a file was to be made there."""
+    """The FileError for `error`, an OSError at `path`. writing: true if the file was to be created."""
     if isinstance(error, FileError):
         return error
     problem, remedy = why(error)
     folder = os.path.dirname(os.fspath(path)) or "."
-    if writing and isinstance(error, FileNotFoundError) and os.path.isdir(folder):  # as /proc, which is there and takes none
+    if writing and isinstance(error, FileNotFoundError) and os.path.isdir(folder):  # e.g. /proc, which accepts no files
         problem, remedy = f"cannot be written: the folder {folder} takes no files", "choose another folder"
     result = FileError(path, problem, remedy)
     result.errno = error.errno

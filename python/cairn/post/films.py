@@ -1,4 +1,4 @@
-"""Films of runs: every output drawn on one view in one scale of colours."""
+"""Films of runs: every output drawn from the same view, with the same scale of colours."""
 
 import contextlib
 
@@ -51,7 +51,7 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
                 plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
             writer.grab_frame()
     except BaseException:
-        with contextlib.suppress(Exception):  # of a film without pictures, which would hide what was wrong
+        with contextlib.suppress(Exception):  # closing a film without pictures raises, and would hide the first error
             writer.finish()
         raise
     else:
@@ -62,7 +62,7 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
 
 
 def _brought_ffmpeg(plt):
-    """Whether there is an ffmpeg that came with imageio-ffmpeg; matplotlib is told where."""
+    """True if imageio-ffmpeg brings an ffmpeg; sets matplotlib's path to it."""
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -73,7 +73,7 @@ def _brought_ffmpeg(plt):
 
 
 def camera_at(camera, share):
-    """The camera of a film at a share of it: what a function gives, a place along a path of cameras, or the one that there is."""
+    """The camera of a film at a share of its length: from a function, interpolated along a path of cameras, or fixed."""
     if callable(camera):
         return camera(share)
     places = np.asarray(camera, float) if camera is not None else None

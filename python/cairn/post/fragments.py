@@ -7,12 +7,12 @@ from .mesh_cells import meshes_of
 
 
 def fragments(state, beta=0.0):
-    """Ids of the bodies of each piece: bodies that contacts of more adhesion than beta join, directly or by others.
+    """Ids of the bodies of each fragment: connected components of the graph of contacts whose adhesion exceeds beta.
 
-    state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
-    (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
-    that nothing holds are pieces of one. Nodes of one mesh are one body here, called by the smallest of their
-    ids; of a mesh whose faces open (cairn.fracture.split) nodes that its cells join.
+    state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: adhesion from 0 to 1 that a contact must exceed
+    (`contacts.beta`) to join. Returns a list of arrays of ids, the largest fragment first, fragments of equal size by their
+    smallest id; a body without such contacts is a fragment by itself. The nodes of a mesh count as one body, named by their
+    smallest id; in a mesh whose faces open (cairn.fracture.split), nodes that its cells join.
     """
     written = isinstance(state.contacts, Fields)
     ids = np.sort(state.drawn["id"] if written else np.concatenate([state.bodies.id, state.nodes.id]))
@@ -53,7 +53,7 @@ def _pieces_of(mesh):
 
 
 def _written_pieces(step):
-    """The same of all meshes of an output."""
+    """Fragments of all meshes of an output."""
     from ..model.opening_faces import parts_of  # scenes without meshes do not load it
 
     out = []

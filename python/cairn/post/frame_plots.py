@@ -1,4 +1,4 @@
-"""Pictures in the plane of bars and beams, by what they bear, and of bonds, with matplotlib."""
+"""Pictures in the plane of bars and beams, coloured by their section forces, and of bonds, with matplotlib."""
 
 from collections import Counter
 

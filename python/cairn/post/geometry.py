@@ -1,4 +1,4 @@
-"""Where the contactors of a step are, from the places of the bodies that carry them."""
+"""Positions of the contactors of a step, from those of the bodies that carry them."""
 
 import numpy as np
 
@@ -21,11 +21,11 @@ class Contactors:
         return len(self.body)
 
     def select(self, *shapes):
-        """Those of the given shapes."""
+        """Contactors of the given shapes."""
         return self.where(np.isin(self.shape, shapes))
 
     def where(self, keep):
-        """Those of which keep (m,) is true."""
+        """Contactors whose keep (m,) is true."""
         columns = (self.body, self.shape, self.center, self.radius, self.direction, self.half)
         return Contactors(*(a[keep] for a in columns), None if self.joint is None else self.joint[keep])
 
@@ -92,8 +92,8 @@ def _contactors_of(step):
 
 
 def rows_of_nodes(table, ids):
-    """Which contactors (m,) are mapped from several nodes of a mesh that are there, and the rows of these, (m, 4), -1 where there
-    are fewer."""
+    """Mask (m,) of the contactors mapped from several present nodes of a mesh, and the rows of these nodes, (m, 4), filled with
+    -1."""
     nodes = np.asarray(table.get("nodes", np.zeros((0, 4))), np.int64).reshape(-1, 4)[: None if len(ids) else 0]
     order = np.argsort(ids, kind="stable")
     rows = order[np.minimum(np.searchsorted(ids, nodes, sorter=order), len(ids) - 1)]
@@ -169,7 +169,7 @@ def cell_of(step):
 
 
 def nearest_image(x, cell):
-    """Of each x (n, dim) [m], the image that is nearest to zero along each axis that repeats."""
+    """Periodic image of each x (n, dim) [m] nearest to zero along every periodic axis."""
     for k in cell.axes:
         x = nearest_along(x, cell, k)
     return x

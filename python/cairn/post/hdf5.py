@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from .errors import FileError, UnknownStructure
 
-# how long another process may take over a file: to begin, and for what it holds
+# time limit of another process that reads a file: base [s], and bytes it must read in a second beyond that
 SECONDS, BYTES_A_SECOND = 10, 1e6
 
 
@@ -61,7 +61,7 @@ class Array(Node):
 
     @property
     def dtype(self):
-        """Of its numbers, as numpy has it."""
+        """numpy dtype of the values."""
         return self._core.dtype
 
     def __len__(self):

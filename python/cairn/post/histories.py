@@ -1,4 +1,4 @@
-"""Pictures of what a run recorded at every step: its probes, its energy, its solver."""
+"""Plots of the history of a run: its probes, its energy, its solver."""
 
 import numpy as np
 

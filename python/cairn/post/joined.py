@@ -73,7 +73,7 @@ class JoinedRun(Run):
 
     @property
     def scene(self):
-        """What was simulated: nested dict."""
+        """Description of the simulated scene: nested dict."""
         return self.runs[0].scene
 
     @property

@@ -32,7 +32,7 @@ def of_contactors(step, contactors):
 
 def lines_and_rings(step, contactors):
     """Lines (k, 2, dim) [m] of rods, springs and ropes that hold at a step, places (r, dim) [m] of the other joints, and the
-    radii of their marks (r,) [m]; of older files, which do not tell of what joint an end is, nothing."""
+    radii of their marks (r,) [m]; empty for older files, which do not record the joint of each end."""
     kinds, lines, rings, radii = step.run.scene.get("joints") or {}, [], [], []
     if contactors.joint is None or not kinds:
         return np.zeros((0, 2, step.dim)), np.zeros((0, step.dim)), np.zeros(0)
@@ -74,6 +74,6 @@ def add_to(plotter, step, contactors, colour):
     lines, rings, radii = lines_and_rings(step, contactors)
     if len(lines):
         plotter.add_mesh(pyvista.line_segments_from_points(lines.reshape(-1, 3)), color=colour, line_width=3)
-    small = 0.01 * plotter.length  # of the picture: joints on nodes have no size of their own
+    small = 0.01 * plotter.length  # share of the picture, since joints on nodes have no size of their own
     for place, radius in zip(rings, radii):
         plotter.add_mesh(pyvista.Sphere(radius=radius or small, center=place), color=colour)

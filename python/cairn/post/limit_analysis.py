@@ -1,4 +1,4 @@
-"""Limit analysis of blocks by linear programming: the independent judge of what stands, and of the load at which it falls.
+"""Limit analysis of rigid blocks by linear programming: an independent check of stability and of the collapse load.
 
 Static theorem (Livesley 1978): blocks stand if some set of joint forces, compressive and inside Coulomb's cone, balances
 their loads. A joint carries forces at its corners, which spans all resultants whose thrust lies in the joint; the cone is
@@ -37,7 +37,7 @@ class Limit:
     mechanism: np.ndarray | None = None
 
     def __bool__(self):
-        """Whether the structure can carry its load: False when the programme is infeasible, or was given up."""
+        """True if the structure can carry its load; False if the programme is infeasible or was given up."""
         return self.status in ("optimal", "unbounded")
 
 
@@ -151,7 +151,8 @@ class Assembly:
         return self._limit(result, result.x[-1] if result.x is not None else np.nan, live)
 
     def stands(self) -> Limit:
-        """Whether the dead load alone can be carried: true and of status "optimal" if so, false and "infeasible" if not."""
+        """Checks whether the dead load alone can be carried: true and of status "optimal" if so, false and "infeasible" if
+        not."""
         result = solve(np.zeros(len(self.rays)), self.matrix, -self._scaled(self.load))
         return self._limit(result, np.nan)
 
@@ -194,7 +195,7 @@ def solve(cost, matrix, right, free=0):
     """min cost . x, matrix x = right, x >= 0 but for the last `free` ones."""
     linprog = library("scipy.optimize", "for limit analysis").linprog
     bounds = [(0, None)] * (len(cost) - free) + [(None, None)] * free
-    for method in ("highs", "highs-ipm"):  # what one gives up on, splinters among blocks say, the other may solve
+    for method in ("highs", "highs-ipm"):  # interior points may solve where the simplex gives up, as among splinters
         options = {"time_limit": TIME_LIMIT}
         result = linprog(cost, A_eq=matrix, b_eq=right, bounds=bounds, method=method, options=options)
         if result.status in (0, 2, 3):

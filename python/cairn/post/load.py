@@ -97,7 +97,7 @@ class MissingField(KeyError):
 
 @contextlib.contextmanager
 def _from_fields_of(step):
-    """What is computed of fields that every run holds: a file without one, or with values that are none, is damaged."""
+    """Context for quantities computed from fields that every run holds: a missing or invalid field means a damaged file."""
     path, remedy = step.run.path, "copy it again from where it was made"
     try:
         yield
@@ -175,8 +175,8 @@ class Fields:
 
 
 class Drawn:
-    """Bodies of one step and, below them, the nodes of meshes: what ids of contacts and pictures refer to. What one of them has
-    no field for is zero there; nodes do not turn."""
+    """Bodies of one step followed by the nodes of meshes, the rows to which ids of contacts and pictures refer. A field that
+    bodies or nodes lack is zero there; nodes have no rotation."""
 
     def __init__(self, bodies, nodes, dim):
         self._parts, self._dim = (bodies, nodes), dim
@@ -238,7 +238,7 @@ class Step:
 
     @property
     def cells(self):
-        """Of the cells of bodies that deform, one mesh after the other as they came in, {name: (m, ...)}: mesh (its number),
+        """Fields of the cells of deformable bodies, mesh by mesh in order of their addition, {name: (m, ...)}: mesh (its number),
         stress, strain, ...; {} where a file holds none."""
         with told_as_damage(self.run.path):
             if "cairn/meshes" not in self.run._file:
@@ -252,8 +252,8 @@ class Step:
             return out
 
     def corners_of_cells(self):
-        """Of these cells: their kinds by VTK's numbers (m,), where the corners of each begin (m + 1,), and the corners, by the
-        numbers of nodes of one mesh after the other."""
+        """Connectivity of these cells: VTK cell types (m,), offsets into the corners (m + 1,), and the corners as node numbers,
+        meshes in the same order."""
         with told_as_damage(self.run.path):
             block = self.run._file["cairn/meshes"]
             part = int(block["Steps/PartOffsets"][self.index])
@@ -364,7 +364,7 @@ class Run:
 
     @property
     def scene(self):
-        """What was simulated: nested dict."""
+        """Description of the simulated scene: nested dict."""
         if self._scene is None:
             self._scene = self._tree("scene")
         return self._scene

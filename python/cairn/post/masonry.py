@@ -1,5 +1,5 @@
-"""What a mason's engineer reads from a simulation of blocks: joint resultants, thrust line, hinges, sliding, moving parts,
-cracks, balance; and the load at which a structure falls, by bisection.
+"""Results of masonry simulations: joint resultants, thrust line, hinges, sliding, moving parts, cracks, balance; and the collapse
+load, by bisection.
 
 Everything is computed from plain arrays of the contacts; forces are impulses over the step and act on a joint's first block.
 """
@@ -107,7 +107,7 @@ class Structure:
         position, rotation = (np.array(x) for x in self.places())
         order = np.argsort(self.ids)
         for s in self.simulation._sets:
-            if s.mesh is not None or s.mass is None:  # nodes, and what drives bodies of other sets
+            if s.mesh is not None or s.mass is None:  # nodes, and drives of bodies of other sets
                 continue
             at, here = found(s.own_ids, self.ids[order])
             own, origin = order[here[at]], self.simulation.scene.origin
@@ -139,7 +139,7 @@ class Structure:
         return numbers[known], c.normal[known], point[known], c.force[known]
 
     def resultants(self) -> Resultants:
-        """Of each joint that has contact points."""
+        """Resultants of each joint that has contact points."""
         return joint_resultants(*self.contacts())
 
     def thrust_line(self, chain):
@@ -151,7 +151,7 @@ class Structure:
         return np.array([np.full(self.dim, np.nan) if k is None or r.pressure[k] <= 0 else r.thrust[k] for k in keys])
 
     def weight(self):
-        """Weights (n, dim) [N], and of what is held 0."""
+        """Weights of the blocks (n, dim) [N]; zero for held ones."""
         gravity = self.simulation.scene.gravity
         gravity = gravity(self.simulation.time) if callable(gravity) else gravity
         mass = self.simulation.bodies.mass[self.rows()]
@@ -165,9 +165,9 @@ class Structure:
         return np.where(self.held[:, None], 0.0, given[self.rows()][:, : self.dim])
 
     def balance(self):
-        """How near to rest: a dict. reaction (dim,) [N] of the supports on blocks; weight, applied (dim,) [N]; reaction_error,
-        |reaction + weight + applied| over what they bear; unbalanced, the largest force left on a free block over its weight and
-        what is applied to it; speed [m/s]."""
+        """Residual of static equilibrium: a dict. reaction (dim,) [N] of the supports on blocks; weight, applied (dim,) [N];
+        reaction_error, |reaction + weight + applied| over the load carried; unbalanced, the largest residual force of a free
+        block over its weight and applied load; speed [m/s]."""
         numbers, _, _, force = self.contacts()
         weight, applied = self.weight(), self.applied()
         left = weight + applied
@@ -213,7 +213,7 @@ class Structure:
     # ------------------------------------------------------------------ motion
 
     def moved(self, points, block):
-        """Where points (m, dim) of the start, on the given blocks (m,), are now."""
+        """Present positions of points (m, dim) given at the start on blocks (m,)."""
         (p0, r0), (p1, r1) = self.start, self.places()
         local = points - p0[block]
         if self.dim == 2:
@@ -273,7 +273,7 @@ class Structure:
 
 
 def share(part, whole):
-    """The largest part of its whole; 0 of what is nothing, as without gravity."""
+    """Largest ratio part / whole; 0 where both vanish, as without gravity."""
     part, whole = np.atleast_1d(part), np.atleast_1d(whole)
     return float(np.max(np.divide(part, whole, out=np.where(part > 0, np.inf, 0.0), where=whole > 0), initial=0.0))
 
@@ -302,10 +302,10 @@ def tilted_gravity(angle, dim, towards=None, g=9.81):
 
 
 def stands(structure: Structure, steps, every=50, fall=0.02, quiet=1e-3):
-    """Whether a structure stays up: True once all is at rest, False once a block has gone `fall` of the structure's size.
+    """Tests stability by simulation: True once all is at rest, False once a block has moved by `fall` times the structure's size.
 
-    Runs at most `steps` steps. Rest: kinetic energy below quiet^2 of what a fall by `fall` would give. If neither comes, what
-    still moves faster than it did at half time falls.
+    Runs at most `steps` steps. Rest: kinetic energy below quiet^2 times that of a fall by `fall`. If neither occurs, a structure
+    that moves faster than at half time is taken to fall.
     """
     sim = structure.simulation
     low, high = structure.blocks.bounds()

@@ -1,4 +1,4 @@
-"""Pictures of blocks and of what they carry: outlines coloured by stress, joint forces as lines, thrust lines."""
+"""Pictures of blocks and of their forces: outlines coloured by stress, joint forces as lines, thrust lines."""
 
 import numpy as np
 

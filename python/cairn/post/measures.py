@@ -1,4 +1,4 @@
-"""What granular physics measures: coordination, solid fraction, fabric, stress, distribution of forces.
+"""Measures of granular physics: coordination, solid fraction, fabric, stress, distribution of forces.
 
 Functions of arrays; `measure` applies them to an output of a run. Stress is positive in tension; forces are impulses over
 the step h; contact quantities act on the first body (A), the normal points from B to A.
@@ -192,8 +192,8 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
 
 
 def _grains(step):
-    """Balls of a step that have a size, and which of its bodies have a mass and are of another shape that moves, or of one that
-    the file does not tell, as of bodies that came later, (n,) of bool."""
+    """Balls of finite radius of a step, and a mask (n,) of the massive bodies that have another shape. Bodies whose shape the
+    file does not record, as those added later, are in the mask."""
     n = len(step.drawn)
     massive = np.isfinite(step.drawn["mass"]) if "mass" in step.drawn else np.ones(n, bool)
     contactors = contactors_of(step)

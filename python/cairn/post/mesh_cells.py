@@ -16,15 +16,15 @@ KINDS = {number: kind for kind, number in VTK_CELLS.items()}
 
 
 def cells_of(body):
-    """Cells by kind, {kind: (m, k)}, of a body that deforms as files and pictures have them; {} of one that has none of them."""
+    """Cells of a deformable body by kind, {kind: (m, k)}, as in files and pictures; {} if it has none."""
     if hasattr(body, "section_forces"):
         return {"line": body.lines}
     return body.cells if hasattr(body, "nodal_stress") and set(body.cells) <= set(VTK_CELLS) else {}
 
 
 def meshes_of(step):
-    """Of each mesh of which all nodes are there: what the scene says of it, and whether its faces may open: then nodes and
-    corners of cells are those of the step."""
+    """Description of each mesh whose nodes are all present, and whether its faces may open; if so, its nodes and the corners of
+    its cells are those of the step."""
     ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     now, out = _parted(step), []
     for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
@@ -36,7 +36,7 @@ def meshes_of(step):
 
 
 def meshes_at(step):
-    """Of each of these meshes: what is known of it, rows of its nodes among the bodies."""
+    """Description of each of these meshes with the rows of its nodes among the bodies."""
     return [(mesh, step.rows_of(mesh["nodes"])) for mesh, _ in meshes_of(step)]
 
 
@@ -150,8 +150,8 @@ def with_rods(step, what, mesh, of_bodies):
 
 
 def with_surfaces(step, mesh, of_bodies, hidden):
-    """Points, triangles and rows of a picture (or None) and values of the rows, with the surfaces of meshes in the place of what
-    shows them: each triangle has a row of its own, the mean of its corners."""
+    """Points, triangles and rows of a picture (or None) and values of the rows, with the surfaces of meshes in place of their
+    contactors: each triangle has a row of its own, the mean of its corners."""
     corners = surfaces(step)
     if not len(corners):
         return mesh, of_bodies

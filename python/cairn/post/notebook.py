@@ -1,4 +1,4 @@
-"""What print and a notebook show of a scene, a simulation and a run: a small table, and of a run its last picture."""
+"""Representations of a scene, a simulation and a run in print and notebooks: a small table, for a run with its last picture."""
 
 import base64
 import html
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def table(title, rows):
-    """A table of names and values as HTML; what comes from a file or a user is escaped."""
+    """A table of names and values as HTML; texts from files and users are escaped."""
     pairs = ((html.escape(str(name)), html.escape(str(value))) for name, value in rows)
     cells = "".join(f"<tr><td><b>{name}</b></td><td>{value}</td></tr>" for name, value in pairs)
     return f"<table><caption>{html.escape(title)}</caption>{cells}</table>"
@@ -18,14 +18,14 @@ LAWS = 4  # that print shows
 
 
 def of_scene(scene):
-    """A scene: what it is made of."""
+    """Contents of a scene as an HTML table."""
     rows = rows_of_scene(scene)
     rows += [("law", f"{a}, {b}: {law!r}") for a, b, law in _rules(scene)[:12]]
     return table(f"Scene, {scene.dim}D", rows)
 
 
 def rows_of_scene(scene):
-    """Names and values of what a scene is made of, but for its laws."""
+    """Contents of a scene as names and values, without its laws."""
     gravity = "a function of time" if callable(scene.gravity) else ", ".join(f"{g + 0.0:g}" for g in np.ravel(scene.gravity))
     materials = sorted({c.material.name for s in scene.sets for c in s.contactors if not c.joint})
     meshes = [s.mesh.name for s in scene.sets if s.mesh is not None]
@@ -106,7 +106,7 @@ def of_simulation(simulation):
 
 
 def of_run(run):
-    """A run: what it holds, with a picture of the last output where matplotlib is there."""
+    """Contents of a run as an HTML table, with a picture of the last output if matplotlib is installed."""
     rows = [("file", run.path), ("outputs", f"{len(run):,}")]
     if len(run):
         rows += [("time [s]", f"{run.times[0]:g} to {run.times[-1]:g}"), ("bodies", f"{len(run[-1].bodies):,}")]

@@ -17,7 +17,7 @@ MOST_BYTES_OF_ONE = 4096
 
 
 def copy(source, target, most, within=()):
-    """Groups, arrays of numbers and texts of source; ValueError for what is larger than the file can hold."""
+    """Copies groups, arrays of numbers and texts of source; raises ValueError for a dataset larger than the file can hold."""
     for name in source:
         member = source[name]
         if isinstance(member, h5py.Group):
@@ -37,7 +37,7 @@ def main():
     try:
         with h5py.File(path, "r") as file, h5py.File(target, "w", libver="earliest") as plain:
             copy(file, plain, MOST_BYTES_OF_ONE * os.path.getsize(path))
-    except Exception as error:  # whatever h5py raises on a damaged file
+    except Exception as error:  # any exception of h5py on a damaged file
         sys.exit(f"{type(error).__name__}: {error}")
 
 

@@ -7,7 +7,7 @@ LIGHT = np.array([0.35, -0.6, 0.9])
 
 
 class Canvas:
-    """An image (height, width, 3) in [0, 1], the depth of what each pixel shows, and the body that this is of, -1 for none."""
+    """Image (height, width, 3) in [0, 1] with a depth buffer and the body shown by each pixel, -1 for none."""
 
     def __init__(self, window, low, high):
         width, height = window
@@ -18,7 +18,7 @@ class Canvas:
         self.origin = np.array([width, height]) / 2 - self.scale * (low + high) / 2
 
     def pixels(self, x):
-        """Where points (..., 2) on the plane of the picture are, in pixels from the lower left corner."""
+        """Positions in pixels from the lower left corner of points (..., 2) on the plane of the picture."""
         return self.origin + self.scale * x
 
     def window_of(self, low, high):
@@ -29,7 +29,7 @@ class Canvas:
         return (slice(y0, y1), slice(x0, x1)), np.arange(x0, x1)[None, :] + 0.5, np.arange(y0, y1)[:, None] + 0.5
 
     def put(self, window, inside, depth, body, colour):
-        """Colours the pixels of a window that are inside and nearer than what they show."""
+        """Colours the pixels of a window that are inside and pass the depth test."""
         nearer = inside & (depth > self.depth[window])
         self.depth[window][nearer] = depth[nearer]
         self.body[window][nearer] = body

@@ -31,9 +31,9 @@ LABELS = {
     "torsion_moment": "torsion moment [N m]",
     "accumulated_plastic_strain": "accumulated plastic strain [-]",
 }
-AT_REST = 1e-5  # of the speed that gravity gives in a step
-THICKEST = 3  # of the width of the mean, in pictures of forces
-NOISE = 1e-12  # of the values themselves: a spread below it is rounding, and no field
+AT_REST = 1e-5  # share of the speed gained by gravity in a step
+THICKEST = 3  # times the width of the mean force, in pictures of forces
+NOISE = 1e-12  # relative to the values: a smaller spread is rounding
 
 
 AXES = {2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "zx")}
@@ -179,7 +179,7 @@ def plot_step(
 
 
 def draw_pale(ax, step, view, bodies=True, walls=True):
-    """All that is there in one pale colour, walls in theirs, to draw on. Returns disks and outlines of polygons."""
+    """Draws all bodies in a pale colour, walls in theirs, as a background. Returns disks and outlines of polygons."""
     from .frame_plots import draw_lines
 
     hidden, contactors = mesh_cells.shown_by_cells(step), contactors_of(step)
@@ -268,7 +268,7 @@ def speed_of_a_step(step):
 
 def value_limits(values, what=None, step=None):
     """Range of the colours: a full turn for rotations, else from the smallest to the 99.5 % quantile; values that differ by
-    rounding alone have one colour, as have speeds of bodies at rest, if an output tells what these are."""
+    rounding alone share a colour, and so do speeds of bodies at rest if an output is given (step)."""
     if step is not None and isinstance(what, str) and what in ("velocity", "speed"):
         scale = speed_of_a_step(step)
         if np.nanmax(values, initial=0.0) < AT_REST * scale:
@@ -352,7 +352,7 @@ def cell_corners(step):
 
 
 def draw_cell(ax, step):
-    """The periodic cell at the time of an output, dashed: its sides lean by what it sheared."""
+    """Draws the periodic cell at the time of an output, dashed and inclined by its shear."""
     if step.run.periodic is None:
         return
     from matplotlib.patches import Polygon
@@ -428,7 +428,7 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
 
 
 def _legend_of_forces(ax, force, mean, width):
-    """What colours and widths of force chains are."""
+    """Legend of the colours and widths of force chains."""
     from matplotlib.lines import Line2D
 
     told = [(COMPRESSION, width, "pushes")] * bool((force > 0).any()) + [(TENSION, width, "pulls")] * bool((force < 0).any())

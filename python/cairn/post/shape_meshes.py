@@ -1,4 +1,4 @@
-"""Surfaces of what is no disk or sphere, where it is at a step: polygons, polyhedra, facets, capsules, cylinders,
+"""Surfaces of all shapes but disks and spheres, in their position at a step: polygons, polyhedra, facets, capsules, cylinders,
 superquadrics."""
 
 import numpy as np
@@ -34,7 +34,7 @@ def meshes_of(step):
 
 
 def surfaces_of(step):
-    """As meshes_of, with disks and spheres among them, those as polygons of 24 corners, these as globes."""
+    """Surfaces as by meshes_of, with disks and spheres among them, as polygons of 24 corners and as globes."""
     from .. import _core
     from .geometry import contactors_of
 
@@ -90,7 +90,7 @@ def outlines_of(step):
 
 
 def _carried(step):
-    """Of the contactors that are hulls and whose body is there: names, hulls, rows of bodies, offsets; the table of hulls."""
+    """Hulls whose body is present: names, hulls, rows of bodies, offsets; the table of hulls."""
     table = step.run.scene.get("contactors") or {}
     hulls, which = table.get("hulls"), table.get("hull")
     if hulls is None or which is None or not len(step.drawn):

@@ -1,4 +1,4 @@
-"""What is in a file, in figures: `cairn info`."""
+"""Summary of the contents of a file in figures: `cairn info`."""
 
 import os
 

@@ -43,7 +43,7 @@ class Side:
     aside: frozenset = frozenset()
 
 
-# What is compared, in the order of the table: name, meaning.
+# Compared quantities in the order of the table: name, meaning.
 COLUMNS = {
     "position": "largest distance of a body from its twin / body size",
     "position_rms": "the same, root of the mean square",
@@ -57,7 +57,7 @@ COLUMNS = {
 
 @dataclass
 class Comparison:
-    """What `verify` found: rows, one a common instant, of `time` and COLUMNS; tolerances; which of them were passed."""
+    """Result of `verify`: a row of `time` and COLUMNS for each common instant; tolerances; the tolerances that were exceeded."""
 
     a: str
     b: str
@@ -235,7 +235,7 @@ def _compare_contacts(fa, fb, size):
 
 
 def _keyed(fa, fb):
-    """{(one body, other body, number): row} of both: a contact and its twin have one key."""
+    """{(first body, second body, number): row} of both runs: corresponding contacts have the same key."""
     groups = [_by_pair(f) for f in (fa, fb)]
     a, b = {}, {}
     for pair in groups[0].keys() | groups[1].keys():
@@ -275,7 +275,7 @@ def _nearest(one, other):
 
 
 def side(path):
-    """A run of either program as a Side. Raises FileError or ValueError for what is neither."""
+    """A run of either program as a Side. Raises FileError or ValueError for any other file."""
     path = Path(os.fspath(path))
     if not path.exists():
         raise FileError(path, "there is no such file or folder", "give a .vtkhdf file, an lmgc90.h5 or a legacy case folder")
@@ -311,8 +311,8 @@ def _run_side(path):
 
 
 def _lengths(run):
-    """The length [s] of a step by its number: from the history, else what the run began with; None where neither is told, as in
-    files of programs that write outputs alone."""
+    """The length [s] of a step by its number: from the history, else the initial step of the run; None where neither is recorded,
+    as in files of programs that write outputs alone."""
     history, begun = run.history, run.scene.get("dt")
     known = dict(zip(history["step"].tolist(), history["dt"].tolist())) if "dt" in history else {}
     return lambda step: known.get(step, None if begun is None else float(begun))

@@ -17,7 +17,7 @@ from .box_pairs import overlapping_pairs
 
 # a box's corners are numbered x + 2 y + 4 z; its faces run anticlockwise seen from outside
 BOX_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-FLUSH = 1e-9  # of the size of an assembly: faces closer than this lie on each other
+FLUSH = 1e-9  # share of the size of an assembly: faces closer than this lie on each other
 
 
 class Joints(NamedTuple):
@@ -104,7 +104,7 @@ class Blocks:
         return Blocks(self.dim, *([x[k] for k in at] for x in (self.vertices, self.faces, self.part)), self.flush)
 
     def mask(self, *parts):
-        """Whether each block's part is one of the names, (n,)."""
+        """Mask (n,) of the blocks whose part is one of the names."""
         return np.array([p in parts for p in self.part], bool)
 
     def moved(self, shift=None, rotation=None, about=None):

@@ -12,7 +12,7 @@ from . import mesh
 from .mesh_repair import turned_outward
 
 NOT_SOLID = ("IfcOpeningElement", "IfcSpace", "IfcSite", "IfcAnnotation", "IfcGrid", "IfcVirtualElement")
-AROUND = 24  # facets around a full turn of what is curved
+AROUND = 24  # facets in a full turn of a curved surface
 
 
 def read_step(path):
@@ -25,7 +25,7 @@ def read_step(path):
         signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE) or signal.SIG_IGN)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        # in millimetres, the program's own unit: another would stay behind in it and change what it writes from then on
+        # millimetres are gmsh's own unit: any other would persist and change the files that it writes later
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)

@@ -1,8 +1,8 @@
 """Clumps: rigid bodies made of several disks or spheres, and their mass, centre and inertia.
 
-Where parts overlap, the union is what has mass (`overlap="union"`) or each part counts for itself (`overlap="sum"`, dense
-where parts overlap). The union of disks is integrated along its outline, exactly; that of spheres by Gauss quadrature over
-slices whose union of disks is exact, to about 1e-8 of the mass at the default number of points (`points`).
+Where parts overlap, mass is that of their union (`overlap="union"`) or the sum over the parts (`overlap="sum"`, so overlaps count
+twice). The union of disks is integrated along its outline, exactly; that of spheres by Gauss quadrature over slices whose union
+of disks is exact, to about 1e-8 of the mass at the default number of points (`points`).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def sum_moments(c: np.ndarray, r: np.ndarray):
     """Volume, first moment (dim,) and second moment (dim, dim) of parts, each counted for itself."""
     dim = c.shape[1]
     volumes = np.pi * r**2 if dim == 2 else 4.0 / 3.0 * np.pi * r**3
-    own = np.sum(volumes * r**2) / (dim + 2)  # of a disk about a diameter m r^2/4, of a sphere about a plane m r^2/5
+    own = np.sum(volumes * r**2) / (dim + 2)  # disk about a diameter m r^2/4, sphere about a plane m r^2/5
     return volumes.sum(), volumes @ c, (c * volumes[:, None]).T @ c + own * np.eye(dim)
 
 

@@ -1,8 +1,8 @@
 """Bodies that are not convex, cut into convex parts: exactly, by the planes of their own faces.
 
 The convex hull is cut by the plane of a face that runs through it, each half by those that run through it, and so on (Fuchs,
-Kedem & Naylor 1980); cells inside the body are its parts, neighbours whose union is convex are joined again. For what has few
-re-entrant faces: an L, a stair, a lintel with corbels. A curved hollow needs a part for each of its facets.
+Kedem & Naylor 1980); cells inside the body are its parts, neighbours whose union is convex are joined again. Suited to bodies
+with few re-entrant faces: an L, a stair, a lintel with corbels. A curved hollow needs a part for each facet.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ from .flatten import plane_faces
 TOO_MUCH = (
     "the body needs more than {} cells to be cut into convex parts: take its hull, or nearly convex parts by coacd, near=0.05"
 )
-ROUNDING = 1e-10  # of the size: what is nearer to a plane lies on it
+ROUNDING = 1e-10  # times the size: a point nearer to a plane lies on it
 
 
 def convex_parts(vertices, faces=None, *, most=256, near=None) -> list:
     """Convex parts that make up a body, ready for `cairn.polyhedra([parts], ...)`, in 2D `cairn.polygons([parts], ...)`.
 
     vertices (n, 3) [m] and faces, closed, anticlockwise from outside; or the corners (n, 2) of a polygon. Returns a list of
-    (vertices, faces), of corners in 2D: one if the body is convex. most: of cells on the way; near: where these do not
-    do, hulls that stray from the body by no more than this share of its size, 0.01 to 1 (CoACD, Wei et al. 2022; needs coacd).
-    Raises MeshError for what bounds no body and ValueError for what needs more.
+    (vertices, faces), of corners in 2D: one if the body is convex. most: largest number of cells of the decomposition. near:
+    where these do not suffice, approximate parts whose hulls deviate from the body by at most this share of its size, 0.01 to 1
+    (CoACD, Wei et al. 2022; needs coacd). Raises MeshError for a surface that bounds no body and ValueError for one that needs
+    more cells.
 
     >>> len(convex_parts([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]))
     2
@@ -188,7 +189,7 @@ def plane(polygon):
 
 
 def behind(wall, point, normal, small):
-    """What of a wall lies behind a plane, None if nothing or all of it lies in the plane."""
+    """Part of a wall behind a plane; None if there is none, or if the wall lies in the plane."""
     height = (wall - point) @ normal
     if np.all(height >= -small):
         return None

@@ -1,7 +1,7 @@
 """Faces made plane again: files round corners, to 7 digits in an STL, and then four of them lie in no plane.
 
-What is nearly plane is no small matter to contact: two triangles that meet at an angle of 1e-6 are two faces, and a block
-would rest on one of them.
+Nearly plane faces disturb contact detection: two triangles at an angle of 1e-6 are two faces, and a block would rest on one of
+them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 
 from . import mesh
 
-ENOUGH = 1e-13  # of the size: corners nearer to their planes stay
+ENOUGH = 1e-13  # share of the size: corners nearer to their planes stay
 SLOW = 0.5  # a step that gains less is the last
 
 
@@ -45,7 +45,7 @@ def plane_groups(vertices, fans, tolerance):
 
 
 def rim(fans):
-    """The loop of edges that belong to one triangle only, of triangles (k, 3) that make one face without holes."""
+    """Boundary loop (edges of a single triangle) of triangles (k, 3) that form a face without holes."""
     edges = {(a, b) for f in fans.tolist() for a, b in zip(f, [*f[1:], f[0]])}
     follow = {a: b for a, b in edges if (b, a) not in edges}
     start = next(iter(follow))
@@ -113,8 +113,8 @@ def unique_rows(points):
 
 
 def planes(x, fans, face, faces):
-    """Of faces that are triangles fans (t, 3) of face (t,), those with more than three corners: normal (f, 3), middle (f, 3); and
-    of their corners: number (c,), face (c,), and how far each stands out of the mean plane (c,)."""
+    """Mean planes of the faces with more than three corners, given as triangles fans (t, 3) of face (t,): normal (f, 3) and
+    middle (f, 3); for each corner its number (c,), face (c,) and distance out of the mean plane (c,)."""
     a, b, c = (x[fans[:, k]] for k in range(3))
     area = np.cross(b - a, c - a)
     normal = np.stack([np.bincount(face, area[:, k], faces) for k in range(3)], axis=1)

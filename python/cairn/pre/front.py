@@ -1,8 +1,8 @@
 """The free surface of a growing 2D deposit, and where the next disk comes to rest on it.
 
-The surface is a chain of disks from the left wall to the right one, each touching the next, x growing along it. A disk
-rests in a pit between two members of the chain; what lies between them is then buried. The pits stand in a heap by the
-height at which a disk of mean radius would rest, so that the next disk goes to the lowest place of the surface.
+The surface is a chain of disks from the left wall to the right one, each touching the next, x growing along it. A disk rests in a
+pit between two members of the chain; members between them are then buried. The pits stand in a heap by the height at which a disk
+of mean radius would rest, so that the next disk goes to the lowest place of the surface.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ class Front:
         return (x, self.y[k] + sqrt((a - run) * (a + run))) if a >= abs(run) else None
 
     def blocker(self, i: int, j: int, x: float, y: float, r: float) -> tuple[int, int]:
-        """What a disk at (x, y) resting on i and j overlaps, a member of the chain, a wall or the floor, and -1 if that
-        stands left of i on the chain, 1 if right of j, 0 if between; (-1, 0) if it overlaps nothing."""
+        """Obstacle that a disk at (x, y) resting on i and j overlaps: member of the chain, wall or floor, with its side on the
+        chain (-1 left of i, 0 between, 1 right of j). Returns (-1, 0) if there is none."""
         reach = r + self.largest
         for link, start, side in ((self.previous, i, -1), (self.following, j, 1)):
             k = link[start]
@@ -95,12 +95,12 @@ class Front:
         return -1, 0
 
     def overlaps(self, k: int, x: float, y: float, r: float) -> bool:
-        """Whether a disk at (x, y) overlaps member k beyond rounding."""
+        """True if a disk at (x, y) overlaps member k beyond rounding."""
         dx, dy, a = self.x[k] - x, self.y[k] - y, self.radii[k] + r
         return dx * dx + dy * dy < a * a * self.touch
 
     def covers(self, k: int, i: int, j: int, x: float, y: float) -> bool:
-        """Whether member k stands above the line i - (x, y) - j: the place is then in a hole under the surface."""
+        """True if member k lies above the line i - (x, y) - j: the place is then in a hole under the surface."""
         s = i if self.x[k] < x else j
         if s >= self.left:
             return self.y[k] > y
@@ -108,7 +108,7 @@ class Front:
         return turn < 0.0 if s == i else turn > 0.0
 
     def settle(self, i: int, j: int, r: float) -> tuple[int, int, float, float]:
-        """Where a disk of radius r dropped into the pit (i, j) comes to rest: the two supports and the centre."""
+        """Resting place of a disk of radius r dropped into the pit (i, j): the two supports and the centre."""
         n, pit, from_left = self.left, (i, j), False
         for _ in range(ROLLS):
             place = self.rest(i, j, r)
@@ -133,7 +133,8 @@ class Front:
         return self.search(*pit, r)
 
     def search(self, i: int, j: int, r: float) -> tuple[int, int, float, float]:
-        """As `settle`, by trying all pairs of the chain around the pit; for the rare disk that rolling does not bring there."""
+        """Finds the resting place like `settle`, but by trying all pairs of the chain around the pit; for the rare disk for which
+        rolling fails."""
         reach = 1
         while True:
             members = self.around(i, j, reach)
@@ -167,7 +168,7 @@ class Front:
         return members
 
     def place(self, k: int) -> None:
-        """Put disk k in the lowest pit and bury what is under it."""
+        """Puts disk k in the lowest pit and removes the buried members from the chain."""
         r, tried, best = self.radii[k], [], None
         while self.pits and len(tried) < TRIED and (best is None or self.pits[0][0] < best[3]):
             _, i, j = heapq.heappop(self.pits)

@@ -66,7 +66,7 @@ def lognormal(n, median, sigma, *, rng, smallest=None, largest=None, by="number"
     low = median * math.exp(-2.5 * sigma) if smallest is None else smallest
     high = median * math.exp(2.5 * sigma) if largest is None else largest
     low, high = checks.interval("smallest", low, "largest", high)
-    shift = dim * sigma if mode(by) == "mass" else 0.0  # of the number law, in deviations
+    shift = dim * sigma if mode(by) == "mass" else 0.0  # of the number law from the mass law, in standard deviations
     z = truncated_standard(n, math.log(low / median) / sigma + shift, math.log(high / median) / sigma + shift, rng)
     return np.clip(median * np.exp(sigma * (z - shift)), low, high)
 

@@ -18,12 +18,12 @@ class BlocksWarning(UserWarning):
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What an import found. blocks: how many; closed: of which the surface was closed as it came; repaired: what was done, by
-    block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
-    overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
-    make faces plane; parts: convex parts of all blocks; names: of each block, "" where the file has none; hints: what may not be
-    meant, each also a BlocksWarning; extent (dim,) [m] of all blocks along the axes; unit: that of the file, "" where it tells
-    none; scale: what was given to read it."""
+    """Report of an import. blocks: number of blocks; closed: number whose surface was closed in the file; repaired: repairs made,
+    by block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks
+    and overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: largest displacement of a corner
+    to make faces plane; parts: number of convex parts of all blocks; names: of each block, "" where the file has none; hints:
+    likely mistakes in the file, each also a BlocksWarning; extent (dim,) [m] of all blocks along the axes; unit: that of the
+    file, "" where it tells none; scale: the factor given to read it."""
 
     blocks: int
     closed: int
@@ -75,7 +75,7 @@ class BlocksFileError(ContentError, mesh.MeshError):
 
 @contextlib.contextmanager
 def told_of(path):
-    """What is raised meanwhile because of a file of blocks, as BlocksFileError."""
+    """Turns exceptions raised within the context by a file of blocks into BlocksFileError."""
     try:
         yield
     except FileError:
@@ -86,9 +86,10 @@ def told_of(path):
 
 @dataclass
 class Raw:
-    """Bodies as a file holds them. soups: (vertices, faces, part, name) of one or more bodies, whose corners may be shared;
-    bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
-    bodies, their own where the file has one; in_metres: they come in metres, from a file that tells its unit; unit: its name."""
+    """Bodies as stored in a file. soups: (vertices, faces, part, name) of one or more bodies, whose corners may be shared;
+    bodies: for each a list of surfaces (vertices, faces), of polygons in 2D; parts: part name of each body; names: own name of
+    each body where the file has one; in_metres: true if the file tells its unit, so that lengths are in metres; unit: its
+    name."""
 
     dim: int = 3
     soups: list = field(default_factory=list)

@@ -1,8 +1,8 @@
 """Blocks from files: OBJ, PLY, OFF, STL (with trimesh), VTK and gmsh (meshio), STEP (gmsh), IFC (ifcopenshell), COMPAS, LMGC90.
 
-Each file becomes cairn.pre.blocks.Blocks with a report of what was found: whether each surface is closed, volumes, the
-smallest edge, overlaps and joints. What is not convex is refused, replaced by its hull, or read as
-bodies of several convex parts.
+Each file becomes cairn.pre.blocks.Blocks with a report: whether each surface is closed, volumes, the
+smallest edge, overlaps and joints. Blocks that are not convex are refused, replaced by their hulls, or read as bodies of several
+convex parts.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
     """Blocks and report of a file: .stl .obj .ply .off .vtk .vtu .msh .step .stp .ifc .json (COMPAS) .DAT
     (LMGC90 BODIES.DAT). Faces may have any number of corners, and need not be convex (shapely).
 
-    repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
-    keeps it as it is); scale: metres in a unit of the file (STEP and IFC tell theirs); flat: how far corners may stand
-    out of their faces, over the extent of all blocks, beside what the file's numbers round (seven digits, if all are such): they
-    are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume
-    of gmsh, an object of OBJ) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or
+    repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" other blocks, or take their "hull"
+    (`bodies` keeps them unchanged); scale: metres in a unit of the file (STEP and IFC tell theirs); flat: allowed distance of
+    corners from the planes of their faces, over the extent of all blocks, beyond the rounding of the file's numbers (seven
+    digits, if all are such): these corners are moved into the planes. Blocks named "support" (by a COMPAS assembly, a physical
+    volume of gmsh, an object of OBJ) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or
     ValueError naming the file and each block.
     """
     if convex not in ("refuse", "hull"):
@@ -78,7 +78,7 @@ def bodies(path, *, repair=False, scale=1.0, flat=1e-6, near=None) -> tuple[list
 
 
 def gathered(path, repair, convex, scale, flat, near=None):
-    """What `read` and `bodies` make of a file: convex parts of each body, names, dim and facts for the report."""
+    """Common part of `read` and `bodies`: convex parts of each body in a file, names, dim and facts for the report."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in READERS:
@@ -107,7 +107,7 @@ def gathered(path, repair, convex, scale, flat, near=None):
 
 
 def hints_on(name, found, scale, raw):
-    """What the sizes and the parts of bodies tell of units and of joints that the file does not have."""
+    """Hints from the sizes and the parts of bodies at a wrong unit or at missing joints."""
     corners = [np.concatenate([np.asarray(p if raw.dim == 2 else p[0]) for p in body]) for body in found]
     size = float(np.median([np.max(np.ptp(x, axis=0)) for x in corners]))
     if size >= LARGE and not raw.in_metres:
@@ -155,7 +155,7 @@ def polygons(raw: Raw, name, convex, scale):
 
 
 def not_convex(label, vertices, told=""):
-    """The refusal of a body, with the middle of what it fills. told: more about it."""
+    """Error that refuses a body, with the middle of its bounding box. told: more about it."""
     middle = mesh.place((vertices.min(axis=0) + vertices.max(axis=0)) / 2)
     return mesh.MeshError("not convex", REFUSED.format(f"{label} at {middle}", told))
 
@@ -171,7 +171,7 @@ def _parts_told(vertices, fans):
 
 
 def all_told(name, faults, count, more=""):
-    """One error of all faults, pairs of a block and its MeshError: what is wrong with each, and the remedy of the first."""
+    """Single error for all faults, pairs of a block and its MeshError: each fault with the remedy of the first."""
     if len(faults) == 1:
         _, error = faults[0]
         return mesh.MeshError(error.fault, f"{error}{more}", error.items)
@@ -318,7 +318,7 @@ def report_of(
 
 
 def by_library(path, read):
-    """What a library reads, which may raise anything and even end the program; its messages are kept from the screen."""
+    """Reads by a library, which may raise any exception and even exit; its messages are kept from the screen."""
     import contextlib
     import io
 
@@ -380,8 +380,8 @@ def is_closed(faces) -> bool:
 
 
 def read_meshio(path) -> Raw:
-    """Surfaces of triangles or quadrilaterals, or the skins of volume elements: of each volume that gmsh has tagged, else of
-    what hangs together. A physical volume gives its name to its blocks."""
+    """Surfaces of triangles or quadrilaterals, or the skins of volume elements: of each volume that gmsh has tagged, else of each
+    connected component. A physical volume gives its name to its blocks."""
     meshio = mesh.library("meshio", f"to read {path.suffix} files")
     m = by_library(path, meshio.read)
     points = np.asarray(m.points, float)

@@ -13,7 +13,7 @@ import numpy as np
 from ..names import listed
 from . import checks
 
-# what stands in a cell, in cell lengths, and the cell lengths, in spacings
+# positions of the sites of a cell in cell lengths, and the cell lengths in spacings
 CELLS = {
     "square": ([(0, 0)], (1, 1)),
     "triangular": ([(0, 0), (0.5, 0.5)], (1, sqrt(3))),

@@ -1,4 +1,4 @@
-"""What masonry is loaded by: supports that settle, spread or tilt, earthquakes, point and distributed loads.
+"""Loads of masonry: supports that settle, spread or tilt, earthquakes, point and distributed loads.
 
 Motions are cairn.Table functions of time, made to be the `drive` of a set of held bodies; loads are resultants (dofs,) about
 the centre of a body, made to be its `force`.
@@ -76,7 +76,7 @@ class Accelerogram:
     name: str = ""
 
     def __post_init__(self):
-        Table(self.times, self.acceleration)  # refuses what is no function of time
+        Table(self.times, self.acceleration)  # refuses times and values that make no function of time
 
     def __repr__(self):
         step = np.diff(self.times)
@@ -107,7 +107,7 @@ class Accelerogram:
         return v
 
     def drive(self, direction, corrected=True) -> Table:
-        """What drives the base: velocity along a direction (dim,), of which the length counts, as a Table (n, dim)."""
+        """Velocity of the base as a Table (n, dim), along a direction (dim,) whose length multiplies the record."""
         direction = checks.real_array("direction", direction, (None,))
         checks.dimension(len(direction))
         if not np.any(direction):
@@ -163,7 +163,7 @@ def at2(path, lines, unit):
 
 
 def at2_unit(path, title, given):
-    """What a unit of the file is [m/s2], given or by its title."""
+    """Unit of acceleration of the file [m/s2], as given or from its title."""
     for other in ("VELOCITY", "DISPLACEMENT"):
         if f"{other} TIME" in title:
             raise ValueError(f"{path.name} holds a {other.lower()}, not an acceleration: take the .AT2 file of the record")
@@ -219,9 +219,9 @@ def point_load(force, point, center) -> np.ndarray:
 def distributed_load(blocks, traction, facing, depth=1.0) -> np.ndarray:
     """Resultants (n, 3 | 6) about the blocks' centres of a traction (dim,) [Pa] on their faces that look along `facing`.
 
-    A face takes it if its normal is within 1e-6 of that direction (more where blocks.flush is) and no other block lies on it:
-    joints carry none, so that what is on top of a wall, or on its outer side, is loaded. depth [m] in 2D. Raises ValueError
-    where no face looks that way.
+    A face is loaded if its normal is within 1e-6 of that direction (or blocks.flush, if larger) and no other block lies on it.
+    Joints are thus unloaded, and the top of a wall, or its outer side, is loaded. depth [m] in 2D. Raises ValueError where no
+    face looks that way.
     """
     from .blocks import face_table
 

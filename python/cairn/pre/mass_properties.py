@@ -1,8 +1,8 @@
 """Area, volume, centre and inertia of polygons and polyhedra, exact to rounding, for many bodies at once.
 
 A body is the signed sum of the simplices that its edges or faces make with a point near its middle (Mirtich 1996, Eberly
-2002). Sums are taken in units of the body's own size about its own middle, so that far, tiny or huge bodies keep their
-digits and a rescaling of the unit of length by a power of two changes no bit but the exponent.
+2002). Sums are taken about the body's middle in units of its size: distant, tiny or huge bodies keep their digits, and rescaling
+the unit of length by a power of two changes the exponent alone.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ ROUNDING = 256 * np.finfo(float).eps
 
 
 class Properties(NamedTuple):
-    """Of n bodies of density 1: measure (n,) area [m2] or volume [m3]; center (n, dim) [m]; moments (n, 1 | 3), polar (2D)
-    or principal (3D), of the geometry about its centre [m4 | m5]; axes (n, dim, dim), principal axes as columns,
+    """Mass properties of n bodies of density 1: measure (n,) area [m2] or volume [m3]; center (n, dim) [m]; moments (n, 1 | 3),
+    polar (2D) or principal (3D), of the geometry about its centre [m4 | m5]; axes (n, dim, dim), principal axes as columns,
     right-handed; identity in 2D and where the given axes are principal already."""
 
     measure: np.ndarray
@@ -67,8 +67,8 @@ def polyhedra(vertices, faces) -> Properties:
 
 
 def polyhedra_of_arrays(points, starts, corners, first_corner) -> Properties:
-    """The same from flat arrays: points (p, 3), starts (n,) first point of each body; corners (t, 3) triangles by number of
-    point, first_corner (n,) first triangle of each body."""
+    """Mass properties from flat arrays: points (p, 3), starts (n,) first point of each body; corners (t, 3) triangles by number
+    of point, first_corner (n,) first triangle of each body."""
     owner = owners(starts, len(points))
     local, middle, size = normalised(points, starts, owner)
     a, b, c = (local[corners[:, k]] for k in range(3))

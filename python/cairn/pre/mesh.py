@@ -1,7 +1,7 @@
-"""Surfaces of bodies: closed, turned outward, without holes, folds or slivers; each fault is named with what repairs it.
+"""Surfaces of bodies: closed, turned outward, without holes, folds or slivers; each fault is named with its remedy.
 
-A body needs a surface that is closed and does not cross itself, or its volume and inertia mean nothing. `check` refuses
-what is not so; `repair` mends what can be mended and says what it did.
+A body needs a closed surface that does not cross itself, or its volume and inertia mean nothing. `check` refuses other surfaces;
+`repair` mends them where possible and lists the repairs.
 
 The module itself, called, reads the mesh of a body that deforms: `cairn.pre.mesh(gmsh)`, see `read`.
 """
@@ -29,7 +29,7 @@ class MeshError(ValueError):
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What a check found. volume [m3]; area [m2]; smallest_edge, largest_edge [m]; convex."""
+    """Result of a check. volume [m3]; area [m2]; smallest_edge, largest_edge [m]; convex."""
 
     vertices: int
     faces: int
@@ -161,7 +161,7 @@ def refuse_open(name, fans, vertices=None):
 def refuse_pinched(name, fans, vertices):
     """A vertex whose faces make two fans joins two surfaces at a point."""
     corner = fans.ravel()
-    # a corner's next face round its vertex is the one across the edge that ends there: each vertex needs one such cycle
+    # successor of a corner round its vertex: the face across the edge that ends there. A manifold vertex has a single cycle
     start, stop = corner, np.roll(fans, -1, axis=1).ravel()
     before = np.roll(fans, 1, axis=1).ravel()
     size = int(fans.max()) + 1
@@ -206,7 +206,7 @@ def refuse_crossing(name, vertices, fans):
 
 
 def is_star_shaped(vertices, fans) -> bool:
-    """Whether all faces turn their front to one inner point and cover the sphere round it once: then none cross.
+    """True if all faces cover the sphere round an inner point once, with one orientation: then no faces cross.
 
     Solid angles after van Oosterom & Strackee (1983).
     """
@@ -236,8 +236,8 @@ def crossing_pairs(vertices, fans, chunk=1 << 20) -> np.ndarray:
 
 
 def edge_through(one, other, touching):
-    """Whether an edge of triangles `one` (n, 3, 3) crosses the inside of triangles `other`, by signs of volumes beyond
-    rounding; where touching (n,), its border too."""
+    """Tests whether an edge of the triangles in the first array (n, 3, 3) crosses the inside of those in the second, by signs of
+    volumes beyond rounding; where touching (n,), the border counts as well."""
     middle = other.mean(axis=1, keepdims=True)
     one, other = one - middle, other - middle
     a, b, c = (other[:, k] for k in range(3))
@@ -261,7 +261,7 @@ def edge_through(one, other, touching):
 
 
 def is_convex(vertices, fans, tolerance=1e-9) -> bool:
-    """Whether no vertex lies outside the plane of a face by more than the tolerance times the size of the body."""
+    """True if no vertex lies outside the plane of a face by more than the tolerance times the size of the body."""
     size = np.max(np.ptp(vertices, axis=0))
     a, b, c = (vertices[fans[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -316,8 +316,7 @@ def parts(vertices, faces) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def repair(vertices, faces, name: str = "mesh"):
-    """A surface mended, as cairn.pre.mesh_repair says: vertices, triangles, list of what was done. Raises MeshError for what is
-    left."""
+    """A surface mended by cairn.pre.mesh_repair: vertices, triangles, list of repairs. Raises MeshError for remaining faults."""
     from .mesh_repair import repair as mended
 
     return mended(vertices, faces, name)
@@ -348,7 +347,7 @@ def hull(vertices) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_polygon(vertices, name: str = "polygon") -> np.ndarray:
-    """The corners (n, 2) of a simple polygon, anticlockwise; refuses (MeshError) what crosses itself or is clockwise."""
+    """The corners (n, 2) of a simple polygon, anticlockwise; raises MeshError if it crosses itself or is clockwise."""
     p = checks.real_array(f"{name}: vertices", vertices, (None, 2))
     edge = np.roll(p, -1, axis=0) - p
     same = np.flatnonzero(~edge.any(axis=1))

@@ -10,9 +10,9 @@ LARGEST_HOLE = 256  # edges up to which the patch of least area is sought, in ti
 
 
 def repair(vertices, faces, name: str = "mesh"):
-    """A surface mended: vertices, triangles, list of what was done. Raises MeshError for what is left.
+    """A surface mended: vertices, triangles, list of repairs. Raises MeshError for remaining faults.
 
-    Corners that coincide become one; faces with a corner that is not finite, without area or listed twice are dropped; faces are
+    Coincident corners are merged; faces with a corner that is not finite, without area or listed twice are dropped; faces are
     turned alike across their edges; each hole gets the triangles of least area between its corners (Barequet & Sharir 1995); each
     surface turns its front outward, and that of a cavity inward; surfaces that run through each other are joined (manifold3d).
     """
@@ -86,13 +86,13 @@ def _with_area(vertices, faces):
 
 
 def _runs(faces, start, stop):
-    """Whether each face runs from start to stop."""
+    """True for each face that has the edge from start to stop."""
     return ((faces == start[:, None]) & (np.roll(faces, -1, axis=1) == stop[:, None])).any(axis=1)
 
 
 def _turned_alike(vertices, faces):
-    """Which faces (n,) to turn so that those which share an edge, two alone, run along it in opposite directions. What meets the
-    rest at corners alone is turned as the larger piece is there."""
+    """Mask (n,) of the faces to flip for a consistent orientation: two faces that share an edge must run along it in opposite
+    directions. Pieces that meet the rest at corners alone are oriented like the larger piece there."""
     size = int(faces.max()) + 1
     start, stop = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     key = np.minimum(start, stop) * size + np.maximum(start, stop)
@@ -170,7 +170,7 @@ def _holes(vertices, faces):
             ways.remove(corner)
             if not ways:
                 del following[path[-1]]
-            if corner in place:  # closed; what led to it may be part of another loop
+            if corner in place:  # closed; the path before it may belong to another loop
                 first = place[corner]
                 if len(path) - first >= 3:
                     loops.append(path[first:])
@@ -248,7 +248,7 @@ def _outward(vertices, faces):
 
 
 def _encloses(vertices, faces, point):
-    """Whether a surface goes round a point off it, by its solid angle (van Oosterom & Strackee 1983)."""
+    """True if a surface encloses a point off it, by its solid angle (van Oosterom & Strackee 1983)."""
     a, b, c = (vertices[faces[:, k]] - point for k in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
     dots = [np.einsum("ij,ij->i", x, y) for x, y in ((a, b), (b, c), (c, a))]

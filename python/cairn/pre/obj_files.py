@@ -50,6 +50,6 @@ def _corner(word, count):
 
 
 def kind_of(name):
-    """What an object is one of: its name without the number that tells it from its likes, Stone of Stone.012."""
+    """Kind of an object: its name without the trailing number, Stone of Stone.012."""
     bare = re.sub(r"[\s._-]*\d+$", "", name).strip()
     return bare or name

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
-FLAT = 1e-6  # of the extent: how far corners may stand out of their face
+SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # share of the largest coordinate: deviation of corners of a face by rounding
+FLAT = 1e-6  # share of the extent: allowed distance of corners from the plane of their face
 SLIVER = 1e-12  # double area of a triangle over the square of its longest edge, below which its normal is rounding
 
 
@@ -18,7 +18,7 @@ class FaceError(ValueError):
 
 
 def rounding(points, flat):
-    """How far corners may be from where they should [unit of the points]: flat of their extent, and what their digits round.
+    """Tolerance of the positions of corners [unit of the points]: flat times their extent, plus the rounding of their digits.
     points: a list of arrays (..., 3)."""
     points = np.concatenate([p.reshape(-1, 3) for p in points])
     points = points[np.isfinite(points).all(axis=1)]
@@ -32,11 +32,11 @@ def rounding(points, flat):
 def triangulated(points, loops, name="mesh", limit=None) -> np.ndarray:
     """Triangles (t, 3) of faces, in their order and turned as they are. points (n, 3) [m]; loops (k, m), or lists of corners.
 
-    A convex face is the fan from its first corner. Where that fan would lie on itself or have a triangle without area, shapely
-    cuts the face, whatever corner comes first; an edge that is run along both ways may join a hole to the rim. A face of
-    four corners out of plane has the shorter of the diagonals that cut it. limit [m]: how far corners may stand out of a face of
-    more than four, by default 4e-6 of the extent and what their digits round. Raises FaceError for a face that is farther out of
-    plane or crosses itself, ImportError where shapely is needed and missing.
+    A convex face is the fan from its first corner. Where that fan would overlap itself or have a triangle without area, shapely
+    cuts the face, with any first corner; an edge used in both directions may join a hole to the outline. A face of four corners
+    out of plane is cut along its shorter admissible diagonal. limit [m]: allowed distance of corners from the plane of a face of
+    more than four, by default 4e-6 of the extent and the rounding of their digits. Raises FaceError for a face that is farther
+    out of plane or crosses itself, ImportError where shapely is needed and missing.
     """
     points = np.asarray(points, float)
     limit = 4 * rounding([points], FLAT) if limit is None else limit
@@ -94,8 +94,8 @@ def _others_than_fans(points, faces, fans, which, name, limit):
 
 
 def covers_once(unit, normal):
-    """Whether the fans from the first corners of faces (k, m, 3) with these normals lie nowhere on themselves, each triangle with
-    an area."""
+    """True for faces (k, m, 3) with these normals whose fan from the first corner does not overlap itself and has no triangle
+    without area."""
     arm = unit[:, 1:] - unit[:, :1]
     a, b = arm[:, :-1], arm[:, 1:]
     area = np.einsum("kmi,ki->km", np.cross(a, b), normal)

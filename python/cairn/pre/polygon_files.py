@@ -1,4 +1,4 @@
-"""Faces of files: those of Stanford's PLY and Geomview's OFF with all their corners, and those of any format as triangles."""
+"""Faces of files: from Stanford's PLY and Geomview's OFF with all their corners, from any other format as triangles."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class _Bytes:
 
 
 def read_off(path):
-    """The same of an OFF file; colours, normals and what else stands behind a vertex or a face are left out."""
+    """Reads an OFF file likewise; colours, normals and further entries behind a vertex or a face are left out."""
     rows = [line.split("#")[0].split() for line in path.read_text(errors="replace").splitlines()]
     rows = [(number, row) for number, row in enumerate(rows, 1) if row]
     if not rows or rows[0][1][0][-3:] not in ("OFF", "off"):

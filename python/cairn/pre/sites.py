@@ -1,4 +1,4 @@
-"""Where spheres come to rest on a growing 3D deposit: places that touch three supports which can carry their weight.
+"""Resting places of spheres on a growing 3D deposit: places that touch three supports which can carry their weight.
 
 A support is a sphere, a vertical wall of the box or its floor. Every new sphere makes new places with the spheres around
 it; they stand in a heap by height, so that the next sphere goes to the lowest one that has room for it (the algorithm of
@@ -114,7 +114,7 @@ class Sites:
         return None, len(entries)
 
     def alive(self, entries: list) -> list[bool]:
-        """Whether each entry still has room for its trial radius."""
+        """True for each entry that still has room for its trial radius."""
         r = np.array([entry[4] for entry in entries])
         places, which = self.resting(entries, r)
         alive = [False] * len(entries)
@@ -143,7 +143,7 @@ class Sites:
         return a, np.where(plane, to_plane, 0.5 * ((reach - touching) * (reach + touching) + np.einsum("ij,ij->i", a, a)))
 
     def free(self, places: np.ndarray, r: float, near: np.ndarray) -> np.ndarray:
-        """Whether a sphere of radius r at each place overlaps neither the spheres `near` nor the box."""
+        """True for each place where a sphere of radius r overlaps neither the spheres `near` nor the box."""
         gaps = places @ PLANE_NORMALS.T - self.offsets
         clear = np.all(gaps >= r * self.touch, axis=1)
         apart = places[:, None, :] - self.centers[near]

@@ -10,15 +10,15 @@ COINCIDE = 1e-6  # rad: faces round an edge nearer than this lie on each other
 def solids(vertices, faces, rounding=0.0, in_order=False) -> list[tuple[np.ndarray, np.ndarray]]:
     """The bodies that triangles (k, 3) bound, each (vertices, faces) with corners of its own.
 
-    Files mostly list body after body: what is closed by itself is taken first. In what is left, at an edge of several bodies the
-    faces are taken round it in order: a body lies between a face that it begins at and the next that it ends at (Weiler 1986). So
-    blocks that stand flush on each other come apart, also where a file gives equal corners once. Where faces do
-    not pair, one missing or turned, those that stand together in the file do. rounding [m]: of the corners; faces nearer than
-    that, and than 1e-6 rad, lie on each other. in_order: faces pair by their places in the file alone, for surfaces with faults.
+    Files mostly list body after body: runs of closed faces are taken first. Among the remaining faces, those round an edge of
+    several bodies are sorted by angle: a body lies between a face that opens it and the next that closes it (Weiler 1986). This
+    separates blocks that lie flush on each other, also where a file gives equal corners once. Where faces do not pair, since a
+    face is missing or reversed, faces adjacent in the file are paired. rounding [m]: of the corners; faces nearer than that, and
+    than 1e-6 rad, lie on each other. in_order: faces pair by their places in the file alone, for surfaces with faults.
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
     ends = [0, *closed_after(faces)]
-    if ends[-1] < len(faces):  # from the first fault on; what is closed by itself at the end of the file is taken as well
+    if ends[-1] < len(faces):  # from the first fault on; closed bodies at the end of the file are taken as well
         ends += [len(faces) - end for end in closed_after(faces[ends[-1] :][::-1])[::-1]]
         ends.append(len(faces))
     runs = [faces[a:b] for a, b in zip(ends[:-1], ends[1:]) if b > a]

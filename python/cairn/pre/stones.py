@@ -101,7 +101,7 @@ def random_polyhedra(count, size, *, elongation=1.0, flatness=1.0, angularity=0.
 
 
 def random_polygons(count, size, *, elongation=1.0, angularity=0.5, rng) -> list:
-    """The same in 2D: a list of corners (m, 2), from 4 (angular) to 24 (rounded)."""
+    """Stones in 2D: a list of corners (m, 2), from 4 (angular) to 24 (rounded)."""
     count = checks.count("count", count, 0)
     sizes = checks.positive_array("size", np.broadcast_to(np.asarray(size, float), (count,)).copy())
     if not 0 < checks.number("elongation", elongation) <= 1:

@@ -15,9 +15,9 @@ from .polygon_files import read_off, read_ply
 
 
 def read_surface(path, scale=1.0):
-    """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file: OBJ, PLY, OFF, or what trimesh reads, STL.
+    """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file: OBJ, PLY, OFF, and STL (with trimesh).
 
-    Corners of an STL's triangles that lie in one place become one vertex; triangles without area, or listed twice, are left out,
+    Coincident corners of an STL's triangles are merged; triangles without area, or listed twice, are left out,
     with a warning; faces of more corners are cut into triangles, convex or not. scale: metres of the file's unit. Raises
     FileNotFoundError, and ValueError naming the file that is no surface.
     """
@@ -81,8 +81,8 @@ def heights(x, y, z):
 
 
 def prisms(vertices, faces, depth):
-    """A surface that looks upwards as a list of convex meshes for `cairn.polyhedra`: each triangle with what lies below it down
-    to `depth` [m] under the lowest vertex. Fixed, they carry what falls, and nothing slips between them.
+    """An upward surface as a list of convex meshes for `cairn.polyhedra`: the prism below each triangle down to `depth` [m] under
+    the lowest vertex. Held fixed, they form a ground without gaps.
 
     Raises ValueError for triangles that stand upright or look down, of which there is no prism: cut overhangs into blocks.
     """

@@ -12,7 +12,7 @@ from . import checks, mass_properties
 from .arches import profile, skewback, symmetric
 from .blocks import Blocks, cut
 
-SPLINTER = 0.1  # of a whole block's volume: what is less is no block of its own
+SPLINTER = 0.1  # of a whole block's volume: smaller pieces are no blocks of their own
 
 def barrel_vault(length, courses, *, bonded=True, supports=True, **arch) -> Blocks:
     """A barrel vault along y, `courses` blocks long, every other voussoir's joints shifted by half a block when bonded.
@@ -44,7 +44,7 @@ def arch_profile(options):
 
 def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
     """A groin vault over a square bay: two barrels along x and y, each kept where it is the higher, |x| < |y| for the
-    barrel along y. courses: blocks along half a barrel; what the diagonal leaves of one that is a splinter stays with the next.
+    barrel along y. courses: blocks along half a barrel; splinters left by the diagonal are merged with the next block.
     Parts: "web", "support" under the four corners."""
     courses = checks.count("courses", courses, 1)
     outlines, beds = arch_profile(arch)
@@ -76,7 +76,7 @@ def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
 
 
 def behind_diagonals(outline, low, high):
-    """What |x| < y leaves of the prism over an outline from low to high along y, None for nothing; its share of the volume."""
+    """Part within |x| < y of the prism over an outline from low to high along y, None if empty; its share of the volume."""
     whole = Blocks(3)
     whole.add_prism(outline, low, high)
     left = whole.vertices[0], whole.faces[0]

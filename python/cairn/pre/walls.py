@@ -112,7 +112,7 @@ def pieces(total, first, size):
 
 
 def outside(rectangle, holes, gap):
-    """Rectangles (x0, z0, x1, z1) that are left of one outside the holes; what is no wider than a joint is dropped."""
+    """Rectangles (x0, z0, x1, z1) that remain of a rectangle outside the holes; strips no wider than a joint are dropped."""
     left = [rectangle]
     for hx0, hz0, hx1, hz1 in holes:
         new = []

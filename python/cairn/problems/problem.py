@@ -14,7 +14,7 @@ from ..run.strategies import MOST_THREADS
 
 
 def solvers():
-    """Names of the solvers of problems, each with one line on what it is: {name: summary}."""
+    """Names of the solvers of problems, each with a summary of one line: {name: summary}."""
     return {name: summary for name, _, summary in _core.problem_solvers()}
 
 
@@ -45,7 +45,7 @@ class Result:
 
     @property
     def converged(self):
-        """Whether the true error is below the tolerance that was asked for."""
+        """True if the true error is below the requested tolerance."""
         return self.status == "converged"
 
 
@@ -54,7 +54,8 @@ class Problem:
 
     dim: 2 or 3. W: (dim n, dim n) Delassus matrix [1/kg], any scipy.sparse matrix or a dense array; it may be singular and
     slightly unsymmetric, each W_NN > 0. q: (dim n) or (n, dim) relative velocity without impulses [m/s], contact by contact
-    (N, T) or (N, T1, T2). mu: (n) friction [-], or one number. Raises cairn.Error or ValueError that say what is wrong.
+    (N, T) or (N, T1, T2). mu: (n) friction [-], or one number. Raises cairn.Error or ValueError for arrays of wrong size or
+    value.
     """
 
     def __init__(self, dim, W, q, mu):
@@ -71,7 +72,7 @@ class Problem:
         row_start, column, data = _blocks(dim, W, self.contacts)
         self._row_start, self._column, self._data = row_start, column, data
         self._core = _core.FrictionProblem(dim, row_start, column, data, self.q, self.mu)
-        self._core.measure(np.zeros_like(self.q))  # refuses what no solver could take
+        self._core.measure(np.zeros_like(self.q))  # refuses input that no solver accepts
 
     @property
     def W(self):
@@ -83,7 +84,7 @@ class Problem:
 
     def solve(self, solver="auto", tol=1e-8, *, max_iter=100000, max_seconds=math.inf, threads=1, seed=0, relaxation=1.0,
               start=None, memory=4e9):
-        """Solves to a true error of tol, and returns a Result; what did not converge is a status, never an exception.
+        """Solves to a true error of tol, and returns a Result; failure to converge is a status, never an exception.
 
         solver: a name of `cairn.problems.solvers()`. max_seconds: of CPU. seed: of solvers that draw an order.
         relaxation: of sweeps, in (0, 2). start: (n, dim) impulses to begin from [N s].
@@ -114,7 +115,7 @@ class Problem:
         return self._core.measure(np.asarray(r, dtype=float))["error"]
 
     def figures(self, r):
-        """Error of r (n, dim), its worst contact and what a mechanic reads, a dict with the names of Result."""
+        """Error of r (n, dim), its worst contact and mechanical measures, a dict with the names of Result."""
         report = self._core.measure(np.asarray(r, dtype=float))
         names = ("error", "worst_error", "worst_contact", "penetration_rate", "cone_distance", "energy_created")
         return {name: report[name] for name in names}

@@ -141,7 +141,7 @@ def _read(words):
 
 
 def _second_matrix(words, shape):
-    """Whether kind and sizes of a matrix of this shape come next: the problem is a global one."""
+    """True if kind and sizes of a matrix of this shape come next: the problem is a global one."""
     kind, *sizes = [*words.words[words.place : words.place + 3], ""][:3]
     return kind in ("0", "1", "2") and sizes == [str(n) for n in shape]
 
@@ -206,7 +206,7 @@ def _read_blocks(words, shape, what):
 
 
 def _starts(words, many, size, what):
-    """Where each block row or column starts, from where each ends."""
+    """Start of each block row or column, from the ends."""
     first = words.place
     starts = np.concatenate([[0], words.take(many, int, what)])
     if (np.diff(starts) <= 0).any() or starts[-1] != size:

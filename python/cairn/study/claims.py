@@ -1,5 +1,5 @@
-"""What a step tells of its own errors, set against the truth: info["velocity_error"], which NSCD(accuracy=...) asks for, and the
-error in time by doubling, Simulation.time_error."""
+"""Error estimates of a step compared with true errors: info["velocity_error"], which NSCD(accuracy=...) controls, and the time
+discretisation error by step doubling, Simulation.time_error."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def exact_in_time(sim):
 
 
 def told_in_time(sim, reference):
-    """The error in time that the simulation tells of its coming step; nothing where the reference knows no exact end."""
+    """Estimated error in time of the simulation's next step; empty if the reference has no exact end."""
     if "in_time_end_velocity_0" not in reference:
         return {}
     try:
@@ -43,7 +43,7 @@ class Begin:
         self._sim, self._end, self._norm = sim, End(sim), EnergyNorm(sim)
 
     def against(self, reference, info):
-        """Of the step just made: what it told of its velocities and what these err by, and its error in time."""
+        """Errors of the last step: estimated and true error of its velocities, and of its time discretisation."""
         out = {}
         arrays = {name: reference[name] for name in reference if name.startswith("end_")}
         if arrays:
@@ -56,7 +56,7 @@ class Begin:
         return out
 
     def _apart(self, arrays, h, of_step=False):
-        """(velocity, position); of the step as posed the velocity alone, over its own speeds: what accuracy= promises."""
+        """(velocity, position); for the step as posed the velocity alone, over its own speeds, the error bounded by accuracy=."""
         exact, now = End.of_arrays(arrays), End(self._sim)
         if not of_step:
             return apart(self._sim, self._norm, self._end, now, exact, h)
@@ -66,8 +66,8 @@ class Begin:
 
 
 def table(rows):
-    """One row for each target and setting of steps: how many converged, for how many of these the velocities err by no more than
-    the accuracy asked for (held), medians and largest of what was told and what is true, and the same in time."""
+    """One row for each target and setting of steps: number of converged steps, number of these whose velocity error is within the
+    requested accuracy (held), medians and largest values of estimated and true errors, and the same in time."""
     groups = defaultdict(list)
     for row in rows:
         if row["kind"] == "step" and row["role"] == "trial" and any(name in row for name in COLUMNS):

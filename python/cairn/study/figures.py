@@ -1,4 +1,4 @@
-"""What users name: figures of a running simulation, as numbers that a statistic can be made of."""
+"""Figures of a running simulation that users name, as scalars for statistics."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Recorder:
         return out
 
     def scales(self):
-        """What errors of some figures are relative to, {name: number}; others are relative to their own mean."""
+        """Reference scales for the relative errors of some figures, {name: number}; others are relative to their own mean."""
         known = {"energy": self.sim.energy["in_play"], "mean_height": self.extent}
         return {name: float(known[name]) for name in self.names if name in known and name not in self.own}
 
@@ -168,7 +168,7 @@ class Recorder:
         periodic = sim.scene.periodic
         if periodic is not None:
             for axis, length in enumerate(periodic.lengths):
-                if 0 < length < np.inf:  # what crosses the cell's border counts whole, once
+                if 0 < length < np.inf:  # bodies across the cell's border count whole, once
                     low[axis], high[axis] = (centers[:, axis] - radii).min(), (centers[:, axis] + radii).max()
                     share *= (high[axis] - low[axis]) / length
         return share * solid_fraction(centers, radii, low, high)
@@ -204,7 +204,7 @@ def _is_force(name):
 
 
 def _compound(sim, free):
-    """Whether a free body has more than one contactor."""
+    """True if a free body has more than one contactor."""
     owners = sim.contactors.body
     owners = owners[np.isin(owners, movers(sim).id[free])]
     return len(np.unique(owners)) != len(owners)

@@ -46,10 +46,10 @@ def paired_error(values, reference, scale, confidence=CONFIDENCE):
 
 
 def upper_bound(errors, floor, confidence=CONFIDENCE):
-    """What one more error of the same kind stays below: one-sided prediction interval of errors that spread over decades.
+    """Upper bound of a further error of the same kind: one-sided prediction interval of log-normally distributed errors.
 
-    Errors below the floor count as the floor, and those below a tenth of the largest as that: an answer that happens to be
-    exact tells nothing of the others. With one error alone, nothing is known of their spread: three times it.
+    Errors are raised to the floor and to a tenth of the largest, since an answer that is exact by chance tells nothing of the
+    others. A single error has no known spread: the bound is three times its value.
     """
     errors = np.asarray(errors, float)
     logs = np.log(np.maximum(errors, max(floor, errors.max() / 10, np.finfo(float).tiny)))
@@ -66,8 +66,8 @@ SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_ite
 
 
 def table(rows, figures, confidence=CONFIDENCE):
-    """One row for each target, setting and figure: error, upper (what it may be), floor, cpu_seconds, runs, not_converged, and
-    of what it is compared with reference_tol, reference_error (the largest true error) and reference_not_converged (solves).
+    """One row for each target, setting and figure: error, upper (its upper bound), floor, cpu_seconds, runs, not_converged, and
+    for the reference reference_tol, reference_error (the largest true error) and reference_not_converged (solves).
 
     rows: of the store. figures: names of the statistics' figures. cpu_seconds: of a run, of a step, or of a solve.
     """
@@ -89,7 +89,7 @@ def loose_reference(rows):
     failed = [row for row in rows if row.get("reference_not_converged")]
     if not failed:
         return ""
-    # one reference for each time step where steps are compared, one for all where runs are
+    # comparisons of steps have a reference for each time step; runs share a single reference
     some = {(row["target"], row["dt_factor"] if kind == "step" else None): row for row in failed}.values()
     failed, all_of_them = (sum(row[f"reference_{name}"] for row in some) for name in ("not_converged", "steps"))
     unit = "steps" if kind == "statistics" else "solves"

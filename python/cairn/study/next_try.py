@@ -1,15 +1,16 @@
-"""What to try next where nothing can be recommended: the one change that what was measured speaks for, as an option to type."""
+"""Suggestion for the next try where no setting can be recommended: a single change supported by the measurements, as an option to
+type."""
 
 from __future__ import annotations
 
 import math
 
-MOST_RUNS = 10_000  # no number of runs above it is worth a word
+MOST_RUNS = 10_000  # larger numbers of runs are not suggested
 LEAST_TOL = 1e-13  # of true errors: doubles hold no more
 
 
 def below_the_floor(table, rows, accuracy, floor):
-    """Where the noise floor of a figure (its rows of the table) is above the accuracy."""
+    """Advice where the noise floor of a figure (its rows of the table) is above the accuracy."""
     kind, of = rows[0]["kind"], rows[0]["figure"]
     others = {row["figure"]: row["floor"] for row in sorted(table, key=lambda row: row["floor"]) if row["figure"] != of}
     known = [name for name, other in others.items() if other <= accuracy]
@@ -32,7 +33,7 @@ def below_the_floor(table, rows, accuracy, floor):
 
 
 def none_attains(settings, rows, accuracy, here):
-    """Where no setting attains it. settings: as recommend makes them of the rows (of the figure) of the table."""
+    """Advice where no setting attains the accuracy. settings: as recommend makes them from the figure's rows of the table."""
     kind = rows[0]["kind"]
     if not settings:
         return _nothing_measured(rows)
@@ -82,7 +83,7 @@ def _luck(best, settings, accuracy):
 
 
 def _more_runs(best, kind, accuracy):
-    """The mean is within the accuracy and its interval is not: more of what is averaged makes the interval smaller."""
+    """The mean is within the accuracy, but its confidence interval is not: more runs or a longer average narrow the interval."""
     runs = best["runs"]
     if kind == "statistics" and best["error"] < accuracy:
         needed = math.ceil(runs * ((best["measured_upper"] - best["error"]) / (accuracy - best["error"])) ** 2)
@@ -110,7 +111,7 @@ def _along_tolerance(family, accuracy):
 
 
 def _beside_tolerance(settings, kind):
-    """Where tighter tolerances gain nothing."""
+    """Advice where tighter tolerances gain nothing."""
     factor, solvers = min(s["dt_factor"] for s in settings), {s["solver"] for s in settings}
     other = next((name for name in ("Auto", "PPANewton") if name not in solvers), None)
     if kind == "statistics":

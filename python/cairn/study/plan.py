@@ -48,7 +48,7 @@ class Protocol:
 
 
 class Plan:
-    """Stages of tasks for the targets: what later ones need is in earlier ones.
+    """Stages of tasks for the targets; tasks depend on earlier stages alone.
 
     sweep: solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, meshes, ... folder: where states
     and references are kept.
@@ -160,6 +160,6 @@ class Plan:
 
 
 def _tightest(settings):
-    """Of the couplings that are swept, in words."""
+    """Tightest of the swept couplings, in words."""
     numbers = [s.coupling for s in settings.values() if s.coupling not in ("", "staggered")]
     return min(numbers, key=float, default="")

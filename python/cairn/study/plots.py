@@ -12,7 +12,7 @@ FAR_BELOW = 100.0  # times a noise floor that no error comes near
 def work_precision(table, of, accuracy=None):
     """Error of a figure against CPU seconds, an axes for each target, one curve a solver through its best settings.
 
-    Each setting is a mark (hollow: cold start; one form for each time step) with its error and, above it, what it may be.
+    Each setting is a mark (hollow: cold start; shape by time step) at its error, with its upper bound above.
     """
     from matplotlib.figure import Figure
 
@@ -32,7 +32,7 @@ def work_precision(table, of, accuracy=None):
         _one_target(ax, here, solvers)
         floor = max(row["floor"] for row in here)
         least = min((row["error"] for row in here if row["error"] > 0), default=np.inf)
-        if 0 < floor < least / FAR_BELOW:  # a scene that is nearly the same whatever it begins with
+        if 0 < floor < least / FAR_BELOW:  # a scene nearly insensitive to its initial state
             ax.plot([], [], color="grey", alpha=0.4, lw=6, label=f"noise floor {floor:.1g}, below the picture")
         elif np.isfinite(floor) and floor > 0:
             ax.set_ylim(bottom=min(ax.get_ylim()[0], floor / 2))
@@ -51,7 +51,7 @@ def work_precision(table, of, accuracy=None):
 
 
 def _curve(row):
-    """A solver, with its integrator, its mesh and what networks are given where these were swept."""
+    """Label of a curve: solver, with integrator, mesh and settings of networks where these were swept."""
     words = [row["solver"], row.get("integrator") or ""]
     words += [f"accuracy {row['accuracy']:g}"] if row.get("accuracy") else []
     words += [{"none": "plain"}.get(row["acceleration"], row["acceleration"])] if row.get("acceleration") else []

@@ -1,4 +1,4 @@
-"""Processes that work side by side, one thread each; Ctrl-C ends them at once and what was done is kept."""
+"""Pool of processes of one thread each; Ctrl-C ends them at once and keeps finished tasks."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Pool:
         self._processes = []
 
     def run(self, tasks, done, stop=lambda: False):
-        """Does all tasks, or until stop() is true: what then runs is given up. Raises TaskError after the first that failed."""
+        """Runs all tasks, or until stop() is true: running tasks are then abandoned. Raises TaskError after the first failure."""
         waiting, rows = queue.SimpleQueue(), queue.SimpleQueue()
         for task in tasks:
             waiting.put(task)

@@ -14,11 +14,12 @@ from .settings import Setting
 
 @dataclasses.dataclass(frozen=True)
 class Recommendation:
-    """What is recommended for an accuracy of a figure; false if nothing is.
+    """Recommended setting for an accuracy of a figure; false if there is none.
 
     setting: the Setting or None. error: the largest measured over the targets. upper: the largest that the error may be.
-    floor: noise below which nothing can be said. cpu_seconds: geometric mean over the targets. dt: {target: step [s]}.
-    reason: why nothing is recommended. next: what to try then, '' if a setting is recommended. words: all of it said.
+    floor: noise floor, below which errors are not resolved. cpu_seconds: geometric mean over the targets. dt: {target: step [s]}.
+    reason: why nothing is recommended. next: suggestion for the next try, '' if a setting is recommended. words: the whole in
+    words.
     """
 
     accuracy: float
@@ -86,7 +87,7 @@ def recommend(table, accuracy, of, here=False):
 
 
 def _over_targets(rows, targets, here, floor):
-    """Each setting that was measured on every target: largest error, what it may be, geometric mean of the cost."""
+    """Each setting that was measured on every target: largest error, its upper bound, geometric mean of the cost."""
     settings = {}
     for row in rows:
         settings.setdefault(row["setting"], {})[row["target"]] = row

@@ -1,6 +1,6 @@
-"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator,
-a mesh, the accuracy of velocities that is asked for, how sweeps are accelerated, and of scenes with heat or current what their
-networks are solved to and how heat and mechanics are coupled."""
+"""Settings swept by a study. A setting is a solver with its tolerance, time step, warm start, minimum of iterations, integrator,
+mesh, requested accuracy of velocities and acceleration of sweeps. Scenes with heat or current add the tolerance of networks and
+the coupling of heat and mechanics."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ACCELERATIONS = ("", "nesterov", "none")
 class Setting:
     """One point of the sweep. solver: name in Python of a solver of simulations, or in small letters one of problems.
 
-    tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0
-    for solvers that know no such number; problems use solver and tol alone. integrator: as it is called, "HHT(alpha=-0.1)"; "":
-    that of the scene. network_tol: of networks of heat and current, 0: those of the scene. coupling: of
-    Scene.thermal, "staggered" or a number in words; "": that of the scene. mesh: what build(mesh=...) of the scene's file gets,
-    the more the finer; 0: what it has by itself. accuracy: of NSCD, by which the solver goes on until velocities are so
-    exact; 0: none. acceleration: of NLGS, "nesterov" or "none"; "": its default.
+    tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0 for
+    solvers without such a minimum; problems use solver and tol alone. integrator: its call, "HHT(alpha=-0.1)"; "": that of the
+    scene. network_tol: of networks of heat and current, 0: those of the scene. coupling: of Scene.thermal, "staggered" or a
+    number in words; "": that of the scene. mesh: argument of build(mesh=...) in the scene's file, larger for finer meshes; 0: its
+    default. accuracy: of NSCD, requested error of velocities to which the solver iterates; 0: none. acceleration: of NLGS,
+    "nesterov" or "none"; "": its default.
     """
 
     solver: str
@@ -41,7 +41,7 @@ class Setting:
     acceleration: str = ""
 
     def as_row(self):
-        """What it holds, by name, without what is not asked for: rows of earlier studies stay what they were."""
+        """Values by name. Later additions are left out at their default, so that rows of earlier studies stay valid."""
         later = ("integrator", "network_tol", "coupling", "mesh", "accuracy", "acceleration")
         return {name: value for name, value in dataclasses.asdict(self).items() if name not in later or value}
 
@@ -51,12 +51,12 @@ class Setting:
 
     @property
     def family(self):
-        """All but the tolerance: settings of one family are one curve of error against cost."""
+        """All values but the tolerance: settings of a family form a curve of error against cost."""
         return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator, self.network_tol,
                 self.coupling, self.mesh, self.accuracy, self.acceleration)  # fmt: skip
 
     def strategy(self, base=None):
-        """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
+        """The cairn.NSCD of this setting, on one thread; further options come from base."""
         from ..run.strategies import NSCD
 
         if base is not None and not isinstance(base, NSCD):
@@ -69,11 +69,11 @@ class Setting:
 
     @property
     def of_networks(self):
-        """What it says of networks: a scene is built for each."""
+        """Settings of networks; each distinct combination needs a scene of its own."""
         return tuple(value for value in (self.network_tol, self.coupling) if value)
 
     def set_networks(self, scene):
-        """Gives the networks of a scene that is not yet simulated what the setting says of them."""
+        """Sets tolerance and coupling of networks in a scene before its simulation."""
         if self.of_networks and not scene.networks:
             raise ValueError("a network tolerance or a coupling is swept, and the scene has no network: call scene.thermal(...)")
         for network in scene.networks.values():
@@ -84,7 +84,7 @@ class Setting:
             scene.networks["thermal"].coupling = float("inf") if self.coupling == "staggered" else float(self.coupling)
 
     def line(self):
-        """What a script says to have it."""
+        """Line of a script that creates the setting."""
         given = {"tol": f"{self.tol:g}", "min_iter": self.min_iter, "max_iter": self.max_iter}
         given |= {"acceleration": repr(self.acceleration)} if self.acceleration else {}
         known = solver_options(self.solver) if self.solver in scene_solvers() else given
@@ -153,7 +153,7 @@ def scene_settings(
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
-    if tuple(meshes or (0.0,)) != (0.0,):  # the default: what build() makes by itself
+    if tuple(meshes or (0.0,)) != (0.0,):  # the default mesh of build()
         for mesh in meshes:
             check_mesh("meshes", mesh)
     every = itertools.product(
@@ -177,7 +177,7 @@ def scene_settings(
 
 
 def _estimates(name):
-    """Whether the solver estimates the error of velocities, which NSCD(accuracy=...) asks for."""
+    """True if the solver estimates the error of velocities, as NSCD(accuracy=...) requires."""
     from ..run.strategies import SOLVERS, Auto, ProblemSolver
 
     return issubclass(SOLVERS[name], Auto) or not issubclass(SOLVERS[name], ProblemSolver)

@@ -107,7 +107,7 @@ def read_rows(folder):
 
 
 def parse(name, word):
-    """A word of the file as what it was."""
+    """A word of the file converted to text, float or integer."""
     if name in TEXTS:
         return word
     return float(word) if any(c in word for c in ".enai") else int(word)

@@ -1,4 +1,5 @@
-"""A study from start to end: what is to be done, what is done already, the rest side by side, then tables and words."""
+"""A study from start to end: plans the tasks, skips finished ones, runs the rest in parallel, then writes tables and a
+summary."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ FIGURES = ("solid_fraction", "boundary_force", "kinetic_energy")
 
 
 def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, workers=None, progress=True, say=None, **protocol):
-    """Sweeps settings over scenes or problems and returns a Study. What an earlier run left in the folder is not done again.
+    """Sweeps settings over scenes or problems and returns a Study. Tasks finished by an earlier run in the folder are not
+    repeated.
 
     what: paths (or one) of scenes of Scene.save, of .py files that define build(**options) -> Scene or Simulation, or of
     frictional contact problems; or a Scene. A pair (path, options) is a .py with options of its own.
@@ -28,15 +30,14 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, accuracies of NSCD, accelerations
     of NLGS ("nesterov", "none"), and meshes, numbers that build(mesh=...) of a .py file gets.
     workers: processes (default: cores).
-    say: function that gets words on what is done (default: print). progress: as Progress.
+    say: function that receives messages on the progress (default: print). progress: as Progress.
 
-    Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how
-    many; one_step: whether one step from these is compared; in_time: whether its error in time, as Simulation.time_error tells
-    it, is set against eight steps of an eighth; duration [s] of the perturbed runs (DURATION; none without it);
+    Options of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states:
+    their number; one_step: compare a single step from these; in_time: compare its error in time, as by Simulation.time_error,
+    with eight steps of an eighth; duration [s] of the perturbed runs (DURATION; none without it);
     runs: how many, at least 8; perturbation: share of the radius; averaged: share of a run; samples: in it; step_tol,
-    reference_tol, reference_dt_factor, reference_solver, reference_mesh (default: the largest of meshes): of what is compared
-    with; prepare_tol; max_seconds: CPU seconds of a
-    run at most.
+    reference_tol, reference_dt_factor, reference_solver, reference_mesh (default: the largest of meshes): of the reference;
+    prepare_tol; max_seconds: CPU seconds of a run at most.
     """
     folder, targets, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
     names, say = plan.protocol.figures, print if say is None else say
@@ -52,7 +53,7 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
 
 
 def planned(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, **protocol):
-    """What run() would do: {kind of task: (all, those not done yet)}. Computes nothing."""
+    """Tasks of run(): {kind of task: (all, unfinished)}. Computes nothing."""
     folder, _, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
     known = store.read_rows(folder)
     missing = Counter(task["kind"] for stage in _waiting(plan, known) for task in stage)
@@ -106,7 +107,7 @@ def _figures(targets, given):
 
 
 def _columns(targets, names):
-    """Of the errors and figures that there will be."""
+    """Columns of errors and figures for these targets."""
     if targets[0].kind == "problem":
         return measures.PROBLEM_FIGURES
     return [*measures.STEP_FIGURES, *names, *(f"scale_{name}" for name in names)]
@@ -120,7 +121,7 @@ def _say_changed(rows, targets, say):
 
 
 def _waiting(plan, rows):
-    """Stages of the tasks that are not done. What only they need of states and references is made again where it is gone."""
+    """Stages of unfinished tasks. States and references that these need are recomputed if their files are missing."""
     needed, stages = set(), []
     for stage in reversed(plan.stages):
         missing = [task for task in stage if not _is_done(task, rows, needed)]
@@ -138,7 +139,7 @@ def _is_done(task, rows, needed):
 
 
 def _do(plan, rows, workers, progress, say):
-    """Does what is not done; False if it was stopped."""
+    """Runs unfinished tasks; False if it was stopped."""
     from .. import __version__
     from ..run.progress import Progress, StopAtSignal
     from .tasks import prepared
@@ -169,8 +170,8 @@ def _do(plan, rows, workers, progress, say):
 
 
 class Study:
-    """What a study found. rows: as measured. table: errors and costs of each setting, a list of dicts (measures.table).
-    claims: what steps told of their own errors against the truth, for each setting (claims.table).
+    """Results of a study. rows: as measured. table: errors and costs of each setting, a list of dicts (measures.table).
+    claims: estimated errors of steps against true ones, for each setting (claims.table).
 
     whole: False if it was stopped before its end.
     """

@@ -10,8 +10,8 @@ A study is a TOML file:
     mu = [0.1, 0.3, 0.5]          # values
     radius = { low = 0.01, high = 0.1, log = true }     # a range: of a Latin hypercube alone
 
-Each point is one call of `run`, in another process; what is done stands in results.csv at once, so that a study that was
-stopped goes on where it was. A point that fails has its words in the column `failed`; the others go on.
+Each point is a call of `run` in another process. Finished points are written to results.csv at once, so that a stopped study
+resumes. The message of a point that fails is in the column `failed`; the others go on.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ OWN = ("point", "cpu_seconds", "failed")  # columns of the table that no result 
 
 
 class SweepError(ValueError):
-    """A study file, or what its script returned, is not what it should be."""
+    """A study file, or the value returned by its script, is invalid."""
 
 
 @dataclass
 class Plan:
-    """What a study file asks for. points: a list of {parameter: value}, in the order in which they are run."""
+    """Contents of a study file. points: a list of {parameter: value}, in the order in which they are run."""
 
     script: Path
     points: list = field(default_factory=list)
@@ -142,12 +142,12 @@ def _hypercube(parameters, samples, seed):
 
 
 def key_of(words, point):
-    """What a row of the table is known by: the words of the script and of modules beside it, and the values of the point."""
+    """Key of a row of the table: hash of the script, of modules beside it, and of the values of the point."""
     return hashlib.sha256(words + json.dumps(point, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def sweep(path, folder=None, processes=None, dask=None, progress=None):
-    """Run what is left of a study. Returns the path of its table.
+    """Runs the unfinished points of a study. Returns the path of its table.
 
     path : of the study file. folder : where results.csv goes (default: beside the study, its name without .toml).
     processes : side by side, one thread each (default: as many as cores). dask : address of a Dask scheduler whose workers do

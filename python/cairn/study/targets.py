@@ -1,4 +1,4 @@
-"""What is studied: scenes from files, scenes that a Python file builds, and frictional contact problems."""
+"""Targets of a study: scenes from files, scenes built by a Python file, and frictional contact problems."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from .settings import digest
 
 
 class Target:
-    """One scene or problem of a study. path: of its file. options, own: what build(**options) gets; own ones name the target.
+    """One scene or problem of a study. path: of its file. options, own: arguments of build(**options); own ones name the target.
 
-    kind: "scene" (Scene.save), "script" (a .py that defines build) or "problem". fingerprint: changes with what is studied.
+    kind: "scene" (Scene.save), "script" (a .py that defines build) or "problem". fingerprint: hash that changes with the scene or
+    problem.
     dt: the scene's own time step [s] or None.
     """
 

@@ -76,7 +76,7 @@ def _use(sim, target, base, setting):
 def prepare(task):
     """Runs a scene to its common states and writes them as checkpoints: at equal times over the second half.
 
-    What it has done so far is kept on the disk as it goes, so that a study that was stopped goes on from there.
+    Its progress is saved on the disk as it goes, so that a stopped study resumes from there.
     """
     (target, sim, _), (first, cpu, failed) = _begun(task)
     after, files = target.after_step(), task["files"]
@@ -179,7 +179,7 @@ def _one_step(sim):
 
 
 def step_errors(state, reference):
-    """Errors of one step, in what contacts did: velocities in the energy norm, forces on the boundaries.
+    """Errors of one step relative to the action of contacts: velocities in the energy norm, forces on the boundaries.
 
     step_velocity = sqrt(sum m |v - v_ref|^2 / sum |p_ref|^2 / m), p the momentum that contacts gave to a body;
     step_boundary_force = |F - F_ref| / |F_ref| over all boundaries.
@@ -339,7 +339,7 @@ def _solved(task):
 
 
 def velocity_error(problem_, u, u_ref):
-    """sqrt(sum |u - u_ref|^2 / W_NN  /  sum |u_ref - q|^2 / W_NN): relative velocities, in what contacts did."""
+    """Error of relative velocities over their change by contacts: sqrt(sum |u - u_ref|^2 / W_NN  /  sum |u_ref - q|^2 / W_NN)."""
     rho = 1 / problem_.W.diagonal()[:: problem_.dim, None]
     scale = np.sum(rho * (u_ref - problem_.q) ** 2)
     return float(np.sqrt(np.sum(rho * (u - u_ref) ** 2) / scale)) if scale > 0 else float("nan")
@@ -362,7 +362,7 @@ def problem_reference(task):
 
 
 def problem(task):
-    """One solve of a problem against the tight one."""
+    """Solves a problem and compares it with the reference solution."""
     with np.load(task["file"]) as file:
         u = file["u"]
     least, spent = None, 0.0

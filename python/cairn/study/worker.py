@@ -8,7 +8,7 @@ import threading
 
 
 def main():
-    """Tasks as JSON on standard input, rows as JSON on standard output; what scenes print goes to standard error."""
+    """Tasks as JSON on standard input, rows as JSON on standard output; output printed by scenes goes to standard error."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     lines = queue.SimpleQueue()
@@ -16,7 +16,7 @@ def main():
     def read():
         for line in sys.stdin:
             lines.put(line)
-        os._exit(0)  # the study is over, or gone: so is what runs here
+        os._exit(0)  # the study has ended or died, and so does this process
 
     threading.Thread(target=read, daemon=True).start()
     from cairn.study import tasks
@@ -25,7 +25,7 @@ def main():
         task = json.loads(lines.get())
         try:
             answer = {"row": tasks.run(task)}
-        except Exception as error:  # whatever a scene does wrong is told, and the study goes on
+        except Exception as error:  # any error of a scene is reported, and the study goes on
             answer = {"failed": f"{type(error).__name__}: {error}"}
         print(json.dumps(answer), file=answers, flush=True)
 

@@ -184,7 +184,7 @@ contains
     call add_elastic_cells(mesh, element, cell, young, poisson, 1000.0_dp, plane_stress=.true.)
   end subroutine block
 
-  !> Whether a place of the lattice is a node of a cell.
+  !> True if a place of the lattice is a node of a cell.
   pure logical function belongs(local, place, dim)
     integer, intent(in) :: local(:, :, :), place(3), dim
     integer :: l, m

@@ -1,4 +1,4 @@
-!> A Fortran program on its own: three disks in a trough, the floor pushed up at a constant speed; what is wrong is refused.
+!> A Fortran program on its own: three disks in a trough, the floor pushed up at a constant speed; wrong input is refused.
 program pile
   use, intrinsic :: iso_c_binding, only: c_int64_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf

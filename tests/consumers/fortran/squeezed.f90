@@ -6,14 +6,14 @@ module squeezing
   implicit none
   integer, parameter :: dp = kind(1d0), n = 2, top(n + 1) = [7, 8, 9]
 
-  !> What the routine is told, and what it needs.
+  !> Context of the routine: its arguments and data.
   type :: squeezed_block
     type(cairn_simulation) :: simulation
     integer :: number = -1, calls = 0
     real(dp) :: first = -1, reached = 0, longest = 0
   end type
 contains
-  !> Of the top, aside (2, nodes) [N].
+  !> Lateral forces on the top (2, nodes) [N].
   function push(time) result(force)
     real(dp), intent(in) :: time
     real(dp) :: force(2, (n + 1)**2)

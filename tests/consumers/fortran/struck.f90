@@ -20,7 +20,7 @@ program struck
   call by_stress(3e4_dp, .false.)
   call as_another()
 contains
-  !> Of two squares that fall, one is watched.
+  !> Two squares fall, and one of them is watched.
   subroutine by_force()
     integer(c_int64_t) :: one, other
     integer :: step, kinds(120)

@@ -78,7 +78,7 @@ contains
     call add_elastic_cells(mesh, "q4", cell, young, 0.3_dp, 1000.0_dp, plane_stress=.true.)
   end subroutine block
 
-  !> Two arms on a back, a narrow slot between them: the upper one is pushed on to the lower one.
+  !> Two arms on a back with a narrow slot between them: the upper arm is pushed on to the lower.
   subroutine fork()
     real(dp), parameter :: gap = 0.02_dp, h = 1e-3_dp, level(4) = [0.0_dp, 0.2_dp, 0.2_dp + gap, (0.2_dp + gap) + 0.2_dp]
     integer :: cell(4, 9), side(2, 8), rock, k, i, j, n

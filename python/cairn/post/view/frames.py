@@ -1,4 +1,4 @@
-"""What one output of a run looks like: round bodies, surfaces, walls and forces, as plain arrays for any renderer."""
+"""Geometry of one output of a run: round bodies, surfaces, walls and forces, as plain arrays for any renderer."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def limits_of(run, what, samples=5):
 
 
 def is_category(what):
-    """Whether a field numbers classes, which get colours of their own."""
+    """True if a field numbers classes, which get distinct colours."""
     return what in CATEGORIES
 
 
