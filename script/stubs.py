@@ -45,9 +45,9 @@ def exports(module):
 def later():
     """Lazy imports of the package, and its folders."""
     for name, module in cairn._LATER.items():
-        if module != "build.bulk":  # classes of a list, below
+        if module != "model.bulk":  # classes of a list, below
             yield f"from .{module} import {name} as {name}"
-    for name in ("build", "plugs", "post", "run"):
+    for name in ("model", "plugs", "post", "run"):
         yield f"from . import {name} as {name}"
     for name, module in cairn._PARTS.items():
         place, _, last = module.rpartition(".")

@@ -3,8 +3,8 @@
 from typing import Any
 
 from . import _core as _core
-from . import build as build
 from . import legacy as legacy
+from . import model as model
 from . import names as names
 from . import networks as networks
 from . import plugs as plugs
@@ -27,16 +27,6 @@ from .model.bodies import spheres as spheres
 from .model.bodies import tube as tube
 from .model.bodies import wall as wall
 from .model.bulk import BulkMaterial
-from .model.bulk import DruckerPrager as DruckerPrager
-from .model.bulk import FiniteJ2 as FiniteJ2
-from .model.bulk import IsotropicDamage as IsotropicDamage
-from .model.bulk import IsotropicElastic as IsotropicElastic
-from .model.bulk import J2Plasticity as J2Plasticity
-from .model.bulk import KelvinVoigt as KelvinVoigt
-from .model.bulk import NeoHookean as NeoHookean
-from .model.bulk import Ogden as Ogden
-from .model.bulk import OrthotropicElastic as OrthotropicElastic
-from .model.bulk import SaintVenantKirchhoff as SaintVenantKirchhoff
 from .model.callbacks import BodyStep as BodyStep
 from .model.callbacks import CallbackBody as CallbackBody
 from .model.elastic import ElasticBody as ElasticBody
