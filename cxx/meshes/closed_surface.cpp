@@ -50,8 +50,7 @@ std::vector<std::int32_t> boundary_of_cells(const MeshModel& m) {
 // True if the sides close: every end of an edge (2D) or edge of a triangle (3D) is balanced by a neighbour of opposite
 // direction.
 bool closes(int dim, const std::vector<std::int32_t>& side) {
-  std::vector<std::array<std::int32_t, 3>>
-      rim; // per end or edge of a side: its nodes, rising, and the direction in which the side runs through it
+  std::vector<std::array<std::int32_t, 3>> rim; // nodes of an end or edge, rising; direction
   for (std::size_t s = 0; s < side.size(); s += std::size_t(dim))
     for (int k = 0; k < dim; ++k) {
       const std::int32_t one = side[s + std::size_t(k)], other = side[s + std::size_t((k + 1) % dim)];
