@@ -22,7 +22,7 @@ public:
   // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
   // were. measure: square of the error of the impulses at hand, records up to date.
   virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
-  // Whether velocities may be off by much more than the error, which is small enough.
+  // True if velocities may err by much more than impulses, whose error is small enough.
   virtual bool refines(int iterations, double error) {
     (void)iterations, (void)error;
     return false;
