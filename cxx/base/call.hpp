@@ -13,7 +13,7 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A step that is too long for what moves in it: a shorter one may be made from where it began.
+// Error of a step that is too long for a moving body: a shorter step may be made from the same state.
 struct StepTooLong : Error {
   using Error::Error;
 };

@@ -41,7 +41,7 @@ constexpr std::int32_t image_after_lean(std::int32_t image, int k, int i, int ce
   return encode_image(index[0], index[1], index[2]);
 }
 
-// What is added to the position of B [m]: the cell vectors times the indices of the image.
+// Shift of the position of B [m]: the cell vectors times the indices of the image.
 constexpr void image_shift(const Cell& cell, std::int32_t image, double shift[3]) {
   int index[3] = {0, 0, 0};
   decode_image(image, index);
@@ -52,7 +52,7 @@ constexpr void image_shift(const Cell& cell, std::int32_t image, double shift[3]
   }
 }
 
-// What is added to the velocity of B [m/s], since its image moves with the cell.
+// Jump of the velocity of B [m/s]: its image moves with the cell.
 constexpr void image_velocity(const Cell& cell, std::int32_t image, double jump[3]) {
   double shift[3] = {0, 0, 0};
   image_shift(cell, image, shift);

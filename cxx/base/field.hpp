@@ -22,7 +22,8 @@ struct LineAllocator {
 template <class T>
 using Array = std::vector<T, LineAllocator<T>>;
 
-// A size that may change every step: what is added to the capacity is a little, not as much again.
+// Resizes a vector whose size may change every step: capacity grows by a sixteenth, it is not doubled. Contents are
+// lost where it grows.
 template <class Vector>
 void fit(Vector& v, std::size_t n) {
   if (n > v.capacity()) {

@@ -1,5 +1,5 @@
-// Memory that stages of a step use one after the other: what one left there is gone when the next begins. Detection
-// works where the contacts of the last step stood, and the contacts of this step take its place.
+// Scratch memory, used by the stages of a step in turn: data of a stage are lost when the next begins. Detection works
+// where the contacts of the last step were, and the contacts of this step take its place.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace cairn {
 
 class Scratch {
 public:
-  // Everything taken so far is given back. What was in several blocks will fit in one, and a sixteenth more: once sizes
-  // are settled nothing is allocated.
+  // Gives everything back. Several blocks become one block, a sixteenth larger: once sizes are settled nothing is
+  // allocated.
   void begin() {
     if (blocks_.size() > 1) {
       blocks_.clear();
@@ -25,7 +25,7 @@ public:
     std::size_t blocks, used, taken;
   };
   Mark mark() const { return {blocks_.size(), used_, taken_}; }
-  // What was taken since the mark is given back.
+  // Gives back the memory taken since the mark.
   void release(const Mark& mark) {
     taken_ = mark.taken;
     if (blocks_.size() == mark.blocks) used_ = mark.used; // else it is left until there is one block
@@ -54,7 +54,7 @@ public:
 
 private:
   struct alignas(64) Line {
-    Line() {} // leaves what is there
+    Line() {} // no initialisation
     std::byte bytes[64];
   };
   std::vector<Array<Line>> blocks_;
@@ -62,7 +62,7 @@ private:
   std::size_t taken_ = 0, most_ = 0; // lines at hand now, and at most so far
 };
 
-// An array in a scratch. Room is made without keeping what was there; copies are views.
+// Array in a scratch. make_room loses old contents; copies are views.
 template <class T>
 class ScratchArray {
 public:

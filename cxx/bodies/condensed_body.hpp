@@ -8,7 +8,7 @@
 
 namespace cairn {
 
-// Dofs up to which a body is condensed whole, and contacts keep what they do to it.
+// Dofs up to which a body is condensed whole, and contacts store its response.
 inline constexpr std::int64_t small_condensed = 24;
 // Numbers from the velocities of one body to those of the next: whole cache lines.
 inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs + 7) / 8 * 8; }
@@ -16,7 +16,7 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 struct CondensedBody {
   cairn_condensed dofs{};
   cairn_reach reach{};       // where dofs.reach is not null
-  double mass = 0;           // of the whole body, whatever holds it [kg]
+  double mass = 0;           // of the whole body, held or not [kg]
   std::int64_t touching = 1; // its nodes that may ever touch
   double inverse_mass = 0;   // of the whole body, 0 where dofs along each axis are given [1/kg]
   // Numbers from dofs.velocity on that impulses change, whatever their kind, and those between.

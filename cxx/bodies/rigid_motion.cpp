@@ -127,7 +127,7 @@ bool solve_small(std::vector<double> a, std::size_t n, double* b) {
   return true;
 }
 
-// As velocities_with_momentum; forces, of the same motion as accelerations, where these are asked for.
+// Same as velocities_with_momentum; with `forces` the forces of this motion taken as accelerations.
 std::vector<double> rigid(int dim, const SparseMatrix& mass, std::span<const double> arm,
                           std::span<const double> momentum, bool forces) {
   const auto rates = rates_of(dim, arm);

@@ -18,12 +18,13 @@ Rotation times(const Rotation& a, const Rotation& b);
 Rotation transposed(const Rotation& a);
 void turn(int dim, const Rotation& r, std::span<const double> from, double* to); // (dim, n)
 
-// What each node counts for in the momentum along the first axis (nodes) [kg]. mass: lower triangle (dim nodes).
+// Mass of each node in the momentum along the first axis (nodes) [kg]. mass: lower triangle (dim nodes).
 std::vector<double> node_weights(int dim, const SparseMatrix& mass);
 // mean (dim) by weights of places (dim, n).
 std::array<double, 3> centre_of(int dim, std::span<const double> weight, std::span<const double> x);
 
-// Of nodes at x with velocities v: momentum, then angular momentum about the centre of mass [N s, N m s].
+// Motion of nodes at x with velocities v: mass [kg], kinetic energy [J], centre of mass [m], momentum, then angular
+// momentum about the centre of mass [N s, N m s].
 struct NodesMotion {
   double mass = 0, kinetic = 0;
   std::array<double, 3> centre{};

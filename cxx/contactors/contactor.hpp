@@ -12,7 +12,7 @@
 namespace cairn {
 
 enum class Shape : std::int16_t; // rows of shapes.def; their names stand in shapes.hpp
-// What shapes.def says of each.
+// Properties of a shape, from its row of shapes.def.
 struct ShapeInfo {
   const char* name;
   int dim;
@@ -35,7 +35,7 @@ struct Contactors {
   explicit Contactors(int dim);
   int dim;
   std::int64_t count = 0;
-  Hulls hulls; // what those of them are that have one
+  Hulls hulls; // of each contactor that has one
 
 #define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
 #include "../bodies/fields.def"

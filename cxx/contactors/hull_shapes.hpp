@@ -18,7 +18,8 @@ struct SurfaceFacets {
   std::vector<double> centre; // (3, triangles) [m]
   std::vector<std::int32_t> around, around_start;
 };
-// vertex (3, n) [m], triangle (3, m) anticlockwise from the free side. Throws Error for what has no area or no vertex.
+// vertex (3, n) [m], triangle (3, m) anticlockwise from the free side. Throws Error for triangles without an area and
+// for empty input.
 SurfaceFacets add_facets(Hulls& hulls, std::span<const double> vertex, std::span<const std::int32_t> triangle);
 
 } // namespace cairn

@@ -86,7 +86,7 @@ void Builder::take_vertices(std::span<const double> values) {
   for (const Vector& v : x) first.push_back(places.try_emplace(v, std::int32_t(first.size())).first->second);
 }
 
-// Faces of one plane are one: the plane is kept once.
+// Adds a face; coplanar faces share their plane.
 void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face) {
   const std::string name = "face " + std::to_string(face);
   if (corners.size() < 3)
@@ -105,7 +105,7 @@ void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face
   }
   const double twice = std::sqrt(dot(area, area));
   if (!(twice > 0.1 * hull_flatness * longest))
-    return; // a sliver has no plane of its own; what it lacks shows as an open edge
+    return; // a sliver has no plane of its own; the gap that it leaves shows as an open edge
   Plane plane{scaled(area, 1 / twice), 0};
   plane.offset = dot(plane.normal, x[corners[0]]);
   for (const auto c : corners) plane.offset = std::max(plane.offset, dot(plane.normal, x[c]));
@@ -156,8 +156,8 @@ double Builder::thickness() const {
   return least;
 }
 
-// Each plane's vertices in order round it. Vertices of other faces are not of it, however near they are: what is one
-// face to one of two planes that hardly differ would be two to the other.
+// Orders the vertices of each plane around it. Vertices of other faces do not belong to it, however near: a face of one
+// of two nearly equal planes would else be two faces of the other.
 void Builder::make_loops() {
   for (std::size_t p = 0; p < planes.size(); ++p) {
     const Vector& normal = planes[p].normal;
@@ -177,7 +177,7 @@ void Builder::make_loops() {
   drop_vertices_in_edges();
 }
 
-// What fewer than three faces meet in is no corner.
+// Drops vertices where fewer than three faces meet.
 void Builder::drop_vertices_in_edges() {
   std::vector<int> meet(x.size(), 0);
   for (const Loop& loop : loops)

@@ -17,8 +17,8 @@ struct HullBatch {
   // Each is triangle (0, 1, 2) of a surface, among the triangles that share a vertex with it, in the order of the
   // surface.
   bool facets = false;
-  // Of round shapes, which have no corners, see convex_shape.f90: normals and offsets of the faces, and the radii [m]
-  // of the balls around 0 that hold them.
+  // Convex round shapes without corners, see convex_shape.f90: normals and offsets of the faces, and radii [m] of the
+  // bounding balls around 0.
   std::span<const double> plane{}; // (4, faces) [-, m]; empty for all else
   std::span<const double> ball{};  // (n) [m]
 };
@@ -31,7 +31,7 @@ inline constexpr std::int64_t most_face_corners = 1024, most_hull_edges = 16383;
 struct Hulls {
   explicit Hulls(int dimension) : dim(dimension) {}
   int dim;
-  // Which of these a hull is, from its numbers of faces and edges; none stands for what is no hull.
+  // Form of a hull, from its numbers of faces and edges; none: no hull.
   enum class Form { none, polygon, polyhedron, facet, axial, superquadric };
   Form form(std::int32_t hull) const;
   // see cairn_hulls in cairn/core.h
@@ -43,8 +43,8 @@ struct Hulls {
   std::int32_t count() const { return std::int32_t(first_vertex.size()) - 1; }
   std::int32_t vertices(std::int32_t hull) const { return first_vertex[hull + 1] - first_vertex[hull]; }
   std::int32_t faces(std::int32_t hull) const { return first_face[hull + 1] - first_face[hull]; }
-  // All or nothing: throws Error, naming hull, face and vertex, for what is not closed, not convex or has no volume.
-  // Returns the number of the first.
+  // Adds all hulls or none: throws Error, naming hull, face and vertex, for a hull that is not closed, not convex or
+  // without volume. Returns the number of the first.
   std::int32_t add(const HullBatch& batch);
   // Other places (3, vertices) for the vertices of a facet, from its centre: its plane and ball follow. Throws Error
   // where it has no area.

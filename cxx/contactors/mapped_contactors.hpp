@@ -14,23 +14,24 @@ struct MappedContactors {
   std::vector<double> centre;          // (dim, n) [m]
   std::vector<double> direction;       // (dim, n) of edges, unit, in space; zero of others
   std::vector<double> half_length;     // of edges as their nodes stand; 0 of others [m]
-  // Of edges: the contactors of the edge that ends where this one begins, and of the one that begins where it ends, -1:
-  // none.
+  // Neighbours of edges: contactors of the edge that ends at an edge's begin, and of the edge that begins at its
+  // end, -1: none.
   std::vector<std::int32_t> before, after;
-  // Of nodes, by place in `contactor`: the contactors of the edges or facets of their mesh that have them. Empty where
+  // Sides at nodes, by place in `contactor`: contactors of the edges or facets of their mesh at the node. Empty where
   // no mesh has both.
   std::vector<std::int64_t> sides_start;
   std::vector<std::int32_t> sides;
   std::vector<double> hair; // of nodes and points: how far past the rim of a flat side they stay on it [m]; 0 of sides
-  // Of nodes, by place in `contactor`: nodes of the scene that they have cells with; where all nodes are (dim, nodes).
+  // Neighbours of nodes, by place in `contactor`: nodes of the scene in the same cells; positions of all nodes (dim,
+  // nodes).
   std::vector<std::int64_t> beside_start;
   std::vector<std::int32_t> beside;
   const double* node_position = nullptr;
   std::vector<std::int32_t> place; // of all contactors in `contactor`, -1: a rigid body carries it
   std::int32_t bodies = 0;         // contactors.body goes down to -bodies
-  // Of bodies that touch themselves: their sides are carried by bodies of their own, as far as pairs are sought, with
-  // numbers from `bodies` on; how far behind a side a point of the same body is no longer in contact with it [m]. Sides
-  // that each contactor is next to, rising, by its place in `contactor`.
+  // Self-contact: sides of self-contacting bodies are carried, for the search of pairs, by bodies of their own with
+  // numbers from `bodies` on; apart_depth: depth behind a side beyond which a point of the same body is no longer in
+  // contact [m]; near: sides adjacent to each contactor, rising, by its place in `contactor`.
   std::vector<std::int32_t> apart, apart_carrier, near;
   std::vector<std::int64_t> near_start;
   std::vector<double> apart_depth; // of each of `contactor`, 0 of those that are not apart

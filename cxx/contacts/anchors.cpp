@@ -1,6 +1,6 @@
-// Bonds of bodies with sides hold at points that both bodies carry. What detection calls the points of a face changes
-// when bodies slide, turn or bend a little, and a bond that went by these names would be lost; and gaps between the
-// points themselves tell openings and slips of a joint, gaps of faces do not. What is broken is detection's again.
+// Anchored bonds: bonds of bodies with sides hold at material points of both bodies. Detection renames the contact
+// points of a face when bodies slide, turn or bend a little, and a bond would be lost with its name; gaps between the
+// points themselves tell openings and slips of a joint, gaps of faces do not. Broken bonds are left to detection again.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,8 +13,8 @@
 
 namespace cairn {
 
-// Of candidate i, for the key that the memory got last. Shapes are taken as they are: a body that is bent already
-// carries the point as one of the shape it has.
+// Makes the anchor of candidate i, for the last key of the memory. Shapes are taken as they are: a bent body carries
+// the point as one of its present shape.
 void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
@@ -48,7 +48,7 @@ void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor
     from_b[k] = point[k] - gap / 2 * normal[k] - (xb[k] + shift[k]);
   }
   if (body(ca) < 0) face_of_node(ca, cb, shift, normal, from_b);
-  if (body(ca) >= 0) to_body_axes(*bodies, d, body(ca), from_a, made.a); // a node carries what is held itself
+  if (body(ca) >= 0) to_body_axes(*bodies, d, body(ca), from_a, made.a); // nodes carry their end without a lever
   if (body(cb) >= 0) {
     to_body_axes(*bodies, d, body(cb), from_b, made.b);
     to_body_axes(*bodies, d, body(cb), normal, made.normal);
@@ -102,8 +102,8 @@ void Interactions::State::face_of_node(std::int32_t node, std::int32_t hull, con
   }
 }
 
-// What carries a contactor: where it is, and vectors in its axes in those of space. A point of a mesh carries its end
-// of a joint without a lever, and has no axes but those of space.
+// Carrier of a contactor: its position, and vectors of its axes in axes of space. A point of a mesh carries its end of
+// a joint without a lever, and has the axes of space.
 void Interactions::State::carrier_at(std::int32_t contactor, double* x) const {
   for (int k = 0; k < dim(); ++k)
     x[k] =
@@ -180,7 +180,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
     const LawInfo& law = law_infos()[std::size_t(laws.entry(entry).law)];
     if (!law.anchored) continue;
     if (!s.rope_of.empty() && s.rope_of[std::size_t(*contactors.material[a])].value_or(RopeEnds{0, 0, 0}).far < 0)
-      continue; // what it held is gone
+      continue; // the rope has lost its end
     const bool sound = m.states[k * std::size_t(m.state_components)] > 0;
     const bool spans = law.spans || (law.joins && laws.entry(entry).params[joint_spans] > 0);
     s.anchored_places.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, spans, law.joins});
@@ -229,7 +229,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   std::swap(found, to);
 }
 
-// Triangles of a rigid body, and the sides of a mesh, are a surface, named by what has it.
+// True for triangles of a rigid body and sides of a mesh: they form a surface, named by its body or mesh.
 bool Interactions::State::is_of_surface(std::int32_t side) const {
   return body(side) >= 0 ? Shape(*contactors->shape[side]) == Shape::facet : meshes->turns(side);
 }
@@ -238,7 +238,7 @@ std::int32_t Interactions::State::surface_of(std::int32_t side) const {
   return body(side) >= 0 ? body(side) : -1 - meshes->mesh_of(side);
 }
 
-// Bonds that hold on surfaces, by what they hold together.
+// Bonds on surfaces, sorted by contactor and surface.
 void Interactions::State::find_bonds_on_surfaces() {
   on_surfaces.clear();
   for (const AnchoredPlace& p : anchored_places)
@@ -258,8 +258,9 @@ void Interactions::State::find_bonded_nodes() {
   std::sort(bonded_nodes.begin(), bonded_nodes.end());
 }
 
-// Whether all nodes that a side of a mesh rests on where it meets a body are held on that body. What the bonds leave to
-// it is rounding, and a second contact there, of a normal and a gap that differ by it, runs away against them.
+// True if all nodes that carry a side of a mesh at its contact with a body are bonded to that body. Only rounding is
+// left to such a contact; as its normal and gap differ from those of the bonds, its impulses would diverge against
+// them.
 bool Interactions::State::is_held_by_nodes(std::int64_t i, const Candidates& found) const {
   constexpr double some = 1.0 / 64; // of the weight of a node
   const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
@@ -278,8 +279,8 @@ bool Interactions::State::is_held_by_nodes(std::int64_t i, const Candidates& fou
   return true;
 }
 
-// Whether what detection found of a body on a triangle is a corner that a bond holds on the triangle beside it: a hair
-// decides which of two triangles a corner above their edge is given to.
+// True if a contact of a body with a triangle is a corner that a bond holds on the neighbouring triangle: rounding
+// decides to which of two triangles a corner above their edge belongs.
 bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found) const {
   constexpr double bends = 0.75;    // cosine between sides of a mesh, which bend
   constexpr double near = 1.0 / 64; // of the size of the body
@@ -308,8 +309,8 @@ bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found
   return false;
 }
 
-// The contacts of one pair: those that hold, then what detection found besides, of which the nearest goes on with what
-// a broken one left.
+// Contacts of one pair: sound anchored bonds first, then contacts from detection, of which the nearest inherits the
+// state of a broken bond.
 void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
                                        const Candidates& found) {
   const int d = dim();
@@ -328,7 +329,7 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     on_mesh_side(p.b) ? normal_of_side(p.b, normal) : carried(p.b, anchor.normal, normal);
     carrier_at(p.a, xa);
     between_ends(p.a, p.b, p.image, anchor, between);
-    // a node does not turn with the other end: what slides along it is seen where A's end is, not half way
+    // a node does not turn with the other end: slip along it is measured at A's end, not half way
     const double share = p.joins && (body(p.a) < 0 || body(p.b) < 0) ? 0 : 0.5;
     for (int k = 0; k < d; ++k) {
       square += between[k] * between[k];

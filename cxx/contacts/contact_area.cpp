@@ -1,4 +1,4 @@
-// What a contact stands for besides its point: an area, an effective radius; and whether its bodies came in touching.
+// Area and effective radius of a contact; and contacts of bodies that came in touching.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -23,8 +23,8 @@ double span_of(const double* point, int count, const double* normal) {
 
 } // namespace
 
-// Of round bodies and round ends the disk of their radius, of a node of a mesh its part of the surface, of points that
-// bodies with sides share the part of the face between them. In 2D of a metre across the plane.
+// Contact area [m2], in 2D per metre across the plane: disk of the effective radius for round bodies and round ends,
+// tributary area for nodes of meshes, part of the shared face for each contact point of bodies with sides.
 double Interactions::State::area_of(std::int64_t i) const {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
@@ -66,8 +66,8 @@ void Interactions::State::find_mesh_areas() {
   meshes->find_areas(is_mark);
 }
 
-// Of a ball against flat sides its own, in a hollow one more than that. What has corners has no radius but that of a
-// ball round it, which stands for its size where no ball is there.
+// Effective radius [m]: that of the ball against flat sides, more in a hollow. Bodies with corners count by the radius
+// of their bounding ball, as a size where no ball is there.
 double Interactions::State::effective_radius(std::int64_t i) const {
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
@@ -78,7 +78,7 @@ double Interactions::State::effective_radius(std::int64_t i) const {
   }
   if (ra > 0 && rb > 0) return ra * rb / (ra + rb);
   if (ra > 0 || rb > 0 || !meshes) return std::max(ra, rb);
-  for (const std::int32_t contactor : {ca, cb}) // a node has no size: what a cell has counts instead
+  for (const std::int32_t contactor : {ca, cb}) // a node has no size: the size of a cell counts instead
     if (kind[contactor] & mapped) return meshes->meshes[meshes->mesh_of(contactor)].size();
   return 0;
 }

@@ -61,7 +61,7 @@ void mark_off(const CurvatureView& view, const double lowest[3], const double* l
 
 constexpr double flatness = 1e-7; // of the size: vertices so near are as far out, as hull_flatness has it
 
-// Of what has vertices, by those that are farthest out: one, the two ends of an edge, or a face.
+// Curvature of bodies with vertices, by the vertices farthest out: a corner, an edge or a face.
 void curve_of_vertices(const CurvatureView& view, const double* vertex, int count, int dim, Surface& out) {
   const auto place = [&](int i, double* x) {
     for (int l = 0; l < 3; ++l) x[l] = l < dim ? vertex[dim * i + l] : 0;
@@ -305,8 +305,8 @@ bool Interactions::State::Curvatures::radii(double p[3]) const {
   return value[1] * size > -flat;
 }
 
-// Effective radius, then the radii about the axes t and s of a contact that rolls, in columns of its geometry. What is
-// round both ways keeps the effective radius as it is.
+// Effective radius and radii about the axes t and s of a rolling contact, in columns of its geometry. Contacts that are
+// round in both directions keep the effective radius.
 void Interactions::State::rolling_radii(const cairn_batch& b, int lane, double* geometry) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const int n = b.count, d = dim();

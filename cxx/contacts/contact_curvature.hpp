@@ -18,8 +18,8 @@ struct Interactions::State::Curvatures {
   SurfaceCurvature a, b;
   double size = 0;    // of the smaller shape that bodies are made of [m]
   bool known = false; // of both shapes
-  // 1/(Ka + Kb): the radii by which one rolls on the other [m]. 0 along what is sharp on either side, and along what is
-  // flat on both, where points bear moments by themselves; false where both are hollow on the whole.
+  // Radii of rolling, 1/(Ka + Kb) [m]: 0 along directions sharp on either side, and along those flat on both, where
+  // contact points carry moments by themselves; false where the sum is hollow.
   bool radii(double p[3]) const;
 };
 

@@ -1,8 +1,8 @@
-// The flight of a contact: what its relative velocity gains, at the velocities that its bodies begin the step with,
-// between the configuration that detects it and the middle of the way to where the next step detects it. The laws hold
-// there, while impulses act along the normal of detection: gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen
-// 1977), of second order on surfaces that are curved or turn, and a contact that stays closed neither gives nor takes
-// energy. What is flat and does not turn gains nothing.
+// Flight of a contact: gain of its relative velocity [m/s] at the velocities of the begin of the step, from the
+// configuration of detection to the middle of the motion to the next detection. Laws hold there, while impulses act
+// along the normal of detection. Gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen 1977), of second order on
+// curved or turning surfaces, and a contact that stays closed neither gives nor takes energy. Flat contacts without
+// rotation gain nothing.
 #include <algorithm>
 #include <cmath>
 
@@ -23,8 +23,8 @@ using Vector = double[3];
 
 bool vanishes(const Vector a) { return !(a[0] != 0 || a[1] != 0 || a[2] != 0); }
 
-// How two contactors are curved where they touch. Round: centres a sum of radii apart. Ring, tube: a centre seen from
-// inside. Plane: a round body or a corner on what is flat there. Faces: corners and flat sides, of either.
+// Kind of curvature of two contactors at their contact. Round: centres a sum of radii apart. Ring, tube: a centre seen
+// from inside. Plane: a round body or a corner on a flat side. Faces: corners and flat sides of both.
 enum class Curved { unknown, round, ring, tube, plane, segment, faces };
 
 Curved curved(Shape a, Shape b) {
@@ -45,7 +45,7 @@ Curved curved(Shape a, Shape b) {
   }
 }
 
-// Capsules, cylinders and superquadrics roll on what they meet by radii that their surfaces tell.
+// True if either is a capsule, cylinder or superquadric: these roll by radii from the curvatures of their surfaces.
 bool has_radii(Shape a, Shape b) {
   const auto round = [](Shape s) { return s == Shape::cylinder || s == Shape::capsule || s == Shape::superquadric; };
   return round(a) || round(b);
@@ -114,7 +114,7 @@ void axis_of(const Contactors& c, const Bodies& b, std::int32_t contactor, Vecto
   for (int k = 0; k < 3; ++k) axis[k] = x[k] + 2 * (q[0] * once[k] + twice[k]);
 }
 
-// Whether a segment in the plane is touched at an end, which is round; its sides are flat.
+// True if a segment in the plane is touched at a round end; its sides are flat.
 bool at_end(const Contactors& c, const Bodies& b, std::int32_t contactor, std::int32_t body, const double* n) {
   Vector axis{};
   const double turned = b.rotation.active ? *b.rotation[body] : 0;
@@ -124,10 +124,10 @@ bool at_end(const Contactors& c, const Bodies& b, std::int32_t contactor, std::i
   return std::abs(dot(axis, n)) > 1e-6;
 }
 
-// Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
-// turn on each other: their spins are what is left of a solution, and conditions that differ from point to point by
-// them cost a solver ten times the iterations. They lie when gaps differ by less than a thousandth of the way from
-// point to point, whatever else the margin lists.
+// True if bodies lie on each other in several points, of a face or of several triangles of a surface: then they neither
+// roll nor turn on each other. Their spins are residuals of a solution, and conditions that differ from point to point
+// by these would cost a solver ten times the iterations. Lying means that gaps differ by less than a thousandth of the
+// distance of the points, for any other contents of the margin.
 template <class BodyOf>
 bool lies_with_others(const Candidates& c, int dim, std::int64_t i, const BodyOf& body_of) {
   const auto same_pair = [&](std::int64_t j) {
@@ -167,9 +167,9 @@ double flat_rate(Curved how, const Motion& A, const Motion& B, const double* n, 
   return h * (dot(swing, v) - ra / 2 * dot(swing, swing));
 }
 
-// What a bond of two round bodies, that turns with their spins on its cone, gains across its branch. As the way of
-// round bodies a root: by the velocities of a chord, which lean, bonds of one body would turn by different angles, and
-// strain it by the square of the step.
+// Gain across the branch of a sound bond of two round bodies, whose direction turns with their spins on a cone. A root,
+// like the motion of round bodies: with chord velocities bonds of one body would turn by different angles, and strain
+// it by the square of the step.
 void turned_branch(const Motion& A, const Motion& B, const double* n, double ra, double rb, double gap, double h,
                    double* gain) {
   const double distance = ra + rb + gap;
@@ -181,7 +181,7 @@ void turned_branch(const Motion& A, const Motion& B, const double* n, double ra,
   for (int k = 0; k < 3; ++k) gain[k] *= -distance * h / (1 + std::sqrt(1 - square));
 }
 
-// The same where both are round, or one hollow (rb < 0); `across`: the velocity without what is along a tube.
+// Gain where both are round, or one is hollow (rb < 0); `across`: velocity without its part along a tube.
 double round_rate(const Motion& A, const Motion& B, const double* n, const double* across, double ra, double rb,
                   double gap, double h, double* rate) {
   Vector swing, rolled, pressed, spun, spun_rate;
@@ -243,7 +243,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   if (how == Curved::segment) how = at_end(*contactors, *bodies, cb, b.body_b[lane], n) ? Curved::round : Curved::plane;
   if (how == Curved::ring || how == Curved::tube) rb = -rb;
 
-  // centres of A's and B's curvature; of what is flat, the point on its surface
+  // centres of A's and B's curvature; for a flat side, the point on its surface
   Vector lever_a{}, lever_b{}, va, vb, aa, ab, v{};
   const double to_b = how == Curved::plane || how == Curved::faces ? gap / 2 : gap / 2 + rb;
   if (b.side_a == rigid2 || b.side_a == rigid3)
@@ -287,7 +287,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
 
 namespace {
 
-// Products in the plane across a normal: matrices (11, 12, 22) or (11, 12, 21, 22).
+// Products in the plane across a normal: matrices (11, 12, 22) or, if unsymmetric, by rows.
 using Planar = double[2];
 double product(const Planar a, const Planar b) { return a[0] * b[0] + a[1] * b[1]; }
 void apply(const double m[3], const Planar x, Planar y) {
@@ -302,9 +302,10 @@ struct Travel {
   double gain = 0;           // second derivative of the gap beside that of the points that bodies carry [m/s2]
 };
 
-// The point of A moves at v against that of B, the normal of A turns at `tilt` against that of B, and that of B at
-// `swing`. With curvatures Ka and Kb and P = 1/(Ka + Kb) the point moves over B by P (tilt + Ka v), which draws the
-// surfaces together (Montana 1988), written so that a curvature without bound on one side does no harm.
+// Motion of the contact point over both surfaces (Montana 1988): the point of A moves at v against that of B, the
+// normal of A turns at `tilt` against that of B, which turns at `swing`. With curvatures Ka, Kb and P = 1/(Ka + Kb) it
+// moves over B by P (tilt + Ka v), which draws the surfaces together; in a form that allows an infinite curvature on
+// one side.
 template <class Curvatures>
 Travel travel_of(const Curvatures& c, const double p[3], const Planar v, const Planar tilt, const Planar swing,
                  double h) {
@@ -334,7 +335,7 @@ Travel travel_of(const Curvatures& c, const double p[3], const Planar v, const P
 
 } // namespace
 
-// Of any two surfaces whose curvatures are known, one of which may have an edge or a corner there.
+// Flight of two surfaces with known curvatures; one may have an edge or a corner at the contact.
 void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, double out[3]) const {
   const std::int64_t i = system.candidate[b.first + lane];
   double axes[3][3] = {};
@@ -383,12 +384,12 @@ void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, dou
   for (int k = 1; k < 3; ++k) out[k] = h / 2 * dot(of_a, axes[k]);
 }
 
-// A bond that holds along the tangents as well: what it misses there adds up from step to step.
+// True for a sound bond that holds along the tangents as well: its errors there add up from step to step.
 bool Interactions::State::is_sound_bond(const cairn_batch& b, int lane) const {
   return can_bond(Law(b.law)) && b.state && b.state[lane] > 0;
 }
 
-// Of two bodies that are bonded where detection says nothing of how they are curved: of the points that they carry.
+// Flight of two bonded bodies without known curvature: from the points that they carry.
 void Interactions::State::flight_of_carried(const cairn_batch& b, int lane, double out[3]) const {
   const int d = dim();
   double axes[3][3] = {};
@@ -406,9 +407,9 @@ void Interactions::State::flight_of_carried(const cairn_batch& b, int lane, doub
     for (int k = 0; k < 3; ++k) out[c] += h / 2 * (a[0][k] - a[1][k]) * axes[c][k];
 }
 
-// Of a body that turns, against a mesh, whose nodes fly straight on: nodes that stick to it, or are joined to it, would
-// part from it by the square of the turn in each step, and the mesh be stretched by as much. Along the normal gaps tell
-// what was missed. What is round and rolls on the side of a mesh has one point there.
+// Flight of a turning body against a mesh, whose nodes fly straight: nodes that stick to it or are joined to it would
+// part from it by the square of the turn in each step, and stretch the mesh as much. Along the normal gaps measure the
+// error. A round body rolls on the side of a mesh with a single point.
 void Interactions::State::flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const {
   if ((b.mapped_a && b.mapped_b) || law_infos()[b.law].joins) return; // or a joint that broke
   const auto side = b.mapped_a ? b.side_b : b.side_a;
@@ -425,7 +426,7 @@ void Interactions::State::flight_beside_mesh(const cairn_batch& b, int lane, dou
   for (int c = 1; c < d; ++c) out[c] = (b.mapped_a ? -h : h) / 2 * dot(a, axes[c]);
 }
 
-// Of two points that their bodies carry; what spans them turns as they pass each other.
+// Flight of two anchored points; the direction between them turns as they pass each other.
 void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const int d = dim();
@@ -482,12 +483,12 @@ void Interactions::State::turn_of_bond(const cairn_batch& b, int lane, double ou
     for (int k = 0; k < 3; ++k) out[c] += h / 2 * (A.spin_rate[k] - B.spin_rate[k]) * axes[c][k];
 }
 
-// Of all contacts of a batch that is not packed, component by component; false if there is none.
+// Flights of all contacts of an unpacked batch, by components; false if all are zero.
 bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) const {
   const int n = b.count, d = dim();
   bool some = false;
   std::fill_n(flight, n * b.components, 0.0);
-  // what is deformable holds where it is detected, unless its other end may turn
+  // deformable bodies hold at detection, unless their other end may turn
   if (!flies || (b.mapped_a && b.mapped_b && !law_infos()[b.law].joins)) return false;
   for (int lane = 0; lane < b.contacts; ++lane) {
     double change[3];

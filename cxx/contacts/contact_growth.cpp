@@ -25,8 +25,8 @@ double Interactions::State::grown_at(const cairn_batch& b, int lane, const Field
   return side(b.mapped_b, b.body_b[lane], b.side_b, b.lever_b) - side(b.mapped_a, b.body_a[lane], b.side_a, b.lever_a);
 }
 
-// The overlap that growth made in the last step, and no more, is undone within this one. A law whose bias answers to
-// overlaps has done it; one that closes gaps closes what a body left that shrank.
+// Undoes within this step the overlap made by growth in the last step, and no more. Laws whose bias corrects overlaps
+// have done so; laws that close gaps close those left by shrinking.
 void Interactions::State::add_growth(const cairn_batch& b, const double* gap, double* bias) const {
   const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
   for (int lane = 0; lane < b.contacts; ++lane) {
@@ -39,15 +39,15 @@ void Interactions::State::add_growth(const cairn_batch& b, const double* gap, do
   }
 }
 
-// Surfaces that grow are carriers that move: what they give to the bodies is the work of heat, and what is left of a
-// contact's work is lost or made against them. Both are of the mean of the velocities before and after the step; before
-// it those of contacts that pressed moved as their bodies grew then.
+// Work of growth: growing surfaces act as moving carriers. Their work on the bodies is heat's, the rest of a contact's
+// work is dissipated or created. Both use the mean of velocities before and after the step; before it contacts under
+// pressure moved at the growth of that time.
 void Interactions::State::count_growth() {
   const int kept = memory.impulse_components;
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
       const double push = at(b, b.r, lane, 0), given = 0.5 * b.scale[lane];
-      if (push < 0 && law_infos()[b.law].energy) continue; // springs that pull tell what they store
+      if (push < 0 && law_infos()[b.law].energy) continue; // springs in tension tell their stored energy
       double speed = parted[b.first + lane];
       if (const std::int32_t was = place[b.first + lane]; was >= 0 && memory.h > 0) {
         const double* r = &memory.impulses[std::size_t(was) * kept];

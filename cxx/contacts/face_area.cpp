@@ -1,5 +1,4 @@
-// The area of the face between two bodies with sides, what of it each point of contact stands for, and the radius of
-// round ends.
+// Area of the face between two bodies with sides, its part for each contact point, and the radius of round ends.
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +10,8 @@
 
 namespace cairn {
 
-// The radius by which a capsule, or an ellipsoid, touches: that of a ball as curved, 0 where neither side has one. What
-// else is round as a superquadric is flat or sharp where its box has sides and edges.
+// Radius at the contact of a capsule or an ellipsoid: that of an equally curved ball [m], 0 where neither side has a
+// round end. Other superquadrics are flat or sharp where their box has sides and edges.
 double Interactions::State::cap_radius(std::int64_t i) const {
   const Candidates& c = *candidates;
   double radius[2] = {0, 0};
@@ -53,7 +52,7 @@ double Interactions::State::face_area(std::int64_t i) const {
            *contactors->material[c.contactor_b[j]] == *contactors->material[cb] &&
            dot(&c.normal[3 * j], normal) > flat_faces;
   };
-  const auto may_be = [&](std::int64_t j) { // what stands together: of a pair, of a body and the triangles of a surface
+  const auto may_be = [&](std::int64_t j) { // of the same pair, or of the same body and triangles of a surface
     return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.image[j] == c.image[i] &&
            (c.contactor_b[j] == cb || (surface && Shape(*contactors->shape[c.contactor_b[j]]) == Shape::facet));
   };
@@ -143,7 +142,8 @@ bool see_polyhedron(const Hulls& hulls, std::int32_t hull, const SeenFrom& view,
 
 } // namespace
 
-// What of a contactor looks along sense times a normal, across it; false where that is no face that lies flat there.
+// Outline of the face of a contactor that looks along sense times a normal, projected across it; false where no face
+// lies flat there.
 bool Interactions::State::see_face(const FaceView& from, std::int32_t contactor, int sense, const double* shift,
                                    FaceOutline& face) const {
   const Hulls& hulls = contactors->hulls;

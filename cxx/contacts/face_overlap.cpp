@@ -24,7 +24,7 @@ double signed_area(const std::vector<Point>& corner) {
   return twice / 2;
 }
 
-// What of a convex polygon is on the left of the line through two points.
+// Part of a convex polygon on the left of the line through two points.
 void cut_by_line(const std::vector<Point>& from, const Point& start, const Point& end, std::vector<Point>& to) {
   to.clear();
   const Point along = between(start, end);
@@ -48,7 +48,7 @@ double shared_by_polygons(const FaceOutline& a, const FaceOutline& b) {
   return std::max(0.0, signed_area(now));
 }
 
-// Of the disk round 0 and the triangle from 0 to two points, with the sign of their turn.
+// Area of the disk round 0 within the triangle from 0 to two points, with the sign of their turn.
 double shared_by_sector(const Point& one, const Point& other, double radius) {
   const auto sector = [&](const Point& p, const Point& q) {
     return radius * radius / 2 * std::atan2(cross(p, q), dot(p, q));

@@ -20,20 +20,20 @@ struct FaceOutline {
 
 inline constexpr int most_face_points = 64; // of a pair, that are looked at
 inline constexpr double area_rounding = 1e-9;
-inline constexpr double as_high = 1.0 / 1024;  // of the size of a body: what it stands on is no farther apart
+inline constexpr double as_high = 1.0 / 1024;  // of the size of a body: largest distance of faces in contact
 inline constexpr double flat_faces = 1 - 5e-5; // cosine of two faces that lie on each other
 
 // Where a face is seen from: along a unit normal, from a point.
 struct FaceView {
   const double *normal, *point;
-  double size, gap; // how large what is seen there is, and how far from the other [m]
+  double size, gap; // size of the face seen there, and its distance from the other [m]
 };
 
 // Area of the convex polygon of some points (3, count) in the plane across a normal, none if they are on a line [m2].
 double area_of_points(const double* point, int count, const double* normal);
 
-// What of a triangle a corner has, where each has a share of it: a quadrilateral between the corner, a point of each
-// edge there and a point inside. Where shares are alike these are the middles.
+// Part of a triangle that belongs to a corner, by the shares of its corners: a quadrilateral between the corner, a
+// point of each edge there and an inner point. With equal shares these are the middles.
 void part_of_corner(const FaceOutline& triangle, const double* share, int corner, FaceOutline& part);
 
 // Area that two outlines share [m2].

@@ -80,7 +80,7 @@ void Interactions::State::add_given(const Bodies& bodies) {
   swap_in();
 }
 
-// What errors of velocities are measured by.
+// Speeds and weights to which velocity errors are relative.
 void Interactions::State::measure_speeds(const Bodies& bodies) {
   double by_loads = 0, at_begin = 0, of_meshes = 0;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
@@ -154,8 +154,8 @@ void Interactions::update_velocity(Bodies& bodies) {
   if (!system.batches.empty()) {
     const cairn_schedule schedule = system.schedule(omp_get_max_threads());
     fit(s.work_sums, 4 * system.batches.size());
-    // from the free velocity anew, so that what bodies get is the sum of impulses to rounding; but light bodies between
-    // heavy ones would feel that rounding
+    // anew from the free velocity, so that bodies get the sum of impulses to rounding; but light bodies between heavy
+    // ones would feel that rounding
     if (!system.keeps_velocity || s.meshes) {
       system.load(s.free(bodies));
       cairn_add_impulses(&schedule);
@@ -303,7 +303,7 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
   };
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
-      // what a mesh is held by it accounts for itself
+      // meshes account for their own supports
       const bool a = !b.mapped_a && driven(b.body_a[lane]), other = !b.mapped_b && driven(b.body_b[lane]);
       if (b.rope && !b.pack) pull_driven(bodies, b, lane);
       if (!a && !other) continue; // most are not

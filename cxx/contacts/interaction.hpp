@@ -28,9 +28,9 @@ struct ContactSystem;
 class MeshSet;
 class Scratch;
 
-// What joints of rigid bodies miss where the next step detects them, by the velocities of a solution.
+// Position errors of joints at the next detection, by the velocities of a solution.
 struct JointMiss {
-  double gap = 0;            // the largest along what is blocked [m]
+  double gap = 0;            // largest error along blocked directions [m]
   double error = 0;          // the largest, over the length of its joint; a turn [rad]
   std::int64_t contact = -1; // where that is, its place in the candidates; -1: nothing was measured
   double swing = 0;          // largest square of step times rate at which tension swings a body about its joint
@@ -42,11 +42,11 @@ struct ContactEnergy {
   double normal = 0, tangential = 0; // rotation components of bonds count as tangential
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
-  double turned_over = 0;            // sum of what each contact took or gave
+  double turned_over = 0;            // sum of the energies that each contact took or gave
   double grown = 0;                  // that bodies gave which grew
   double parted = 0;                 // that contacts gave which take overlap back
   double driven = 0;                 // that motors of joints gave
-  // By laws that tell; normal and tangential are what is left besides.
+  // Energies told by laws; normal and tangential are without these.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
 };
 
@@ -74,7 +74,7 @@ struct RopeEnds {
 // Nothing for a material that is no rope's.
 std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
 
-// What a restart needs to go on to the same bits.
+// Contact data for a bit-identical restart.
 struct ContactMemory {
   double h = 0;                           // step that the impulses belong to [s]; 0 before the first
   std::int64_t contactors_seen = 0;       // contactor ids below this one can no longer bond on first sight
@@ -103,8 +103,8 @@ struct ContactRows {
   std::vector<double> compliance;   // (dim, count) of the law, on the diagonal of W [1/kg]
   std::vector<std::int32_t> bodies; // (2, count) internal numbers, -1 of a mesh
   std::vector<std::int32_t> kind;   // (count) 0: nothing there moves, 1: Coulomb's cone, 2: a law with its own solution
-  // Of sides on meshes, if there are any: the mesh, -1 of others (2, count); nodes and their weights (4, 2, count), the
-  // weight 0 where fewer.
+  // Sides on meshes, if there are any: number of the mesh, -1 for others (2, count); nodes and weights (4, 2, count),
+  // unused weights 0.
   std::vector<std::int32_t> mesh, node;
   std::vector<double> weight;
 };
@@ -125,13 +125,13 @@ public:
   // no law (names both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
                 double theta, MeshSet* meshes = nullptr, Nodes* nodes = nullptr);
-  // Begins the memory of contacts that laws keep, of bodies that came in since the last step and touch. Returns what is
-  // to be told of bodies that a law does not join since they touch without an area; empty: nothing.
+  // Starts the memory of kept contacts for bodies that came in since the last step and touch. Returns a warning about
+  // bodies that stay unjoined because they touch without an area; empty: none.
   std::string bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
                    double theta, MeshSet* meshes, Nodes* nodes);
   void see_contactors(std::int64_t below); // those with a smaller id no longer come in
-  // Contacts whose memory has an anchor are measured there, in place of what detection found near it. `numbers`: of
-  // contactors A and B of each key of the memory, -1 if they are gone.
+  // Measures anchored contacts at their anchors, instead of the nearby contacts of detection. `numbers`: contactors A
+  // and B of each key of the memory, -1 if they are gone.
   void measure_anchored(const Bodies&, const Contactors&, const LawTable&, const Cell&,
                         std::span<const std::int32_t> numbers, Candidates&, MeshSet* meshes = nullptr,
                         Nodes* nodes = nullptr);
@@ -140,11 +140,11 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
-  // Of overlap of rigid bodies, over the size of the smaller one: what is beyond it contacts take back; see
+  // Limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest; see
   // overlap.cpp.
   void limit_overlap(double share);
-  // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
-  // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
+  // Share of position errors of joints and bonds on meshes that a step corrects, where its integrator moves bodies by
+  // part of a jump beside their velocities (mesh_jumps.cpp): correcting all at once would feed back and grow.
   void correct_meshes_by(double share);
   // Joints go by the middle of the flight: the share of the end of the step in forces of their springs, and that of the
   // step which is left when contacts are detected.
@@ -152,12 +152,12 @@ public:
   void measure_from(const std::array<double, 3>& origin); // of the scene [m]
   // Once a solution is there; small: no more than `least` of the speed of joints.
   JointMiss miss_of_joints(const Bodies&, double least);
-  // Biases that the next solution begins from, and what was missed by that at hand; then biases by which a share of
-  // this is made good.
+  // Stores the biases for the next solution and the present position errors; then sets biases that correct a share of
+  // these.
   void keep_joints();
   void correct_joints(double share);
   std::string name_of_joint(std::int64_t contact) const;
-  // Whether joints came in, or steps became another length, since joints held where contacts are detected. See
+  // True if joints came in, or the step length changed, so that joints do not yet fit the place of detection. See
   // joint_seats.cpp.
   bool seats_joints() const;
   void joints_seated();
@@ -168,12 +168,12 @@ public:
   bool seat_joints(const Bodies&, Array<double>& velocity);
   // Loads by the impulses at hand, in the order of bodies; see joint_swing.cpp.
   void loads_of_joints(std::vector<JointLoad>& loads) const;
-  // Largest square of step times rate by which bars and ropes swing across themselves beyond what is taken implicitly.
+  // Largest square of step times rate at which bars and ropes swing across their axis, beyond the implicit part.
   double swing_across() const;
   // After these; settled: they miss no more than they may. See joint_flight.cpp.
   bool ease_joints(const Bodies&, bool settled);
   void pose(const ContactPose& pose);
-  // What bodies, then nodes, have for laws that ask, until it is said again; null: the scene has none. [K], [V]
+  // Temperatures [K] and potentials [V] of bodies, then of nodes, for laws that ask, until the next call; null: none.
   void act_at(const double* temperature, const double* potential);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
@@ -201,7 +201,7 @@ public:
   void keys(std::int64_t* out) const;        // (4, count): ids of the contactors, feature, image
   void dissipated(double* out) const;        // (count), after update_velocity [J]
   void stored(double* out) const;            // (count), in the springs of laws, after commit [J]
-  void kept(double* out) const;              // (count) what is left of pairs that laws keep, 1 sound to 0, after commit
+  void kept(double* out) const; // (count) soundness of pairs that laws keep, 1 sound to 0 broken, after commit
   // (count) of laws that have a state variable of that name, 0 elsewhere; after commit.
   void law_state(const std::string& name, double* out) const;
   // (count) forces with which liquids between bodies that touch draw them: these press a spot beside impulses; 0

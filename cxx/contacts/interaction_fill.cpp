@@ -23,8 +23,8 @@ cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
   return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
 }
 
-// flight_of_round for a batch, by eights as its pack has the normals; 0 where nothing stands. Its roots and quotients
-// side by side take a fifth of the time that they take one by one.
+// flight_of_round for a batch, in eights like the normals of its pack; 0 for lanes without motion. Its roots and
+// quotients take a fifth of the time in vectors.
 template <int d>
 void flights_of_round(int n, const double* pack, int lines, const double (&speed)[d][128], const double* apart,
                       double h, double* flight) {
@@ -103,7 +103,7 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   fill_law(schedule, batch, thread);
 }
 
-// What `commit` asks of a packed batch: flights along the normal (null: none), geometry, fields.
+// Keeps columns for `commit` of a packed batch: flights along the normal (null: none), geometry, fields.
 void Interactions::State::keep_for_commit(cairn_batch& b, const double* flight, int d) {
   const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
   if (!own.flight) return;
@@ -351,7 +351,7 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
   }
 }
 
-// What the last step left, or the values that the law declares. The memory of contacts without a state is huge.
+// States from the last step, or the initial values of the law. Contacts without a state have huge values in the memory.
 // Vectors in the tangent plane keep their length where the plane turns.
 void Interactions::State::fill_states(const cairn_batch& b) const {
   const LawInfo& law = law_infos()[b.law];
@@ -502,14 +502,14 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   add_compliance(b, b.hub ? w_true : w, w, compliance, mu);
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   const auto opening = [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); };
-  const auto held = [&](int lane) { // what its sides would move by if nothing drove them [1/kg]
+  const auto held = [&](int lane) { // inverse mass of both sides as if nothing drove them [1/kg]
     const auto of = [&](bool mesh, std::int32_t which) {
       const double mass = mesh ? system.condensed[std::size_t(which)].mass : *bodies->mass[which];
       return mass > 0 ? 1 / mass : 0;
     };
     return of(b.mapped_a, b.body_a[lane]) + of(b.mapped_b, b.body_b[lane]);
   };
-  // of what is handed on no copies are made, which would be allocated
+  // by reference: copies of the functions would allocate
   settle_singular_blocks(b, dim(), w, std::cref(opening), std::cref(held));
   if (b.repeats) repeat_last(b, w, c * c);
   if (b.block)
@@ -522,7 +522,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(mu, n, b.params);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
-  else if (packable(b) && !given && !acts_along_tangents(b, compliance)) // what a pose gives stands in columns
+  else if (packable(b) && !given && !acts_along_tangents(b, compliance)) // impulses of a pose need columns
     dim() == 2 ? pack_columns<2>(b) : pack_columns<3>(b);
   if (!law_infos()[b.law].has_solve) forget_open(b);
 }
@@ -533,8 +533,7 @@ void Interactions::State::forget_open(cairn_batch& b) {
     for (int k = 0; k < b.components && !(at(b, b.bias, lane, 0) < never()); ++k) at(b, b.r, lane, k) = 0;
 }
 
-// What the strategy poses in place of what the law prepared, with the forces that contacts had at the end of the last
-// step.
+// Applies the pose of the strategy in place of the prepared law, with the contact forces at the end of the last step.
 void Interactions::State::apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance) {
   const int n = b.count, d = dim();
   alignas(64) double force[6 * 128], impulses[6 * 128];
@@ -555,7 +554,7 @@ void Interactions::State::apply_pose(const cairn_batch& b, const double* gap, co
   std::copy_n(impulses, std::size_t(n) * d, given + std::size_t(d) * b.first);
 }
 
-// Whether the law gave what a pack has no line for: a bias of tangential velocities, a compliance.
+// True if the law set a column that a pack has no line for: a bias of tangential velocities, a compliance.
 bool Interactions::State::acts_along_tangents(const cairn_batch& b, const double* compliance) {
   const auto something = [&](const double* column, int columns) {
     bool some = false;
@@ -581,7 +580,7 @@ void Interactions::State::pack_columns(cairn_batch& b) const {
   for (int lane = 0; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * 8 * lines + lane % 8;
     for (int k = 0; k < d + 4; ++k) to[8 * k] = old[k * n + lane];
-    constexpr int mass = d == 2 ? 3 : 6; // to the bit what a batch has that is packed from the start
+    constexpr int mass = d == 2 ? 3 : 6; // equal to the bit to batches packed from the start
     if (lane < b.contacts)
       b.rho[lane] = 1 / (system.record[b.body_a[lane]].x[mass] + system.record[b.body_b[lane]].x[mass]);
   }

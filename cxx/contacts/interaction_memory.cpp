@@ -1,4 +1,4 @@
-// What the next step inherits: impulses and states of laws, found again by the keys of their contacts.
+// Contact memory between steps: impulses and states of laws, found by the keys of their contacts.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -132,8 +132,8 @@ std::int64_t end_of_seen(const ContactMemory& memory) { // above all contactors 
 
 } // namespace
 
-// A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
-// the way the other looks. Points named after edges and vertices of a triangle stay there.
+// Hands on the memory of a contact point of a body that passes from one triangle of a surface to another, if its
+// impulse points about along the new normal. Points named after edges and vertices of a triangle stay there.
 void Interactions::State::follow_across_facets() {
   const auto n = std::int64_t(system.candidate.size());
   const auto is_lost = [&](std::int64_t c) {
@@ -191,8 +191,8 @@ void Interactions::State::normal_of_side(std::int32_t side, double* m) const {
   m[2] = 0;
 }
 
-// A bond of a round body or of a point of a mesh goes on where it passes from one triangle of a body or of a mesh to
-// another of it, or from one edge of a mesh in the plane: to the one of the same law that looks most as the first does.
+// Hands on the bond of a round body or of a point of a mesh that passes from one side to another (triangles of a body
+// or mesh, in 2D edges of a mesh): to the contact of the same law with the most similar normal.
 void Interactions::State::follow_bonds_across_sides() {
   if (memory.state_components == 0) return;
   const auto n = std::int64_t(system.candidate.size());
@@ -216,7 +216,7 @@ void Interactions::State::follow_bonds_across_sides() {
   std::int64_t loose = 0;
   for (std::int64_t c = 0; c < n; ++c) loose += is_loose(c);
   if (loose == 0) return;
-  const auto on_surface = [&](std::int64_t c) { // the key with what bears the side in its place
+  const auto on_surface = [&](std::int64_t c) { // the key with the carrier in the place of the side
     ContactKey k = key(system.candidate[c]);
     k.contactor_b = unit_of(candidates->contactor_b[system.candidate[c]]);
     return k;
@@ -348,7 +348,7 @@ std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to
     else
       space_impulse(b, lane, p, p + 3);
     for (int k = 0; k < impulse_components; ++k) memory.impulses[to * impulse_components + k] = p[k];
-    if (given) { // what the solver found is h theta times the force at the end
+    if (given) { // the solver's unknown is h theta times the force at the end
       double f[6] = {};
       cairn_batch of_force = b;
       of_force.components = dim();

@@ -19,7 +19,7 @@ void Interactions::State::load_bodies() {
   system.bodies = n;
   fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
-  // what planning alone reads is taken last, and given back before batches are laid out
+  // scratch of planning alone is taken last, and given back before batches are laid out
   kind = scratch.take<std::uint8_t>(contactors->count);
   entry = scratch.take<std::int32_t>(candidates->count);
   contact_class = scratch.take<std::uint16_t>(candidates->count);
@@ -263,7 +263,7 @@ void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts,
   std::fill(count.begin(), count.begin() + keys + 1, 0);
 }
 
-// Rows of what contacts keep of their bodies on one side; 0: one of these bodies is too large for that.
+// Rows that contacts keep for their bodies on a side; 0: a body is too large.
 std::int32_t Interactions::State::response_rows(const std::int32_t* contacts, int n,
                                                 const std::int32_t* contactor) const {
   std::int64_t most = 0;
@@ -318,7 +318,7 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
 void Interactions::State::plan_hubs() {
   if (hub_contacts.empty()) return;
   const Candidates& c = *candidates;
-  // the impulse on one contact of a mesh moves all others: they come one at a time
+  // an impulse on a contact of a mesh moves all its other contacts: these are solved one after the other
   const auto is_mesh_hub = [&](std::int32_t contactor) { return (kind[contactor] & mapped) && is_hub(contactor); };
   by_hub.clear();
   for (std::int32_t i : hub_contacts) {
@@ -356,8 +356,8 @@ void Interactions::State::plan_hubs() {
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
 }
 
-// Contacts between hubs and ropes over pulleys, one at a time, and those of meshes, one after the other in batches of a
-// kind; in the order of their keys, since that of bodies changes.
+// Plans contacts between hubs and ropes over pulleys, singly, and contacts of meshes, one after the other in batches of
+// a kind; in the order of their keys, since numbers of bodies change.
 void Interactions::State::plan_late() {
   late_contacts.insert(late_contacts.end(), ropes.begin(), ropes.end());
   if (late_contacts.empty()) return;
@@ -391,8 +391,8 @@ void Interactions::State::lay_out_mapping(const cairn_batch& b, std::int32_t*& n
   response = stride ? scratch.take<double>(std::int64_t(stride) * (b.turns ? b.components : dim()) * b.count) : nullptr;
 }
 
-// Where all contacts of a batch are of one pair of materials, whose law reads nothing else of params than what the pair
-// and the step say, batches of a size share a block: a sweep over many then finds it near. Null: it has its own.
+// Shared block of parameters, for batches of equal size with a single pair of materials and a law whose parameters
+// depend on pair and step alone: a sweep over many batches then finds it in cache. Null: the batch has its own.
 double* Interactions::State::params_of_pair(const cairn_batch& b) {
   const LawInfo& law = law_infos()[b.law];
   const std::int32_t pair = entry[system.candidate[b.first]];
@@ -443,7 +443,7 @@ void Interactions::State::lay_out() {
   double* next = scratch.take<double>(doubles);
   own_numbers = {next, doubles};
   fit(of_law, system.batches.size());
-  // what a sweep does not read stands apart
+  // numbers that sweeps do not read, kept apart
   double* apart = next + doubles - 2 * places;
   for (cairn_batch& b : system.batches) {
     b.rho = apart;

@@ -1,4 +1,4 @@
-// What Interactions holds, and the stages of its assembly.
+// Data of Interactions, and the stages of its assembly.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace cairn {
 
-// What a law from a user's library gave back that is no number: the first, in the order of batches.
+// First value, in the order of batches, that is not finite among the results of a law from a user's library.
 struct PluggedFault {
   std::int32_t batch = -1, lane = 0, component = 0;
   const char* what = "";
@@ -40,7 +40,7 @@ struct SurfaceCurvature;
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
-  // What lasts from assembly to the next detection: batches and their numbers, and all arrays in the scratch below.
+  // Data from assembly to the next detection: batches and their numbers, and all arrays in the scratch below.
   Scratch scratch;
   Scratch::Mark planning{}; // where what planning alone reads begins
   ContactSystem system;
@@ -93,7 +93,7 @@ struct Interactions::State {
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (4, batches)
-  double* parted = nullptr; // per batched contact: speed at which bodies part by what they grow; null: none grows [m/s]
+  double* parted = nullptr; // per batched contact: speed of parting by growth [m/s]; null: none grows
   PluggedFault fault;       // of laws from users' libraries
   // Per batch, for laws that ask after prepare: null where its law does not.
   struct LawColumns {
@@ -109,7 +109,7 @@ struct Interactions::State {
     double* params;
   };
   std::vector<PairParams> params_of_pairs; // of this step
-  std::span<double> own_numbers;           // of all batches, what they share left out
+  std::span<double> own_numbers;           // numbers of all batches, without shared parameters
   struct Commits {                         // per batch
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
   };
@@ -154,7 +154,7 @@ struct Interactions::State {
   }
   // Free velocities, or another field of them.
   Velocities free(const Bodies& from) const { return {from.velocity_free, meshes ? &nodes->velocity_free : nullptr}; }
-  // What may not be moved by two contacts at once: bodies, then meshes.
+  // Number of the carrier that two contacts may not move at once: bodies, then meshes.
   std::int32_t unit_of(std::int32_t contactor) const {
     const std::int32_t carrier = body(contactor);
     return carrier < 0 ? std::int32_t(system.bodies) + meshes->mesh_of(contactor) : carrier;
@@ -165,7 +165,7 @@ struct Interactions::State {
     return b.params < own_numbers.data() || b.params >= own_numbers.data() + own_numbers.size();
   }
   bool has_fields() const { return temperature || potential; }
-  // Of a body, or of the nodes in whose middle a mapped contactor is.
+  // Value at a body, or the weighted mean over the nodes of a mapped contactor.
   double value_at(const double* value, std::int32_t contactor) const {
     if (const std::int32_t carrier = body(contactor); carrier >= 0) return value[carrier];
     const MeshSet::Middle& middle = meshes->middle(contactor);
@@ -213,9 +213,9 @@ struct Interactions::State {
   }
   void count_cell_work();
   void count_growth();  // its work, which contacts do not make from nothing
-  void count_parting(); // the same of overlap that is taken back
-  // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
-  // made a solution diverge.
+  void count_parting(); // work of overlap that is taken back
+  // Checks of plugged laws, in plugged_laws.cpp. The first throws std::invalid_argument for a noted fault, the second
+  // looks for the law that made a solution diverge.
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
   void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
@@ -237,13 +237,13 @@ struct Interactions::State {
   void rolling_radii(const cairn_batch& b, int lane, double* geometry) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin
-  std::vector<std::pair<std::int64_t, std::int32_t>> bond_names; // what they are found by, sorted
+  std::vector<std::pair<std::int64_t, std::int32_t>> bond_names; // (contactor, place in bond_stands), sorted
   Stand stand_of(std::int64_t i) const;
   std::array<std::int64_t, 2> names_of(const Stand& s) const;
   static bool may_be_twin(const Stand& s);
   bool is_twin(const Stand& s) const;
   void add_bond(const Stand& s);
-  // Those that are left out since others share the side that they touch go to `spare`.
+  // Bonds left out because others share the side that they touch go to `spare`.
   void leave_out_twins(std::vector<std::int32_t>& beginning, std::vector<std::int32_t>& spare);
   // Areas of bonds between meshes and flat sides of bodies, in mesh_face_area.cpp.
   using BondArea = std::pair<std::int32_t, double>; // candidate, area [m2]
@@ -268,11 +268,11 @@ struct Interactions::State {
   void anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const;
   void face_of_node(std::int32_t node, std::int32_t hull, const double* shift, double* normal, double* from) const;
   void anchor_joint(std::int64_t i, Anchor& made) const;
-  void carrier_at(std::int32_t contactor, double* x) const;                   // of what carries it [m]
+  void carrier_at(std::int32_t contactor, double* x) const;                   // position of its carrier [m]
   void carried(std::int32_t contactor, const double* own, double* out) const; // a vector in its axes, in those of space
   bool on_mesh_side(std::int32_t contactor) const { return body(contactor) < 0 && meshes->turns(contactor); }
   void between_ends(std::int32_t contactor_a, std::int32_t contactor_b, std::int32_t image, const Anchor& anchor,
-                    double* between) const; // of both ends of what is anchored [m]
+                    double* between) const; // vector between both ends of an anchored contact [m]
   // Errors of their frames, before the law prepares, with velocities at the begin of the step; in joints.cpp.
   void measure_joints(const cairn_batch& b) const;
   void keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const;
@@ -304,13 +304,13 @@ struct Interactions::State {
   void each_miss(F&& f) const;
   void hold_places(const cairn_batch& b) const; // slips and turns of bonds that hold fast
   void find_joints();                           // materials of the ends of joints
-  // Of a rope, the part from its pulley to its far end: what carries the end, then the pulley. In ropes.cpp.
+  // Far part of a rope, from its pulley to its far end: carrier of the end, then of the pulley. In ropes.cpp.
   struct FarPart {
     std::int32_t body[2];
     double lever[2][3] = {}, normal[3] = {}, length = 0; // normal: from the pulley to the end
   };
   void find_ropes(const Contactors& of, const LawTable& by);
-  // Whether a contact is that of a rope, between its near end and its pulley; other marks may touch as they like.
+  // True if a contact is a rope between its near end and its pulley; other marks may touch freely.
   bool is_rope(std::int64_t i) const {
     if (rope_of.empty()) return false;
     const std::int32_t a = candidates->contactor_a[i], b = candidates->contactor_b[i];

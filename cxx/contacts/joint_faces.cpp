@@ -1,7 +1,7 @@
-// Brittle joints at several points between the same two rigid faces. What one of these points bears depends on the
-// order of sweeps: a body that hangs by its face may be held by a single corner, or by corners that draw at each other
-// across it. The joint is judged by what is determined, the force and the moment of all its points, as a thin elastic
-// layer between stiff faces would share them: stresses that are linear along the face, of twist as of shear.
+// Brittle joints at several points between the same two rigid faces. The impulse of one point depends on the order of
+// sweeps: a body that hangs by its face may be held by a single corner, or by corners that pull against each other
+// across it. So the joint is judged by its determinate force and moment, shared as by a thin elastic layer between
+// stiff faces: normal, shear and twist stresses vary linearly along the face.
 #include <algorithm>
 #include <cmath>
 #include <limits>

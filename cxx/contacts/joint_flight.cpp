@@ -55,7 +55,7 @@ struct Ahead {
 
 } // namespace
 
-// Of a side that rests on nodes of a mesh, from what impulses made of them.
+// Velocity of a side that rests on nodes of a mesh, with the impulses at hand [m/s].
 void Interactions::State::velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const {
   const int n = b.count, d = dim();
   const std::int32_t *const node = of_b ? b.node_b : b.node_a, *const dof = of_b ? b.dof_b : b.dof_a;
@@ -70,14 +70,14 @@ void Interactions::State::velocity_of_mapped(const cairn_batch& b, bool of_b, in
   }
 }
 
-// Of what carries an end: velocity and spin, which nodes have none of.
+// Velocity and spin of the carrier of an end; nodes have no spin.
 void Interactions::State::velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const {
   std::fill_n(out, 6, 0.0);
   if (of_b ? b.mapped_b : b.mapped_a) return velocity_of_mapped(b, of_b, lane, out);
   std::copy_n(system.record[(of_b ? b.body_b : b.body_a)[lane]].x, system.velocities(), out);
 }
 
-// In the axes that B has now: what it carries along is no error.
+// Pose of a joint at the next detection, in the present axes of B, so that motion with B is no error.
 void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& pose) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
@@ -128,7 +128,7 @@ JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) {
   return s.miss_of_joints(least);
 }
 
-// Whether the ends of a joint pass each other on other ways than straight ones, however contacts are solved.
+// True if the ends of a joint pass each other on curved paths, however contacts are solved.
 bool Interactions::State::flies_bent(const cairn_batch& b, int lane) const {
   if (b.params[joint_spans * b.count + lane] > 0) return true;
   const auto turns = [&](bool mapped, bool moves, std::int32_t body) {
@@ -159,8 +159,8 @@ void Interactions::State::each_miss(F&& f) const {
   }
 }
 
-// What joints miss is small beside how fast their bodies move against each other, whatever the frame of the scene;
-// below the rounding of places and velocities there is nothing to make good.
+// Position errors of joints, small beside the relative speed of their bodies, in any frame of the scene; below the
+// rounding of positions and velocities there is nothing to correct.
 JointMiss Interactions::State::miss_of_joints(double least) const {
   JointMiss found;
   double fastest = 0, rounding = 0;
@@ -214,8 +214,8 @@ double Interactions::State::length_of_joint(const cairn_batch& b, int lane, cons
   return length > 0 && std::isfinite(length) ? length : 1;
 }
 
-// What a joint bears draws the lighter body straight as a string its weight: rate^2 = F W/length, W how much its end
-// gives way.
+// Square of step times rate at which the force F of a joint swings the lighter body like a weight on a string: rate^2 =
+// F W/length, W the compliance of its end.
 double Interactions::State::swing_of(const cairn_batch& b, int lane, double length) const {
   double impulse = 0;
   for (int c = 0; c < std::min(dim(), b.components); ++c) impulse = std::hypot(impulse, at(b, b.r, lane, c));
@@ -250,9 +250,9 @@ std::string Interactions::name_of_joint(std::int64_t contact) const {
   return name.substr(0, name.find(" (")); // its group has the same name
 }
 
-// Where what a joint blocks is nearly at a right angle to all that its bodies may do, as of a weight between two
-// straight bars, making good what it misses asks for any speed, by which it then misses more. Such joints do without it
-// for a step: they hold their velocities alone. True if there are any.
+// Eases joints whose blocked direction is nearly orthogonal to all possible motions of their bodies, such as a weight
+// between two straight bars: correcting their error asks for any speed, which makes it larger. They go without
+// correction for a step, and hold their velocities alone. True if there are any.
 bool Interactions::ease_joints(const Bodies& bodies, bool settled) {
   State& s = *s_;
   if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
@@ -263,7 +263,7 @@ bool Interactions::ease_joints(const Bodies& bodies, bool settled) {
   return s.ease_joints();
 }
 
-// Whether there are joints of a length: beside how fast these throw bodies away what they miss is small.
+// True if there are joints of a length: beside the speeds to which these can throw bodies their error is small.
 bool Interactions::State::any_spans() const {
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts && law_infos()[b.law].joins; ++lane)
@@ -298,7 +298,7 @@ bool Interactions::State::ease_joints() {
       b.bias[lane] = 0;
       along = std::clamp(along, b.params[joint_lowest * b.count + lane], b.params[joint_highest * b.count + lane]);
     }
-    for (int c = 0; c < b.components; ++c) b.r[c * b.count + lane] = 0; // beside what it was all errors would be small
+    for (int c = 0; c < b.components; ++c) b.r[c * b.count + lane] = 0; // an old impulse would dwarf all errors
   });
   return true;
 }
@@ -311,7 +311,7 @@ double Interactions::State::flown(const cairn_batch& b, int lane) const {
   return h * apart;
 }
 
-// What a joint will miss by the velocities at hand where that is far more than it misses now, else 0.
+// Error of a joint by the velocities at hand, if far larger than its present error, else 0.
 double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
   constexpr double worse = 4;
   const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;

@@ -1,7 +1,6 @@
-// A step holds joints where the next one detects contacts, in the middle of its flight. Where a joint comes in, or
-// steps become shorter or longer, bodies that turn about it fly past that place, on straight ways, by r (w h)^2/8:
-// undone by impulses that would pull an eighth too hard in one step and too little in the next. So bodies are moved
-// there.
+// Seats of joints: a step holds joints where the next one detects contacts, in the middle of its flight. Where a joint
+// comes in, or the step length changes, bodies that turn about it fly past that place by r (w h)^2/8 on straight paths.
+// Impulses would undo that, an eighth too strong in one step and too weak in the next, so bodies are moved there.
 #include <omp.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Tension in a joint swings what it holds: a light body between heavy ones turns about its joints as a string swings,
-// at a rate that steps need not follow. How stiff the loads of joints hold bodies against turns, the geometric
-// stiffness of constraints (Tournier, Nesme, Gilles & Faure 2015), is what a step needs to take it implicitly.
+// Swing of joints under tension: a light body between heavy ones turns about its joints like a string, at a rate that
+// steps need not resolve. The geometric stiffness of constraints (Tournier, Nesme, Gilles & Faure 2015), the resistance
+// of joint loads against turns, lets a step take it implicitly.
 #include <algorithm>
 #include <cmath>
 

@@ -99,9 +99,9 @@ void Interactions::State::turned_from(const double* A, const double* B, const An
   product(A, false, back, found);
 }
 
-// Of bonds that hold fast, slips and turns are undone within the step as their gaps are: what rounds off would else add
-// up to places that the bonds of a face, or of a ring of bodies, cannot all have, and their impulses grew against each
-// other.
+// Undoes slips and turns of bonds that hold fast within the step, like their gaps: rounding would else add up to
+// positions that the bonds of a face, or of a ring of bodies, cannot all have, and their impulses would grow against
+// each other.
 void Interactions::State::hold_places(const cairn_batch& b) const {
   const int d = dim(), n = b.count;
   for (int lane = 0; lane < b.contacts; ++lane) {

@@ -1,4 +1,4 @@
-// What laws make of an accepted step: their state, and what they stored and spent.
+// Commit of laws after an accepted step: their state, their stored and dissipated energy.
 #include <omp.h>
 
 #include <algorithm>
@@ -51,8 +51,8 @@ void Interactions::attraction(double* out) const {
       if (b.status[lane] != cairn_open) out[s_->system.candidate[b.first + lane]] = b.params[lane];
 }
 
-// What bonds that hold fast are off is taken back where sweeps follow: behind a step that ended early they would come
-// too late, and places swing ever more.
+// Marks whether bonds that hold fast correct their errors: they do where the last step converged; behind a step that
+// ended early corrections would come too late, and positions swing ever more.
 void Interactions::State::mark_steps_of_bonds(bool converged) const {
   for (const cairn_batch& b : system.batches) {
     if (!law_infos()[std::size_t(b.law)].holds) continue;
@@ -121,7 +121,7 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
   if (!law.energy) return;
   const int outside = law.state_column("driven", dim()), released = law.state_column("released", dim());
   const int coordinate =
-      law.joins ? parameter_of(law, "coordinate") : -1; // of a joint; what else is driven goes along n
+      law.joins ? parameter_of(law, "coordinate") : -1; // coordinate of a joint; other drives act along n
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const double* e = own.energy + lane;

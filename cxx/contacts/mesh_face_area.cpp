@@ -1,7 +1,6 @@
-// What of the face between a mesh and a flat side of a rigid body each bond stands for. A node has the part of its
-// sides that is nearer to it than to their other nodes, as far as the body lies on it. What of a side belongs to a node
-// that the body does not reach is held by the nearest bond: a corner of the body that stands on the side, or a node
-// beside it.
+// Areas of bonds between a mesh and a flat side of a rigid body. A node has the part of its sides nearer to it than to
+// their other nodes, as far as the body covers it. Parts of nodes that the body does not reach belong to the nearest
+// bond: a corner of the body that stands on the side, or a node beside it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +17,7 @@
 namespace cairn {
 namespace {
 
-constexpr double towards = 0.5; // cosine: what looks less at the face of a body is no part of what lies on it
+constexpr double towards = 0.5; // cosine: least facing of a side of the mesh and a face of the body
 
 } // namespace
 
@@ -73,8 +72,7 @@ private:
   std::vector<std::int32_t> hulls_;
   std::vector<std::pair<std::int32_t, std::int32_t>> owners_; // node or point, number of the bond
   double gap_ = 0;
-  // of the side that was laid last, with the contactor: what they share, of the whole; the way along an edge from there
-  // to there
+  // last laid side with the contactor: shared area, whole area; range along an edge
   const double* x_[3] = {};
   double shared_ = 0, whole_ = 0, from_ = 0, to_ = 0;
   FaceOutline face_, side_, part_;
@@ -166,8 +164,7 @@ double Interactions::State::MeshFaces::share_of(std::int32_t side, int corner) {
   return shared_area(part_, face_) / whole_;
 }
 
-// The parts of the side that was laid, by their owners (-1: what no bond may have is there), where they are, their
-// whole area and that which lies on the contactor.
+// Parts of the last laid side: owner (-1: no bond), position, whole area and area on the contactor.
 template <class F>
 void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
   const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
@@ -239,7 +236,7 @@ void Interactions::State::MeshFaces::begin(MeshFaceBond& b) {
   s_.meshes->turns(b.own) ? try_side(b.own) : each_side(b, try_side);
 }
 
-// A node or a point has its parts of sides, less what of them is not on the body.
+// Area of a node or a point: its parts of sides, without those off the body.
 void Interactions::State::MeshFaces::give_own(MeshFaceBond& b) {
   b.area = s_.meshes->area(b.own);
   std::int32_t last = -1; // of a point between nodes sides come again
@@ -298,7 +295,7 @@ void Interactions::State::MeshFaces::give_rest() {
   }
 }
 
-// Whether a contact is a bond of a mesh and a body whose sides are flat, by a law that counts its area.
+// True if a contact is a bond of a mesh and a body with flat sides, by a law that uses its area.
 bool Interactions::State::as_mesh_bond(std::int32_t i, bool spare, MeshFaceBond& bond) const {
   const Candidates& c = *candidates;
   const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
@@ -324,7 +321,7 @@ bool Interactions::State::as_mesh_bond(std::int32_t i, bool spare, MeshFaceBond&
   return true;
 }
 
-// Whether one is at the place of another of the same body: a corner above the edge of two triangles is found on both.
+// True if a bond of the same body is at that position: a corner above the edge of two triangles is found on both.
 bool Interactions::State::is_there(std::span<const MeshFaceBond> bonds, const MeshFaceBond& wanted) const {
   const double near = as_high * *contactors->radius[wanted.hull];
   return std::any_of(bonds.begin(), bonds.end(), [&](const MeshFaceBond& b) {

@@ -1,6 +1,6 @@
-// What of the face between two meshes each bond stands for. Each pair of sides that lie on each other shares a piece of
-// the face; of it a node has what is nearer to it than to the other nodes of its side: that of the mesh that was added
-// first, if it is bonded, else that of the other, else the nearest bond.
+// Areas of bonds between two meshes. Each pair of overlapping sides shares a piece of the face, whose parts belong to
+// the nearest node of their side: of the mesh added first, if that node is bonded, else of the other, else to the
+// nearest bond.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -111,7 +111,7 @@ bool Interactions::State::MeshPairFaces::share() {
   return !curved_;
 }
 
-// Shares out what two sides have of the face; false where that is nothing.
+// Shares out the common face of two sides; false if it is empty.
 bool Interactions::State::MeshPairFaces::lay(const Sides& pair) {
   double other[3] = {};
   s_.normal_of_side(pair.first, normal_);
@@ -149,7 +149,7 @@ bool Interactions::State::MeshPairFaces::lay_edges(const Sides& pair) {
   return true;
 }
 
-// Whether sides before each other touch: those of warped faces do though their corners stand off, as no ledge does.
+// True if opposite sides touch: sides of warped faces do although their corners stand off, by less than a ledge.
 bool Interactions::State::MeshPairFaces::meets(double high, double size) {
   constexpr double warped = 0.25;
   if (high <= as_high * size + gap_) return true;
@@ -157,7 +157,7 @@ bool Interactions::State::MeshPairFaces::meets(double high, double size) {
   return false;
 }
 
-// Of an edge from a place to another.
+// Parts of an edge within a range along it.
 void Interactions::State::MeshPairFaces::take_edge_parts(std::int32_t side, double from, double to,
                                                          std::vector<Part>& out) const {
   const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
@@ -268,7 +268,7 @@ Interactions::State::MeshPairBond* Interactions::State::MeshPairFaces::nearest(c
   return found;
 }
 
-// Whether a contact is a bond of two meshes by a law that counts its area.
+// True if a contact is a bond of two meshes by a law that uses its area.
 bool Interactions::State::as_mesh_pair_bond(std::int32_t i, bool spare, MeshPairBond& bond) const {
   const Candidates& c = *candidates;
   const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];

@@ -1,4 +1,4 @@
-// Laws from users' libraries are watched: what they give back must be numbers.
+// Checks of laws from users' libraries: their results must be finite.
 #include <omp.h>
 
 #include <cmath>
@@ -35,8 +35,8 @@ void Interactions::State::check_prepared(const cairn_batch& b, const double* bia
   if (b.state) check("state", b.state, states, false);
 }
 
-// A pose sets the gap over the step in the place of the bias along the normal: of what a law may give there, it takes
-// the place of that, of nothing and of what holds a contact open alone.
+// Checks that a posed gap may replace the bias of a law along the normal: that bias must be zero, the gap over the
+// step, or the value that holds a contact open.
 void Interactions::State::check_posed(const cairn_batch& b, const double* gap) {
   constexpr double rounding = 1e-12;
   for (int lane = 0; lane < b.contacts; ++lane) {
@@ -72,7 +72,7 @@ void Interactions::State::refuse_fault() const {
   throw std::invalid_argument(text.str());
 }
 
-// Sweeps batch by batch, as the solver did, until a plugged law makes of finite velocities what is no number.
+// Sweeps batch by batch, like the solver, until a plugged law turns finite velocities into a value that is not finite.
 void Interactions::State::find_fault(const Bodies& with, int sweeps) {
   bool any = false;
   for (const cairn_batch& b : system.batches) any |= law_infos()[b.law].plugged() && law_infos()[b.law].solve;

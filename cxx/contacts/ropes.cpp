@@ -24,7 +24,8 @@ void row_of(int dim, const double* lever, const double* n, double sign, double* 
 
 } // namespace
 
-// The three marks of a rope have a material of their own; its law says which of them, by their ids, are which.
+// Marks of a rope. Its three marks have a material of their own; the law of that material names the pulley and the far
+// end by their order of ids.
 std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material) {
   const int entry = laws.find(material, material);
   if (entry < 0 || !law_infos()[std::size_t(laws.entry(entry).law)].joins) return std::nullopt;
@@ -72,7 +73,7 @@ Interactions::State::FarPart Interactions::State::far_part(std::int64_t i) const
   return part;
 }
 
-// What the far part adds to the velocity of the contact and to W, and what a unit of impulse does to its bodies.
+// Terms of the far part in the velocity of the contact and in W, and the response of its bodies to a unit impulse.
 void Interactions::State::fill_ropes(cairn_batch& b) const {
   const int d = dim(), n = system.velocities();
   for (int lane = 0; lane < b.count && b.rope; ++lane) {

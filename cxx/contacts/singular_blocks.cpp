@@ -23,7 +23,7 @@ double least_tangential(const double* w, int n, int c, int dim, int lane) {
   return 0.5 * (tt + ss) - std::sqrt(half * half + ts * ts);
 }
 
-// Of a joint: nothing is borne along directions of which rounding alone says that something moves.
+// Zeroes rows of W of a joint along directions that move only by rounding: these carry no impulse.
 void leave_out_unmoved(int n, int c, int dim, double sum, int lane, double* w) {
   for (int k = 0; k < dim; ++k) {
     if (w[n * (k * c + k) + lane] > rounding * sum) continue;
@@ -31,7 +31,7 @@ void leave_out_unmoved(int n, int c, int dim, double sum, int lane, double* w) {
   }
 }
 
-// Whether springs or strengths answer what drives open, so that the impulse asks for no motion.
+// True if springs or strengths respond to an opening drive, so that the impulse needs no motion.
 bool answers_drives(const LawInfo& law, const cairn_batch& batch, int lane) {
   return law.has_solve && (law.energy || law.keeps) && batch.state[lane] > 0;
 }
@@ -57,8 +57,8 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const 
       continue;
     }
     if (!moves && sum > 0 && answers_drives(law, batch, lane)) {
-      // What drives close bears nothing more: to the law it stands still. What it bore before would be held against
-      // velocities that do not answer, and stay.
+      // A closing drive adds no impulse: the law sees no motion. Its former impulse would act against velocities that
+      // do not respond, and stay.
       batch.bias[lane] -= std::min(opening(lane), 0.0);
       for (int k = 0; k < c; ++k) batch.r[k * n + lane] = 0;
       w[lane] += little;

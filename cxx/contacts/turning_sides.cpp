@@ -8,7 +8,8 @@
 
 namespace cairn {
 
-// Whether a law acts against turning where a contact has nothing else to hold it: bonds at several points do without.
+// True if a law resists turning where a single contact has nothing else to hold it: bonds at several points need no
+// such law.
 bool Interactions::State::resists_turning(const LawTable::Entry& e) const {
   const LawInfo& law = law_infos()[std::size_t(e.law)];
   if (law.components(dim()) == dim() || law.keeps || law.joins) return false;
@@ -43,9 +44,9 @@ void Interactions::State::refuse_moment(std::int64_t i) const {
                               (mesh_a && mesh_b ? "" : ", or let an edge or a face of the mesh touch a round body"));
 }
 
-// A rigid body turns against the face of a mesh; between meshes what holds at several points takes moments. What is
-// held fast does not: near a node that is bonded to one side, the next side would turn the body about that node with a
-// lever of almost nothing, and the bond would bear as much as that takes.
+// Lays out the spins of sides: a rigid body turns against the face of a mesh, while between meshes several points carry
+// moments. Bonds that hold fast have none: near a node bonded to one side, the next side would turn the body about that
+// node with almost no lever, and load the bond as much as that takes.
 void Interactions::State::lay_out_spins(cairn_batch& b) {
   if (b.components == dim() || b.mapped_a == b.mapped_b || law_infos()[b.law].holds) return;
   const auto numbers = 4 * dim() * (b.components - dim()) * std::int64_t(b.count);

@@ -1,8 +1,7 @@
-// Sides of a mesh share their nodes. A rigid body that touches a shared node touches all of its sides at one point: one
-// bond holds it, and a second would make W singular, so that both run away against each other. Where one contactor is
-// bonded to a side, it has no contact with the end of a neighbour that the side holds too. Points and nodes that are
-// bonded to a body with sides share the area of their side of the mesh: corners of that body on it stand for what of it
-// is left, if anything is.
+// Redundant bonds on meshes, whose sides share their nodes. A rigid body that touches a shared node touches all of its
+// sides at one point: a bond holds it, and a second would make W singular, so that both diverge against each other. A
+// contactor bonded to a side has no contact with the end of a neighbour within that side. Points and nodes bonded to a
+// body with sides share the area of their side of the mesh; corners of that body have the rest of the area, if any.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,7 +22,7 @@ bool within(const Footing& f, const Footing& side) {
          std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
 }
 
-// Whether a point or a node of a mesh is one of those that share a side.
+// True if a point or a node of a mesh shares in the area of a side.
 bool shares(const Footing& point, const Footing& side, int dim) {
   if (point.mesh < 0 || point.mesh != side.mesh) return false;
   const auto common = std::count_if(point.node, point.node + point.bearing,
@@ -31,7 +30,7 @@ bool shares(const Footing& point, const Footing& side, int dim) {
   return common >= std::min(point.bearing, dim);
 }
 
-// Points and nodes of meshes that would be joined to partners with sides, found by partner and by what bears them.
+// Points and nodes of meshes to be joined to partners with sides, found by partner and carrying nodes.
 class PointsOfSides {
 public:
   void add(std::int64_t partner, const Footing& point) {
@@ -89,7 +88,7 @@ Stand Interactions::State::stand_of(std::int64_t i) const {
 
 bool Interactions::State::may_be_twin(const Stand& s) { return at_end(s.a) || at_end(s.b); }
 
-// What a stand is found by: its contactors.
+// Search keys of a contact: its contactors.
 std::array<std::int64_t, 2> Interactions::State::names_of(const Stand& s) const {
   return {candidates->contactor_a[s.candidate], candidates->contactor_b[s.candidate]};
 }
@@ -99,10 +98,10 @@ void Interactions::State::add_bond(const Stand& s) {
   bond_stands.push_back(s);
 }
 
-// Whether a contact is at a place that a bond holds already.
+// True if a contact is at a position that a bond already holds.
 bool Interactions::State::is_twin(const Stand& s) const {
   const Candidates& c = *candidates;
-  // a point holds what bears it, and no more of the side on which it lies
+  // a point holds its carrying nodes alone, not the rest of its side
   const auto held_by = [&](Footing f, std::int32_t contactor) {
     if (info(Shape(*contactors->shape[contactor])).ball()) f.nodes = f.bearing;
     return f;
@@ -124,8 +123,8 @@ bool Interactions::State::is_twin(const Stand& s) const {
   return false;
 }
 
-// Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides,
-// those in the middle of a side stay, then the first at each place.
+// Chooses among contacts that would begin as bonds: points and nodes that share a side precede other contacts there,
+// those in the middle of a side stay, then the first at each position.
 void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning, std::vector<std::int32_t>& spare) {
   if (!meshes) return;
   const Candidates& c = *candidates;

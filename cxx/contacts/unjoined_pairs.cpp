@@ -26,8 +26,8 @@ private:
 
 } // namespace
 
-// Of candidates that were joined, and that have no area to join. Corners of a wall of bricks touch, too: what other
-// joints hold together is not told of, and what does not move counts as one.
+// Warning about joined candidates without an area. Corners in a wall of bricks touch, too: pairs held together by other
+// joints are left out, and all fixed bodies count as one piece.
 std::string Interactions::State::tell_unjoined(std::span<const std::int32_t> joined,
                                                std::span<const std::int32_t> bare) const {
   if (bare.empty()) return {};

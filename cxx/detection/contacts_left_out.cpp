@@ -5,10 +5,10 @@
 // point beside the one edge and beyond the other is the former's alone, as in space (facet_view.f90). In a valley it is
 // beside both; and at a corner that stands out, beyond both, both ends are near.
 //
-// Surfaces of meshes that bodies with corners slide over. Such a body meets the next edge of a row, or the next node,
-// in front of its side, where it has sunk into them by rounding or by a step's fall, less than what it reaches over
-// them: its side is then nearer than its bottom, and would be stopped by it. What a surface allows there are normals
-// between those of the sides around a node alone, as on surfaces of triangles (polyhedron_facet.f90).
+// Surfaces of meshes under sliding bodies with corners. Such a body meets the next edge of a row, or the next node, in
+// front of its side, where it has sunk into them by rounding or by the fall of a step, by less than its overlap along
+// them: its side is then nearer than its bottom, and would be stopped. So a surface permits there only normals between
+// those of the sides around a node, like surfaces of triangles (polyhedron_facet.f90).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -24,7 +24,7 @@ using namespace detection;
 namespace {
 
 constexpr double over_it = 1 - 5e-5;    // cosine of a contact over a triangle and that triangle
-constexpr double on_end = 1e-9;         // of the edges: what lies so near to their common node lies over it
+constexpr double on_end = 1e-9;         // of the edges: distance to their common node within which a point lies over it
 constexpr double nearly_one = 0.75;     // cosine between edges over whose common node one of them has a point
 constexpr double clearly = 16;          // times as deep behind one edge as behind the other
 constexpr double straight = 1.0 / 1024; // sine between edges that are in a row as loads bend them, and have no valley
@@ -59,7 +59,7 @@ InteractionHandler::Workspace::owner_at_corner(std::int32_t first, std::int32_t 
   if (most <= slack) return !turns || least < -hair ? EdgeOwner::first : EdgeOwner::both;
   if (least > (turns ? -slack : slack)) return most > hair ? EdgeOwner::second : EdgeOwner::both;
   if (beyond_first > 0 || !(sine > 0)) return EdgeOwner::both;
-  // behind one of them or both, where the boundary turns away: the nearer one, where that is clear
+  // behind an edge or both, where the boundary turns away: the nearer edge, if clearly nearer
   const auto depth = [&](std::int32_t edge, const double* at, const double* along) {
     return std::max(contactors->radius.values[edge] - (x[0] - at[0]) * along[1] + (x[1] - at[1]) * along[0], 0.0);
   };
@@ -77,7 +77,7 @@ std::int32_t InteractionHandler::Workspace::edge_that_has_it(const Candidates& o
   if (any_periodic) image_shift(*cell, out.image[i], shift);
   for (int c = 0; c < 2; ++c) x[c] = centre[2 * std::int64_t(a) + c] - shift[c];
   std::int32_t after = mapped->after[k], before = mapped->before[k];
-  // What has a size bends the row round itself, and all of the edges there bear it, but where nothing has bent them.
+  // A body with a radius touches several edges around it, and all of them carry it, unless they are in a straight row.
   const auto bent = [&](std::int32_t next) {
     const double *e = &direction[3 * std::int64_t(b)], *f = &direction[3 * std::int64_t(next)];
     return e[0] * f[0] + e[1] * f[1] > nearly_one && std::abs(e[0] * f[1] - e[1] * f[0]) > on_end;
@@ -90,8 +90,8 @@ std::int32_t InteractionHandler::Workspace::edge_that_has_it(const Candidates& o
   return before >= 0 && owner_at_corner(before, b, x) == EdgeOwner::first ? before : b;
 }
 
-// Whether a contact is to be left to the next edge, which has one: points of a body that touches itself have none with
-// the edges that they are next to.
+// True if a contact is left to the next edge, which has a contact, too: points of a self-contacting body have none with
+// adjacent edges.
 bool InteractionHandler::Workspace::is_on_next_edge(const Candidates& out, std::int64_t i) const {
   const std::int32_t owner = edge_that_has_it(out, i);
   if (owner == out.contactor_b[i]) return false;
@@ -147,7 +147,7 @@ bool InteractionHandler::Workspace::is_node_with_sides(std::int32_t contactor) c
   return place >= 0 && mapped->sides_start[std::size_t(place)] < mapped->sides_start[std::size_t(place) + 1];
 }
 
-// Of a body with corners and an edge of a mesh: whether the end of the edge is met along the edge that goes on there.
+// True if a body with corners meets the end of an edge along the edge that continues there.
 bool InteractionHandler::Workspace::points_along_the_row(const Candidates& out, std::int64_t i) const {
   const std::int32_t edge = out.contactor_b[i];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
@@ -158,7 +158,7 @@ bool InteractionHandler::Workspace::points_along_the_row(const Candidates& out, 
   return next >= 0 && (part > 0 ? 1 : -1) * inner(2, normal, &direction[3 * std::int64_t(next)]) > along_it;
 }
 
-// Of the same: whether the point of the body is beyond the edge, over the next one in the row, which has a contact.
+// True if the contact point of such a body is beyond the edge, over the next edge in the row, which has a contact.
 bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, std::int64_t i) const {
   const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
@@ -176,10 +176,10 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   return false;
 }
 
-// The bar of an edge has a round end where a row of edges ends or turns by a corner of the mesh; the mesh has none. A
-// body with corners does not meet that end if it is beyond it with a side flush with the edge or the next one, as the
-// next body of a floor that the mesh slides over, nor if it lies on the edge round the corner. Other contacts there get
-// the gap of the corner of the mesh.
+// True if a body with corners does not meet the round end of an edge's bar, where a row of edges ends or turns by a
+// corner of the mesh, which itself has no round end: if the body is beyond the end with a side flush with the edge or
+// the next one, like the next body of a floor under a sliding mesh, or if it lies on the edge around the corner. Other
+// contacts there get the gap of the corner of the mesh.
 bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_t i) const {
   const std::int32_t body = out.contactor_a[i], edge = out.contactor_b[i];
   const double* e = &direction[3 * std::int64_t(edge)];
@@ -225,7 +225,7 @@ bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_
   return false;
 }
 
-// Whether what meets a node would push it along a side that it has, on a surface that is no valley there.
+// True if a contact of a node would push it along a side of its own, on a surface without a valley there.
 bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, std::int64_t i, bool first) const {
   const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
   const auto k = std::size_t(mapped->place[std::size_t(node)]);
@@ -302,7 +302,7 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
       const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
       const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
       if (!info(shape(node)).ball() || !is_node_with_sides(node) || !info(shape(other)).bounded) continue;
-      if (same_mesh(node, other) || is_joined(contactors->id.values[node])) continue; // what folds has its own nodes
+      if (same_mesh(node, other) || is_joined(contactors->id.values[node])) continue; // self-contact keeps its nodes
       if (!points_along_a_side(out, i, first)) continue;
       leave(i);
       if (first && flat_sides(other) > 0) note_met(out, i, left_nodes.emplace_back());

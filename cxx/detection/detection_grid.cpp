@@ -59,7 +59,8 @@ void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double
   levels_.first_cell.back() = cells_;
 }
 
-// The unit of length whose doublings give cells that fit most items best: no effect on what is found, much on the time.
+// Chooses the unit of length whose doublings give the best cells for most items: results do not depend on it, time
+// does.
 void DetectionGrid::choose_unit(const double* reach) {
   std::int64_t items[16];
   double widest[16], smallest = 0, largest = 0;

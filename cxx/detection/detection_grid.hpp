@@ -1,5 +1,5 @@
-// The hierarchical grid of detection: sorts items by cell and finds which of them are within reach of each other.
-// It has cells only where items are, and levels only for sizes that occur.
+// Hierarchical grid of the broad phase: sorts items by cell and finds pairs within reach of each other. It has cells
+// only where items are, and levels only for sizes that occur.
 #pragma once
 #include "../base/scratch.hpp"
 
@@ -7,7 +7,7 @@ namespace cairn {
 
 class DetectionGrid {
 public:
-  // x (dim, n) and reach (n) [m], finite, reach >= 0. Good as long as what was taken from the scratch is.
+  // x (dim, n) and reach (n) [m], finite, reach >= 0. Valid as long as the memory from the scratch.
   void build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch);
 
   std::int64_t cells() const { return cells_; }
@@ -19,7 +19,7 @@ public:
   std::size_t bytes() const;
 
 private:
-  // Of each level, per axis where three. The finest items of more than 40 levels share one.
+  // Data of each level, three per axis where needed. The finest items of more than 40 levels share a level.
   struct Levels {
     std::int32_t lowest = 0, highest = 0;
     std::vector<double> inverse_cell, low, high;
@@ -43,7 +43,7 @@ private:
   double* sorted_ = nullptr;
 };
 
-// Calls f(first, last) for slices of 0..n, one per thread; what f does must not depend on the cut.
+// Calls f(first, last) for slices of 0..n, on all threads; results of f must not depend on the slices.
 template <class F>
 void in_slices(std::int64_t n, F&& f) {
   constexpr std::int64_t slice = 8192;

@@ -1,4 +1,4 @@
-// What detection holds between its stages, and what the lists of shapes and pairs say.
+// Data of detection between its stages, and the lists of shapes and pairs.
 #pragma once
 #include <string>
 
@@ -27,7 +27,7 @@ inline PairKind pair_kinds[] = {
 #include "../../core_f90/detection/pairs.def"
 };
 inline constexpr int kinds = int(std::size(pair_kinds));
-// Kinds whose kernel makes use of what it found the last time.
+// True for kinds whose kernel starts from its last result.
 inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pair_polyhedron_polyhedron; }
 
 inline constexpr std::int32_t declared_bit = 1 << 30; // beside an image
@@ -114,8 +114,8 @@ struct InteractionHandler::Workspace {
   // of hulls: see cairn_hulls in cairn/core.h; boxes of all contactors
   ScratchArray<std::int64_t> hull_place;
   ScratchArray<std::int8_t> movable; // per carrier
-  // per contactor: what carries it, deformable bodies after the rigid ones; and the same with body 0 for those, whose
-  // place is not asked. Without deformable bodies both are the contactors' own.
+  // per contactor: its carrier, deformable bodies after the rigid ones; and the same with body 0 for deformable bodies,
+  // whose position is not used. Without deformable bodies both are the contactors' own.
   const std::int32_t *carrier = nullptr, *placed_on = nullptr;
   ScratchArray<std::int32_t> carrier_of, placed_on_of;
   ScratchArray<double> turned, box;

@@ -104,7 +104,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
                : bodies.rotation.active ? bodies.rotation.values.data()
                                         : nullptr;
   static constexpr double at_origin[4] = {0, 0, 0, 0}, unturned[4] = {1, 0, 0, 0};
-  if (bodies.count == 0) { // what is mapped from nodes is placed at a body first
+  if (bodies.count == 0) { // contactors mapped from nodes are first placed at a body
     w.position = at_origin;
     if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
   }
@@ -120,8 +120,8 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.hold_at_rims(pairs, configuration.seats, out);
 }
 
-// Where what is found depends on places that change by no more than their contactors move: of balls, and of walls and
-// bars while they keep their direction. A routine of a user may say anything of any pair.
+// True if pairs can be kept: results depend only on positions, which change by no more than contactors move. So for
+// balls, and for walls and bars at constant direction; a user's routine may depend on anything.
 bool InteractionHandler::Workspace::may_keep() const {
   return declared.empty() && !mapped && !any_periodic && !contactors->hull.active &&
          std::all_of(std::begin(pair_kinds), std::end(pair_kinds),

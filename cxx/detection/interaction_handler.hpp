@@ -27,7 +27,7 @@ struct Configuration {
   const double* position = nullptr;         // (dim, bodies) [m]
   const double* rotation = nullptr;         // (1 | 4, bodies) [rad | -]
   const MappedContactors* mapped = nullptr; // null: rigid bodies carry all contactors
-  bool for_bonds = false; // bodies are joined where they touch: no contact is left out for what it would stop
+  bool for_bonds = false; // for joining bodies in contact: no contact is left out as an obstacle to sliding
   // Seats of the step before, by internal numbers: nodes that stay where they slid past the rim of a side.
   std::span<const RimSeat> seats{};
   bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
@@ -44,18 +44,17 @@ public:
   InteractionHandler(InteractionHandler&&) noexcept;
   InteractionHandler& operator=(InteractionHandler&&) noexcept;
 
-  // All pairs of contactors of different bodies, a deformable one among them, not both immovable (inverse_mass 0 in
-  // every dof), that a row of pairs.def serves and the rules, if given, do not let pass through each other, with gap <=
-  // margin, and the declared pairs. Order: row of pairs.def, then internal number of A, of B, image. It depends on
-  // nothing but the arguments: not on earlier calls, not on the number of threads. Of like shapes A is the one with the
-  // smaller id; otherwise as in pairs.def. Throws std::invalid_argument, with the body's id, when a position is not
-  // finite; `out` is then empty. Works in `scratch`, which the caller may use for something else afterwards; without
-  // one, in its own.
+  // Finds all pairs of contactors of different bodies (deformable ones included), not both immovable (inverse_mass 0 in
+  // every dof), with a row of pairs.def, not excluded by the rules, if given, and with gap <= margin; and the declared
+  // pairs. Order: row of pairs.def, then internal number of A, of B, image. It depends on nothing but the arguments:
+  // not on earlier calls, not on the number of threads. For equal shapes A is the contactor with the smaller id;
+  // otherwise as in pairs.def. Throws std::invalid_argument, with the body's id, when a position is not finite; `out`
+  // is then empty. Works in `scratch`, which the caller may use for something else afterwards; without one, in its own.
   void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
               Scratch* scratch = nullptr, const LawRules* rules = nullptr);
 
-  // What the last call sought contacts of: contactors of the scene, which this process owns, and their images in a
-  // periodic cell, which it does not: an image has the id of its contactor, and a contact with it counts for that.
+  // Numbers of contactors in the last search: those of the scene, which this process owns, and ghosts, their images in
+  // a periodic cell: an image has the id of its contactor, and a contact with it counts for that contactor.
   struct Counts {
     std::int64_t owned = 0, ghosts = 0;
   };

@@ -9,7 +9,7 @@ namespace cairn::detection {
 
 namespace {
 
-// Of the reach of a ball. A wider skin lasts longer, and every step looks at more pairs.
+// Skin as a share of the reach of a ball. A wider skin lasts longer, and every step tests more pairs.
 constexpr double skin = 0.125;
 // A list that serves fewer steps does not pay for what its wider search takes; how many searches are left alone then,
 // at first and at most.

@@ -1,6 +1,6 @@
-// Pairs that one search finds for several steps (Verlet 1967): it reaches a little farther than the margins ask, each
-// contactor by its own skin, and its pairs are all that may count until a contactor moved or grew by as much. What is
-// found among them is what a search would find, in the same order, so that nothing of this need be in a checkpoint.
+// Verlet list: pairs that one search finds for several steps (Verlet 1967). Each contactor reaches farther by its own
+// skin, and the list holds all possible contacts until a contactor has moved or grown by as much. The narrow phase then
+// gives the same contacts in the same order as a new search, so that a checkpoint needs no list.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -19,7 +19,7 @@ struct OrderedPairs {
   std::size_t bytes() const { return (a.capacity() + b.capacity() + image.capacity()) * sizeof(std::int32_t); }
 };
 
-// What a search asks of a scene, as it stands.
+// Scene of a search at the present positions.
 struct SearchedScene {
   const Contactors* contactors;
   const LawRules* rules; // null: all meet
@@ -33,9 +33,9 @@ class KeptPairs {
 public:
   OrderedPairs pairs;
 
-  // Whether the pairs are all that may count in this scene.
+  // True if the list holds all possible contacts of this scene.
   bool hold(const SearchedScene&) const;
-  // Whether a search should reach farther. Lists that ended after few steps are not tried for a while.
+  // True if a search should reach farther. After lists that served few steps it is false for a while.
   bool pays();
   // Reaches of that search; `reach` is where the margins ask it to end, and is changed. Returns the skin of a wall.
   double widen(const SearchedScene&, double* reach);
@@ -44,7 +44,7 @@ public:
   std::size_t bytes() const;
 
 private:
-  struct Turned { // what is no ball holds as long as it is turned as it was
+  struct Turned { // walls and bars: valid at constant direction
     std::int32_t contactor;
     double radius, direction[4];
   };

@@ -207,7 +207,7 @@ void InteractionHandler::Workspace::trim(Candidates& out, std::int64_t count) co
   out.count = count;
 }
 
-// Contacts of one piece after those of the one before.
+// Moves the contacts of all pieces together, in their order.
 void InteractionHandler::Workspace::close_ranks(Candidates& out) {
   std::int64_t count = 0, refused = none;
   for (const Piece& piece : pieces) {

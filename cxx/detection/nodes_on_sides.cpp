@@ -35,9 +35,9 @@ void InteractionHandler::Workspace::note_met(const Candidates& out, std::int64_t
   std::copy_n(&out.normal[dim * i], dim, met.normal);
 }
 
-// Of a contact with one of two sides between which the node stands, on the edge or corner where they meet: with the one
-// that the cells of the node lie on, if that is the other. Detection has the first of both, or the nearer one, which
-// the body has come past beside: where its cells lie behind that, it is the nearest of those that they lie on.
+// Moves a contact at the edge or corner between two sides to the side on which the cells of the node lie. Detection
+// takes the first of both, or the nearer one, past which the body has come: where the node's cells lie behind that
+// side, the nearest side under them is taken.
 bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, const HeldNode& met,
                                                     HeldNode& held) const {
   const std::int32_t node = met.node;
@@ -74,9 +74,8 @@ bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, c
   return found;
 }
 
-// Whether a side of the mesh of a node that looks against a normal reaches from it back over a rim, which is `far`
-// behind it against `way`; of a node without sides, an edge of its cells that lies along the side, where these lie on
-// it.
+// True if a side of the node's mesh that faces against a normal reaches from the node back over a rim, `far` behind it
+// against `way`; for a node without sides: an edge of its cells along the side, where the cells lie on it.
 bool InteractionHandler::Workspace::reaches_back(std::int32_t node, const double* normal, const double* way,
                                                  double far) const {
   const auto k = std::size_t(mapped->place[std::size_t(node)]);

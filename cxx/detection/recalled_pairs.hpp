@@ -1,6 +1,5 @@
-// What made the axis of each pair of polyhedra the last time, by the pair's two contactors and image. A guess to begin
-// with: the kernel proves it or looks anew, and finds the same either way, so that nothing of it need be in a
-// checkpoint.
+// Memory of separating axes: features of the last axis of each pair of polyhedra, by the pair's contactors and image.
+// The kernel starts from them and proves or replaces them, with the same result, so that a checkpoint needs none.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -24,7 +23,7 @@ public:
     std::copy_n(image, pairs, now_.image.begin());
   }
 
-  // For n pairs from `first` on: two numbers each, 0 where the pair is new; the kernel leaves here what it found.
+  // Features of n pairs from `first` on: two numbers each, 0 where the pair is new; the kernel writes its result there.
   std::int32_t* features(std::int64_t first, std::int32_t n) {
     std::int32_t* feature = now_.feature.data() + 2 * first;
     const std::int64_t known = std::int64_t(last_.a.size());

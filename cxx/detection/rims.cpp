@@ -1,11 +1,11 @@
 // Nodes that slide past the rim of a flat side.
 //
-// A node on the rim of a face stands for half a cell beside it, and what is pressed bulges: the rim of the one body
-// slides a hair past the rim of the other. There no side has the node, and the load that it bore would go to its
-// neighbours, until the body sinks past the rim. So a node that was over a side at the begin of the step, or held at
-// its rim, stays on the plane of that side as far as a share of its own cell beyond the rim; and one that comes from in
-// front there, if a side of its own mesh that faces the other reaches in over the rim. What comes from beside has no
-// such side and has never been over it, and falls past as it does without; so does what slides on.
+// A node on the rim of a face has a tributary area of half a cell, and pressed bodies bulge: the rim of one body slides
+// slightly past the rim of the other. No side holds the node there, and its load would go to its neighbours, until the
+// body sinks past the rim. So a node that was over a side at the begin of the step, or held at its rim, stays on the
+// plane of that side up to a share of its own cell beyond the rim; likewise a node that arrives from in front, if a
+// side of its own mesh that faces the other reaches in over the rim. A node that arrives from beside has no such side
+// and was never over the other, so it falls past; so does a node that slides on.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -312,8 +312,8 @@ void InteractionHandler::Workspace::index_nodes(const Candidates& out) {
   std::sort(contacts_on_sides.begin(), contacts_on_sides.end());
 }
 
-// Whether a node of the surface that the node slid past lies on a side of the node's own, as near as that: what both
-// would bear there, it bears.
+// True if a node of the opposite surface lies on a side of the node's own mesh, equally near: that contact carries the
+// load of both.
 bool InteractionHandler::Workspace::is_met_there(const Candidates& out, const HeldNode& h) const {
   const auto k = std::size_t(mapped->place[std::size_t(h.node)]);
   if (mapped->sides.empty()) return false;
@@ -340,7 +340,7 @@ InteractionHandler::Workspace::contacts_of(std::int32_t node) const {
   return {first, last};
 }
 
-// Whether a contact that the node has anyway bears it where the plane of the side would, or before.
+// True if another contact of the node carries it at the height of the side's plane, or above.
 bool InteractionHandler::Workspace::bears_as_high(const Candidates& out, const HeldNode& h) const {
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(h.node)])];
   for (const auto& [node, i] : contacts_of(h.node)) {
@@ -353,7 +353,8 @@ bool InteractionHandler::Workspace::bears_as_high(const Candidates& out, const H
   return false;
 }
 
-// In the order of detection, in the place of what the pairs had, and of what would stop the node on its way back.
+// Inserts contacts of held nodes in the order of detection, in place of contacts of the same pairs and of those that
+// would stop the node on its way back.
 void InteractionHandler::Workspace::put_held(std::span<const HeldNode> held, Candidates& out) {
   Candidates& all = with_held;
   for (Array<std::int32_t>* ids : {&all.contactor_a, &all.contactor_b, &all.feature, &all.image}) ids->resize(0);

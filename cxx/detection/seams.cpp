@@ -42,7 +42,7 @@ bool InteractionHandler::Workspace::may_have_seams() const {
   });
 }
 
-// Contacts of one pair with one normal form a run, which both contactors list. Pairs of balls come first and are
+// Finds runs, contacts of a pair with equal normals, which both contactors list. Pairs of balls come first and are
 // skipped.
 std::int32_t InteractionHandler::Workspace::find_runs(const Candidates& out) {
   run.make_room(*scratch, out.count + 1);

@@ -6,8 +6,9 @@
 
 namespace cairn {
 
-// The box holds all but the outermost hundredth on each side of each axis, so that what is far away does not coarsen
-// the rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the quotients.
+// The box holds all points but the outermost hundredth on each side of each axis, so that a few far points do not
+// coarsen the rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the
+// quotients.
 std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position) {
   std::vector<std::int32_t> order(count);
   if (count == 0) return order;
@@ -23,8 +24,7 @@ std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const
     low[k] -= size / 16;
     widest = std::max(widest, size * 1.125);
   }
-  for (double& w : width)
-    w = widest > 0 ? widest : 1; // one scale for all axes, or steps along the curve would be long ones
+  for (double& w : width) w = widest > 0 ? widest : 1; // equal scale of all axes, to keep steps along the curve short
   std::vector<std::int64_t> key(count), key_work(count);
   std::vector<std::int32_t> order_work(count);
   cairn_hilbert_keys(dim, count, position, low, width, key.data());

@@ -7,7 +7,7 @@ namespace cairn {
 
 enum class Law : std::int16_t;
 
-// Whether a law can hold two bodies at their contact along the tangents as well; it does where its first state variable
+// True if a law can bond two bodies at their contact, along the tangents too; it does so while its first state variable
 // is above 0.
 bool can_bond(Law law);
 

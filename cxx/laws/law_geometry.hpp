@@ -1,4 +1,4 @@
-// What of the geometry of a contact a law asks for.
+// Geometry of a contact for laws: area, radii, mass.
 #pragma once
 #include <algorithm>
 

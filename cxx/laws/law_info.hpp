@@ -12,7 +12,7 @@ namespace cairn {
 // Rows of laws.def, in its order; their names stand in laws/law_names.hpp.
 enum class Law : std::int16_t;
 
-// What a row of laws.def declares, read once.
+// Row of laws.def, read once.
 struct LawParameter {
   std::string name;
   bool required = false; // no default
@@ -45,7 +45,7 @@ struct LawInfo {
   cairn_law_energy* energy = nullptr;
   cairn_law_force* force = nullptr; // serves smooth strategies, as prepare serves NSCD
   cairn_law_stiffness* stiffness = nullptr;
-  // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
+  // Laws from a user's library only: its path, whether threads may call it at once, its message after a failure.
   std::string library;
   bool thread_safe = true;
   const char* (*complaint)() = nullptr;

@@ -10,9 +10,9 @@
 
 namespace cairn {
 
-// A material is called by two words: of its group, if it has one, and its own. A rule is about two words, or about a
-// word and anything, or about anything and anything. One that names groups goes before one that names materials, that
-// before one about anything; among equals the later counts.
+// Contact rules between materials. A material has two words: that of its group, if any, and its own. A rule is about
+// two words, a word and anything, or anything and anything. The most specific rule counts, in this order: two groups;
+// group and material; group and anything; two materials; material and anything; anything. Among equals the last counts.
 class LawRules {
 public:
   static constexpr std::int32_t anything = -1;
@@ -27,7 +27,7 @@ public:
   std::int32_t word(const std::string& name) const;
   // These do not meet one another, unless a rule names both their groups.
   void keep_apart(std::span<const std::int32_t> materials);
-  // Returns the rule's number. meet false: what it is about passes through each other.
+  // Returns the rule's number. meet false: the materials pass through each other.
   std::int32_t add(std::int32_t word_a, std::int32_t word_b, bool meet);
   // The number of the rule that counts, cairn_no_rule or cairn_kept_apart.
   std::int32_t between(std::int32_t material_a, std::int32_t material_b) const;
@@ -42,7 +42,7 @@ public:
     std::int32_t rule, from;
   };
   std::vector<InForce> in_force() const;
-  // As a kernel that goes through many pairs takes them: see core.h.
+  // Rules as arrays for kernels over many pairs: see core.h.
   struct Arrays {
     const std::int8_t* meet; // from cairn_kept_apart on
     const std::int32_t* word;

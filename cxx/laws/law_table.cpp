@@ -197,8 +197,8 @@ void check_two_lines(const LawInfo& info, const std::string& mode, double first,
   throw std::invalid_argument(message.str());
 }
 
-// What a joint spends must be what it has stored at its strength or more: less would be a strength that it never
-// reaches.
+// Refuses a joint whose work of fracture is not above its stored energy at the strength, which it could then never
+// reach; and a strength whose stored energy underflows.
 void check_works(const LawInfo& info, const double* values) {
   const auto of = [&](const std::string& name) {
     for (std::size_t k = 0; k < info.parameters.size(); ++k)

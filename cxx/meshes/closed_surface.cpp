@@ -47,9 +47,10 @@ std::vector<std::int32_t> boundary_of_cells(const MeshModel& m) {
   return out;
 }
 
-// Whether each end of an edge, each edge of a triangle, has another that goes on from it.
+// True if the sides close: every end of an edge (2D) or edge of a triangle (3D) is balanced by a neighbour of opposite
+// direction.
 bool closes(int dim, const std::vector<std::int32_t>& side) {
-  std::vector<std::array<std::int32_t, 3>> rim; // what a side begins with, and ends with, and which way
+  std::vector<std::array<std::int32_t, 3>> rim; // nodes of an end or edge, rising; direction
   for (std::size_t s = 0; s < side.size(); s += std::size_t(dim))
     for (int k = 0; k < dim; ++k) {
       const std::int32_t one = side[s + std::size_t(k)], other = side[s + std::size_t((k + 1) % dim)];
@@ -113,8 +114,8 @@ std::int64_t ClosedSurface::strip(int axis, double x) const {
   return std::int64_t(std::clamp(at, 0.0, double(strips_ - 1)));
 }
 
-// Whether the line between two places, where it is as high as a point, is farther along than the point. The lower end
-// belongs to it, the upper one does not.
+// True if the segment between two places, at the height of the point, lies farther along than the point (ray crossing).
+// The lower end belongs to the segment, the upper end does not.
 bool ClosedSurface::ahead(const double* one, const double* other, int across, int along, const double* point) const {
   if ((one[across] <= point[across]) == (other[across] <= point[across])) return false;
   if (one[across] > other[across]) std::swap(one, other);

@@ -1,5 +1,5 @@
-// Whether a place is within a mesh: how often the boundary of its cells, or the sides of it that touch if they close,
-// goes round it.
+// Point-in-mesh test by winding number: how often the boundary of the cells of a mesh, or its contact sides if they
+// close, goes round a point.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,9 +12,9 @@ struct MeshModel;
 // a mesh; empty where neither its cells nor its sides close.
 std::vector<std::int32_t> closed_sides(const MeshModel& model);
 
-// Sides are sorted into strips across the first axis, so that a place is asked about in the time that the few sides of
-// its strip take. What counts as crossed is told of each edge alone, from its lower end on: neighbours agree to the bit
-// where the ray meets an edge or a node.
+// Closed surface with its sides sorted into strips across the first axis, so that a query looks only at the few sides
+// of its strip. Crossings are decided per edge from its lower end on: neighbours agree to the bit where the ray meets
+// an edge or a node.
 class ClosedSurface {
 public:
   // place (dim, nodes) [m], which stays as long as this is asked.

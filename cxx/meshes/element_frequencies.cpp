@@ -1,8 +1,8 @@
-// A frequency that no mode of a mesh with lumped masses exceeds: the lower of two. By its elements (Irons & Treharne
-// 1971, Fried 1972): with K the sum of K_e and M that of any M_e that are not negative, x'Kx <= max_e(w_e^2) x'Mx for
-// all x, w_e^2 the largest of K_e x = w^2 M_e x. The mass of a node, which is lumped, is shared among its elements as
-// they hold it, by sums of absolute rows: where a stiff element stands beside a soft one, that is nearer than the mass
-// that each brings. And by sums of rows of K.
+// Upper bound of the frequencies of a mesh with lumped masses: the lower of two bounds. By elements (Irons & Treharne
+// 1971, Fried 1972): with K the sum of K_e and M that of any non-negative M_e, x'Kx <= max_e(w_e^2) x'Mx for all x,
+// where w_e^2 is the largest eigenvalue of K_e x = w^2 M_e x. The lumped mass of a node is split among its elements in
+// proportion to their stiffness (sums of absolute rows): beside a jump of stiffness this bound is closer than with the
+// mass that each element brings. By rows: sums of absolute rows of K.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,7 +29,7 @@ double largest_of(int n, std::vector<double>& a, std::vector<double>& eigenvalue
   return info == 0 ? eigenvalues.back() : infinity;
 }
 
-// Whether all eigenvalues of a symmetric matrix (n, n) are below a number, by Cholesky's factors of the difference.
+// True if all eigenvalues of a symmetric matrix (n, n) are below a number: Cholesky factors of the difference exist.
 bool all_below(int n, double number, const std::vector<double>& a, std::vector<double>& l) {
   l.resize(std::size_t(n * n));
   for (int j = 0; j < n; ++j) {
@@ -139,7 +139,7 @@ bool MeshBody::diagonal_mass() const {
   return alone;
 }
 
-// Of the elements, infinity where they are not known.
+// Bound of omega^2 by elements [1/s2]; infinity where element matrices are not known.
 double MeshBody::element_bound(const std::vector<double>& mass, double slack) const {
   const std::size_t n = mass.size();
   if (model.bulk ? !model.bulk->solid() : model.cells.empty()) return infinity;
@@ -193,7 +193,7 @@ double MeshBody::row_bound(const SparseMatrix& a, const std::vector<double>& mas
   const std::size_t n = mass.size();
   std::vector<double> x(n, 1.0), y(n);
   double bound = infinity;
-  constexpr int passes = 24; // within some percent of what it comes to
+  constexpr int passes = 24; // the bound is then within some percent of its limit
   for (int pass = 0; pass < passes; ++pass) {
     std::fill(y.begin(), y.end(), 0.0);
     for (std::int64_t column = 0; column < a.n; ++column)

@@ -57,7 +57,8 @@ void sort_points(const MeshModel& m, std::vector<std::int32_t>& first, std::vect
   for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
 }
 
-// Of both ends each has its share; where there are points, each what is nearer to it than to the others.
+// Shares an edge among its contactors: its two end nodes have their given shares; where points are among them, each has
+// the part nearer to it than to the others.
 template <class Add>
 void share_edge(const MeshModel& m, const std::int32_t* node, const double* share, std::vector<OnSide>& on_side,
                 const Add& add) {
@@ -76,7 +77,8 @@ void share_edge(const MeshModel& m, const std::int32_t* node, const double* shar
   }
 }
 
-// Points share a side alike, nodes have their shares, and alike what belongs to those that touch nothing.
+// Shares a face among its contactors: points have equal parts; nodes have their given shares and equal parts of the
+// shares of corners that are no contactors.
 template <class Add>
 void share_face(const MeshModel& m, const std::int32_t* node, int corners, const double* share,
                 const std::vector<OnSide>& on_side, const Add& add) {

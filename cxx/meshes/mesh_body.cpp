@@ -130,14 +130,15 @@ void MeshBody::gather(const Field<double>& field, double* out) const {
 
 void MeshBody::scatter(const double* v, Field<double>& field) const { std::copy_n(v, model.dofs(), field[first_node]); }
 
-// Of values of the pattern of A; 0 where there is none.
+// Diagonal entry of values on the pattern of A; 0 where the pattern has none.
 double MeshBody::on_diagonal(const std::vector<double>& value, std::int64_t row) const {
   for (std::int64_t e = model.mass.start[row]; e < model.mass.start[row + 1]; ++e)
     if (model.mass.row[e] == row) return value[std::size_t(e)];
   return 0;
 }
 
-// Whether what holds a mesh that nothing else holds is below the rounding of what is added to it.
+// True if the mass of a dof is below the rounding of the stiffness that A adds to it: such a mass cannot hold a mesh
+// without supports.
 bool MeshBody::lost_mass(std::int64_t row) const {
   return !model.stiffness.value.empty() &&
          on_diagonal(model.mass.value, row) < 1e-14 * scheme_.stiffness * on_diagonal(model.stiffness.value, row);
@@ -167,7 +168,7 @@ void MeshBody::refuse(const SoeStatus& status) const {
               ": a mass, a stiffness or a held dof is missing");
 }
 
-// A, factorised once for what a scheme makes it of.
+// Factorises A for the step and the coefficients of a scheme; factors of an equal scheme are used again.
 void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
   const double mixed = jump_share(scheme);
   const auto known = std::find_if(factors_.begin(), factors_.end(), [&](const auto& f) { // the same step, to the bit
@@ -264,8 +265,8 @@ void MeshBody::times_history(Nodes& nodes) {
   multiply_mass(known_.data(), momentum_known_.data());
 }
 
-// What more than one derivative says of a velocity that ties give grows by a step, see cairn_smooth_change, also where
-// it is rounding.
+// Applies the ties to the stored derivatives of velocity as well: with several of them a part that violates the ties,
+// even of rounding, grows from step to step; see cairn_smooth_change.
 void MeshBody::follow_leaders(Nodes& nodes) {
   if (model.ties.empty() || model.ties.rigid_parts_turn()) return;
   for (int k = 0; k < cairn_most_history && nodes.history(k); ++k)
@@ -349,7 +350,7 @@ void MeshBody::push(Nodes& nodes) {
 
 namespace {
 
-// Forces that hold what follows are borne by what it follows.
+// Moves constraint forces of slave dofs to their masters (transpose of the ties).
 void to_leaders(const MeshTies& ties, std::vector<double>& force) {
   for (std::size_t t = 0; t < ties.dof.size(); ++t) {
     double& own = force[std::size_t(ties.dof[t])];
@@ -417,16 +418,17 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
   account_ties();
 }
 
-// What holds a node that is bound as well works through it on all that it binds.
+// Counts binding work as driven work where a held dof is tied as well, since its support acts through the tie; then
+// moves reactions of slave dofs to their masters.
 void MeshBody::account_ties() {
   for (std::int64_t i = 0; i < model.dofs(); ++i)
     if (model.held[i] && model.ties.bound(i)) work.driven += std::exchange(work.binding, 0.0);
   to_leaders(model.ties, reaction);
 }
 
-// What is stored at both ends of a step along `way`, and what the integrator takes as elastic forces K q_e are not
-// those in the middle q_m of the way: (q_e - q_m).K way, of increments and of the coefficients of the scheme, none of
-// energies.
+// Stored energy at the begin and the end of a step along `way` [J], and work of the integrator's elastic forces K q_e
+// beyond those at the midpoint q_m, (q_e - q_m).K way [J]: computed from increments and coefficients of the scheme,
+// since a difference of energies would lose digits.
 void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way) {
   const std::int64_t n = model.dofs();
   const cairn_scheme& s = scheme_;
@@ -463,7 +465,7 @@ void MeshBody::solve_mass(double* b) {
   solve_bound_mass(b);
 }
 
-// As solve_mass, but that held dofs bring their given x; by where rigid parts that turn stand.
+// Like solve_mass, except that held dofs bring their given x; rigid parts count where they stand now.
 void MeshBody::solve_bound_mass(double* b) {
   if (lumped_mass_ && model.ties.empty()) { // each dof for itself
     for (std::int64_t i = 0; i < model.dofs(); ++i)
@@ -500,8 +502,8 @@ void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_sc
   }
 }
 
-// What jumps by the impulses of contacts, and by velocities that are given, on the mass alone. What holds a dof bears
-// these over the whole step, and not for the impulse of a force of 1 N.
+// Velocity jumps [m/s] by contact impulses and prescribed velocities, through the mass alone. Supports carry these
+// impulses over the whole step h, not over the scheme's impulse of a force of 1 N.
 void MeshBody::find_jump(const std::vector<double>& end) {
   const std::int64_t n = model.dofs();
   std::copy(impulse.begin(), impulse.end(), jump_.begin());

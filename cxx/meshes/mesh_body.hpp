@@ -1,5 +1,5 @@
-// A body that deforms, by the matrices of its nodes or by the stresses of a material: its step, and what contacts see
-// of it.
+// Deformable body, by the matrices of its nodes or by the stresses of a material: its step and its interface to
+// contacts.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,7 @@ struct ElasticCells {
   std::vector<double> elasticity; // times the thickness in 2D [Pa]
 };
 
-// What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
+// Input of a mesh. Dof dim i + k is the displacement of node i along axis k.
 struct MeshModel {
   int dim = 2;
   std::string name;
@@ -53,20 +53,21 @@ struct MeshModel {
   bool self_contact = false;                      // its points meet its own sides
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
   MeshTies ties;                                  // dofs that follow others
-  // Of stresses before the body moves, where it is linear: forces (dofs) [N], empty: none; energy that they store [J].
+  // Initial stresses of a linear body: their forces (dofs) [N], empty: none; their stored energy [J].
   std::vector<double> initial_force;
   double initial_energy = 0;
   std::vector<ElasticCells> cells; // of a linear body, if it is made of them
   // Modes that are damped besides, C = sum of rate (M f)(M f)': (dofs, modes), f' M f = 1, zero on held dofs, and their
   // rates 2 zeta omega [1/s]; empty: none.
   std::vector<double> modes, mode_rates;
-  // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
+  // Operators of another finite element code: products with stiffness and damping, and a solver of A x = b on free
+  // dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
   std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
   // Stresses of a material of solids, or forces of another code, in the place of stiffness, which then is that at the
   // start; null: linear.
   std::shared_ptr<InternalForces> bulk;
-  // What edges stand for in the plane: they go round the line x = axis, or are so thick [m].
+  // Measure of edges in the plane: ring: revolution about the line x = axis [m]; else thickness [m].
   bool ring = false;
   double thickness = 1, axis = 0;
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
@@ -75,31 +76,29 @@ struct MeshModel {
 
 // Where Newton's method of a mesh stands after a pass.
 struct NewtonError {
-  double error = 0; // norm of what is left of the balance over those of its terms, by the inverse of A, or over that of
-                    // what held dofs bear where it is larger; where all is rounding, over the terms of products
+  double error = 0; // norm of the residual over that of its terms, by the inverse of A, or over that of the forces of
+                    // held dofs if larger; where all is rounding, over the terms of products
   std::int64_t node = -1; // where it is largest
   bool whole = true;      // the last change was taken whole
   BulkResult fault;       // of a cell that no part of the change leaves in order
 };
 
-// What the balance of energy takes from a step of a mesh, besides its nodes as points of mass [J].
+// Works of a mesh over a step in the energy balance, beyond those of its nodes as point masses [J].
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
-  double absorbed = 0; // of `elastic`, by a code that does not tell what of it is stored, or what is spent
-  double warmed = 0;   // given by what swelled at the begin of the step
-  double binding = 0;  // by what ties nodes and keeps parts rigid: none, but for what is left of their balance
-  double beyond =
-      0;           // of loads and of what moves held nodes: in the mean of both ends beyond where the integrator has it
-  double drag = 0; // of `damping`, in the mean of both ends
-  double driven = 0;     // by what moves held nodes, in the mean of both ends
-  double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
+  double absorbed = 0;   // part of `elastic` of another code that tells neither its stored nor its dissipated energy
+  double warmed = 0;     // given by what swelled at the begin of the step
+  double binding = 0;    // by constraint forces of ties and rigid parts: zero but for the residual of the balance
+  double beyond = 0;     // of loads and prescribed motions: mean of both ends less the integrator's value
+  double drag = 0;       // of `damping`, in the mean of both ends
+  double driven = 0;     // by supports with prescribed motion, in the mean of both ends
+  double integrator = 0; // dissipated by the integrator, through inertia and the time of its elastic forces
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
-// Wall clock that passes of Newton's method took [s]. Contacts: columns of compliance, rows and solution; balance: what
-// is left of it at the stresses of a pass, and the solutions by which that is judged; all: as a clock round these saw
-// it.
+// Wall-clock time of the passes of Newton's method [s]. Contacts: columns of compliance, rows and solution; balance:
+// residual at the stresses of a pass, and the solutions that measure it; all: the whole method.
 struct NewtonSeconds {
   double assembly = 0, factorisation = 0, contacts = 0, balance = 0, all = 0;
 };
@@ -145,31 +144,31 @@ public:
   // The end of the step becomes the begin of the next; or the step was undone.
   void commit();
   void roll_back();
-  // What views show of the last step: kept while another is tried, and shown again where that is undone.
+  // Results of the last step that views show: kept while another step is tried, shown again if that one is undone.
   struct Shown {
     Array<double> impulse;
     std::vector<double> reaction, stress;
   };
   void keep(Shown& to) const;
   void show(const Shown& from);
-  // For a checkpoint: forces of the stresses at the begin of the next step [N], then the energy that they store [J];
-  // none before the first step. Throws Error for what is of another mesh.
+  // State for a checkpoint: internal forces at the begin of the next step [N], then their stored energy [J]; empty
+  // before the first step. restore() throws Error for the state of another mesh.
   std::vector<double> memory() const;
   void restore(std::span<const double> state, std::span<const double> memory);
   void forget(); // as at the start
   // For a checkpoint, see mesh_touched.cpp: h, damping, stiffness, largest, mixed of factors, how often nodes came to
   // touch, how many there were after each time, and these nodes; of the next ones. Empty where nothing depends on it.
   std::vector<double> touched() const;
-  void restore_touched(std::span<const double> of); // throws Error for what is of another mesh
+  void restore_touched(std::span<const double> of); // throws Error for the list of another mesh
   std::string describe(const BulkResult& fault) const;
-  // Throws what is told of a fault: StepTooLong with the advice where shorter parts of the step may mend it, else
+  // Throws the description of a fault: StepTooLong with the advice where shorter parts of the step may mend it, else
   // Error.
   [[noreturn]] void fail(const BulkResult& fault, const std::string& where, const std::string& advice) const;
   std::string remedy() const; // where no balance is found
   // check: throws Error beyond the limit of an explicit scheme.
   void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);
-  // What integrators keep, of the nodes: from the forces at hand; and what forces changed in the step, without
-  // contacts.
+  // Starts the stored derivatives of the integrator at the nodes, from the forces at hand; and the change of velocity
+  // over the step by forces without contacts.
   void start_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme);
   void smooth_change(Nodes& nodes, double* change);
   // The way of the step beside that of the velocities at its ends, where rigid parts turn; else it is left as it is.
@@ -192,7 +191,7 @@ public:
   const UnitReaches* reaches() const { return now_->reached ? &now_->reaches : nullptr; }
   double mass() const { return mean_mass_ * double(model.nodes()); } // of the whole [kg]
   std::int64_t touching() const { return touching_; }                // nodes that contacts may ever rest on, 1 at least
-  // Of the whole, 0 where dofs along each axis are given [1/kg].
+  // Inverse of the mass of the whole mesh, 0 where it has held dofs along each axis [1/kg].
   double inverse_mass() const { return inverse_mass_; }
   Array<double> impulse;        // (dofs) of contacts, to be given
   std::vector<double> reaction; // (dofs) forces that hold the held dofs, of the last step [N]; of free ones rounding
@@ -218,8 +217,8 @@ private:
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
     bool known = false;        // of the pass: these are its factors
-    // Of modes, by which the inverse of A is that of the matrix without them less Z B Z' (Woodbury 1950): Z (dofs,
-    // modes) and the Cholesky factor of B^-1, lower (modes, modes).
+    // Damped modes: the inverse of A is that without modes less Z B Z' (Woodbury 1950): Z (dofs, modes) and the
+    // Cholesky factor of B^-1, lower (modes, modes).
     std::vector<double> modal_reach, modal_factor;
     std::vector<std::int32_t> active, place;
     std::vector<std::int32_t> order; // how many were active after each time where numbers depend on that
@@ -231,7 +230,7 @@ private:
     std::vector<std::int32_t> asked; // nodes of which it was last decided whether to take reaches
     std::int64_t asked_numbers = -1; // of these
     UnitReaches reaches;
-    void forget(std::int64_t nodes) { // what was touched
+    void forget(std::int64_t nodes) { // forgets the contact nodes and their compliance
       active.clear();
       order.clear();
       again = {};
@@ -268,7 +267,7 @@ private:
   BulkResult stresses_there(const double* v, double rate, bool tangent);
   BulkResult forces_at_begin(double* force);
   void account_bulk(Nodes& nodes, const double* gravity);
-  void follow_leaders(Nodes& nodes); // what is kept of dofs that follow others
+  void follow_leaders(Nodes& nodes); // applies ties to stored derivatives
   void account_ties();               // after the reactions, before what follows hands its own on
   void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
   bool weighs_an_end() const; // the scheme takes forces elsewhere than in the mean of both ends of a step
@@ -282,7 +281,7 @@ private:
   double stable_step_there(double rate_share);
   void check_step_there(const cairn_scheme& scheme);
   template <class Use>
-  auto with_stiffness_at(const std::vector<double>& u, Use&& use); // of what is not linear
+  auto with_stiffness_at(const std::vector<double>& u, Use&& use); // for bodies that are not linear
   void watch_stability();
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
@@ -304,7 +303,7 @@ private:
   double way_of_jumps(std::size_t i) const;
   double undamped_jump(std::size_t i) const;
   void add_known_jumps();
-  std::string advice() const; // what helps where stresses are not found
+  std::string advice() const; // Advice where stresses are not found
   void find_modal_momentum();
   void factorise_modes(Factors& f);
   void solve_modes(double* b, std::int64_t columns);
@@ -317,8 +316,8 @@ private:
                                  double slack = quick) const;                // the lower of two, or that of rows alone
   double element_bound(const std::vector<double>& mass, double slack) const; // of omega^2 [1/s2]
   double row_bound(const SparseMatrix& a, const std::vector<double>& mass) const; // of eigenvalues of M^-1 A
-  double frequency_estimate(double* xi) const;     // no more than the highest [1/s], and what damps it
-  bool steady(double h, double rate_share);        // whether central differences of h [s] are stable, by factors
+  double frequency_estimate(double* xi) const; // lower bound of the highest frequency [1/s], and its damping ratio xi
+  bool steady(double h, double rate_share);    // whether central differences of h [s] are stable, by factors
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   std::unique_ptr<Soe> make_soe() const;
   SoeStatus factor(Soe& soe, const double* value);
@@ -350,8 +349,8 @@ private:
   bool lumped_mass_ = false, damps_ = false;                        // M is diagonal; C is not zero
   std::vector<double> columns_;                                     // (some, dofs) right sides that are solved at once
   std::vector<double> modal_momentum_, modal_pull_;                 // (dofs, modes) M f, zero on held dofs; (modes)
-  // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
-  // balance, and where the step ended.
+  // Newton's method: velocities of the pass, internal forces at both ends of the step and forces of damping,
+  // derivative, residual of the balance, and the end of the step.
   std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_,
       velocity_end_;
   std::unique_ptr<Factors> own_; // of the pass
@@ -379,7 +378,7 @@ private:
   bool explicit_ = false, by_energy_ = false;
   bool tangent_known_ = false;             // at iterate_, with its stresses
   double error_before_ = 0;                // of the pass before
-  bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
+  bool goes_on_ = false, went_on_ = false; // a pass is expected after the next one; the step took several passes
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> way_beside_; // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]
   std::vector<double> jump_;       // (dofs) of velocities, by contacts and drives on the mass alone [m/s]

@@ -40,7 +40,7 @@ std::vector<std::int32_t> MeshBody::dofs_of(std::span<const std::int32_t> nodes)
 
 // Which kind it is depends on these nodes alone, and so do its numbers: a run that goes on from a file has the same.
 void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach) {
-  if (nodes.empty()) return; // what was known stays for when it touches again
+  if (nodes.empty()) return; // compliance stays known for the next contact
   Factors& f = *now_;
   const auto bytes = [&](std::size_t of_nodes) {
     const double rows = double(model.dim) * double(of_nodes);
@@ -90,7 +90,7 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     }
   const std::size_t now = f.active.size();
   if (now == known) return;
-  // a little room for nodes to come, so that what is known is seldom copied
+  // a little spare room, so that known columns are seldom copied
   const std::size_t size = dim * now, old = dim * known, leading = std::size_t(f.leading);
   const std::size_t room =
       size <= leading ? leading : std::min(size + (known > 0 ? size / 8 : 0), std::size_t(model.dofs()));

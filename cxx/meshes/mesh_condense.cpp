@@ -53,9 +53,10 @@ void MeshSet::condense_again(std::vector<CondensedBody>& out, Array<double>& vel
   make_room(out, velocity);
 }
 
-// Rows of a body: its contact nodes; where contacts rest on means, the nodes that others rest on, then the means. Of
-// few nodes they are those of this step alone: contacts then keep what they do to the body, which sums otherwise, and a
-// run that goes on from a file knows no nodes that were touched before.
+// Rows of a body: its contact nodes; where contacts act on weighted means of nodes, the nodes of other contacts first,
+// then the means. With few nodes the rows are those of this step alone: contacts then store their effect on the body
+// themselves, instead of sums by the body, and a restart from a file, which does not know nodes touched earlier, has
+// the same rows.
 void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes) {
   MeshBody& mesh = meshes[which];
   body.mean_start.clear();

@@ -1,10 +1,10 @@
-// What is told of a mesh whose stresses are not found, and what may help.
+// Messages and advice where the stresses of a mesh are not found.
 #include "../base/call.hpp"
 #include "mesh_body.hpp"
 
 namespace cairn {
 
-// Of a body that is light for what contacts hold accelerations lead far.
+// Advice for stresses that are not found: accelerations of a body lighter than its contacts hold lead too far.
 std::string MeshBody::advice() const {
   if (past_.empty()) return ": give a smaller dt";
   return ": give a smaller dt, Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no "

@@ -1,11 +1,12 @@
-// What impulses of contacts and given velocities make jump, where an integrator moves bodies by half of a jump beside
-// its velocities (linear_scheme.f90): by p1/h M^-1 H p, with p1 = position_1. Elastic forces at the end of the step are
-// those of that place as well, or what contacts hold would push it on by K p1/h M^-1 H p, each step by more than the
-// last once h^2 |p1| times a frequency squared is above 1/(1 - gamma) h^2. With A = M + damping C + stiffness K and
-// theta = -p1/(h^2 share), where Newmark's beta is gamma/2 none, velocities answer to impulses by
-//   A^-1 (I + theta stiffness K M^-1) = mass M^-1 + rest A^-1,
-// symmetric as both are, with C = a M + b K mass = theta stiffness/(stiffness + b damping) and rest = 1 - mass (1 + a
-// damping). Of other damping the force takes its velocities so, too, as if it was a part of K: mass is theta then.
+// Displacement jumps by contact impulses and prescribed velocities, where an integrator moves bodies by part of a jump
+// beside its velocities (linear_scheme.f90): by p1/h M^-1 H p, with p1 = position_1. Elastic forces at the end of the
+// step include that displacement; otherwise contacts would be pushed on by K p1/h M^-1 H p, more in each step once h^2
+// |p1| times a squared frequency is above 1/(1 - gamma) h^2.
+// With A = M + damping C + stiffness K and theta = -p1/(h^2 share), zero where Newmark's beta is gamma/2, velocities
+// answer to impulses by
+//   A^-1 (I + theta stiffness K M^-1) = mass M^-1 + rest A^-1.
+// It is symmetric, with C = a M + b K, mass = theta stiffness/(stiffness + b damping) and rest = 1 - mass (1 + a
+// damping). Other damping takes its velocities in the same way, as if it were a part of K: mass is then theta.
 #include <algorithm>
 #include <cmath>
 
@@ -45,7 +46,7 @@ void MeshBody::find_rayleigh() {
   by_rayleigh_ = worst <= rounding * largest;
 }
 
-// Of the inverse of M, and of that of A.
+// Weights of the inverse of M and of the inverse of A in the answer of velocities to impulses.
 MeshBody::Answer MeshBody::answer() const {
   const double share = jump_share(scheme_);
   if (!has_part(share)) return {0, 1};
@@ -65,8 +66,8 @@ void MeshBody::respond(double* b, std::int64_t columns) {
   for (std::int64_t i = 0; i < n * columns; ++i) b[i] = by.mass * responding_[std::size_t(i)] + by.rest * b[i];
 }
 
-// Of velocities that are given, from v_ on, into given_jump_, and of no impulse into impulse_jump_; both empty where
-// they move nothing.
+// Jumps of prescribed velocities from v_ on, into given_jump_, and of zero impulse into impulse_jump_ [m/s]; both empty
+// where the integrator has no displacement jumps.
 void MeshBody::start_jumps() {
   given_jump_.clear();
   impulse_jump_.clear();
@@ -83,7 +84,7 @@ void MeshBody::start_jumps() {
   if (some) solve_bound_mass(given_jump_.data());
 }
 
-// Adds what `jump` makes of elastic forces and of damping over the step to those of what is kept; x (dofs) is for work.
+// Adds elastic and damping forces of `jump` over the step to those of the history; x (dofs) is scratch.
 void MeshBody::forces_of_jumps(const std::vector<double>& jump, double* x) {
   const std::size_t n = jump.size();
   const double far = scheme_.end_share * scheme_.position[0] / scheme_.h, slow = undamped_share();
@@ -108,7 +109,7 @@ double MeshBody::way_of_jumps(std::size_t i) const {
   return given_jump_.empty() ? 0 : scheme_.position[0] / scheme_.h * (given_jump_[i] + impulse_jump_[i]);
 }
 
-// What jumps take from the velocities that damping knows [m/s].
+// Part of the jumps that damping does not see [m/s].
 double MeshBody::undamped_jump(std::size_t i) const {
   return given_jump_.empty() ? 0 : undamped_share() * (given_jump_[i] + impulse_jump_[i]);
 }

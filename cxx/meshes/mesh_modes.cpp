@@ -95,7 +95,7 @@ void MeshBody::solve_modes(double* b, std::int64_t columns) {
   }
 }
 
-// Whether A less h/2 U D U' is positive definite as A is.
+// True if A less h/2 U D U' is positive definite, given that A is.
 bool MeshBody::steady_with_modes(const Soe& soe, double h) {
   const auto n = std::size_t(model.dofs());
   const std::size_t modes = model.mode_rates.size();

@@ -1,7 +1,7 @@
-// Mortar contact: nodes of a side that asks for it meet the sides of another mesh on average over its shape functions,
-// by dual multipliers on what both have in common (Wohlmuth 2000). With D_jk = int psi_j N_k of that side, which is
-// diagonal, and M_jl = int psi_j N_l of the other, the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l): one
-// contact a node, see mesh_mortar_sides.cpp. Here is which candidates go by it.
+// Mortar contact: contact is enforced weakly, by dual mortar multipliers on the common part of both surfaces (Wohlmuth
+// 2000). With D_jk = int psi_j N_k of the slave side, which is diagonal, and M_jl = int psi_j N_l of the master side,
+// the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l): one contact a node, see mesh_mortar_sides.cpp. This file
+// selects the candidates that mortars replace.
 #include <algorithm>
 #include <cmath>
 
@@ -100,7 +100,7 @@ bool has(const std::vector<std::int32_t>& rising, std::int32_t wanted) {
 
 } // namespace
 
-// What one mesh took by mortar of another; null: nothing.
+// Mortar of one mesh with another, as found in this step; null: none.
 const MeshSet::TakenMortar* MeshSet::taken_of(std::int32_t own, std::int32_t other) const {
   const auto begin = mortar_work_->taken.begin(), end = begin + std::ptrdiff_t(mortar_work_->used);
   const auto at = std::lower_bound(begin, end, std::pair{own, other}, [](const TakenMortar& t, const auto& wanted) {
@@ -109,8 +109,8 @@ const MeshSet::TakenMortar* MeshSet::taken_of(std::int32_t own, std::int32_t oth
   return at == end || at->own != own || at->other != other ? nullptr : &*at;
 }
 
-// Whether a side that a node of its mesh asks for looks towards a side of another, so that it is their mortar that
-// tells whether they touch. Sides that the other mesh's mortar has taken ask for nothing.
+// True if a slave side at a node faces a side of another mesh, so that their mortar decides on contact. Sides that the
+// mortar of the other mesh has taken as masters are no slaves.
 bool MeshSet::looks_towards(const Nodes& nodes, const Seat& node, const Seat& side) const {
   const MortarWork& work = *mortar_work_;
   const MortarSurface &surface = work.surfaces[std::size_t(node.mesh)], &there = work.surfaces[std::size_t(side.mesh)];
@@ -127,7 +127,7 @@ bool MeshSet::looks_towards(const Nodes& nodes, const Seat& node, const Seat& si
   return false;
 }
 
-// Whether a candidate of a node, or a point, and a side is left to the mortar of their meshes.
+// True if a candidate of a node or point and a side is replaced by the mortar of their meshes.
 bool MeshSet::is_left_to_mortar(const Nodes& nodes, std::int32_t a, std::int32_t b) const {
   if (!is_on_side(a, b)) return false;
   const MortarWork& work = *mortar_work_;

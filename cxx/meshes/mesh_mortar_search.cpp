@@ -1,5 +1,5 @@
-// Sides of a mesh that asks for mortars and sides of other meshes that are near each other though detection saw none of
-// the one's nodes beside the other: what is narrower than the side of a cell stands between its nodes.
+// Search for slave sides of mortars near sides of other meshes where detection saw no node of the slave beside the
+// other: a body narrower than the side of a cell fits between its nodes.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,6 +1,5 @@
-// Mortar contact of two meshes: sides that nodes ask for meet those of the other mesh as wholes, and each of their
-// nodes has one contact, which rests on its value in the basis of the side here and on the mean M_jl / D_jj of nodes
-// there.
+// Mortar contact of two meshes: whole slave sides meet the sides of the other mesh. Each slave node has one contact,
+// between its value in the basis of its side and the mean M_jl / D_jj of the master nodes.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,7 +18,7 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   MortarWork& work = *mortar_work_;
   const std::int32_t which = met.front().own, there = met.front().other;
   const MortarSurface& surface = work.surfaces[std::size_t(which)];
-  const auto of_node = [&](std::int32_t node) { // what was seen of it
+  const auto of_node = [&](std::int32_t node) { // candidates that detection saw of it
     const auto low = std::lower_bound(met.begin(), met.end(), node,
                                       [](const MetMortar& m, std::int32_t wanted) { return m.node < wanted; });
     auto high = low;

@@ -1,11 +1,11 @@
-// Newton's method of a body whose stresses are those of a material, round the solution of its contacts. By the names of
+// Newton's method for a body with the stresses of a material, around the solution of its contacts. In the names of
 // core_f90/integrators/linear_scheme.f90, with w = end_share and the history a of the integrator,
 //   M (v - v0 - velocity a) + impulse (w F(q) + (1 - w) F(q0)) + impulse C v_d = impulse f + impulses of contacts,
 //   q = q0 + h (share v + (1 - share) v0) + position a,
-//   v_d = implicit v + (1 - implicit) v0 + damping_history a,   A = M + damping C + stiffness dF/dq.
-// Without a history this is the theta-method (Jean 1999). What impulses of contacts move beside this way (position_1/h
-// M^-1 H p) is a part of q (mesh_jumps.cpp), but where rigid parts turn: stresses are known anew there where the step
-// ends.
+//   v_d = implicit v + (1 - implicit) v0 + damping_history a.
+// The matrix is A = M + damping C + stiffness dF/dq. Without a history this is the theta-method (Jean 1999).
+// Displacement jumps by contact impulses (position_1/h M^-1 H p) are a part of q (mesh_jumps.cpp), except where rigid
+// parts turn: stresses are then evaluated anew at the end of the step.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -52,8 +52,8 @@ BulkResult MeshBody::stresses_there(const double* v, double rate, bool tangent) 
   return found;
 }
 
-// Pressures on the sides where displacements b_ bring them, into press_: with the tangent of stresses what it lacks by
-// them, by its symmetric part, which is all of it where the surface is closed or its rim is held.
+// Pressures at displacements b_, into press_; adds the symmetric part of their derivative to the tangent of stresses.
+// The derivative is symmetric where the surface is closed or its rim is held.
 void MeshBody::press(double* tangent) {
   const auto n = std::size_t(model.dofs());
   for (std::size_t i = 0; i < n; ++i) b_[i] += model.reference[i];
@@ -74,7 +74,7 @@ void MeshBody::damped_velocity(const std::vector<double>& v) {
   for (std::size_t i = 0; i < damped_past_.size(); ++i) a_[i] += damped_past_[i] - undamped_jump(i);
 }
 
-// What is left of the balance at velocities v, without impulses of contacts, from the stresses there.
+// Residual of the balance at velocities v without contact impulses [N s], from the stresses at hand.
 void MeshBody::residual_of(const std::vector<double>& v) {
   const std::int64_t n = model.dofs();
   for (std::int64_t i = 0; i < n; ++i) a_[i] = v[i] - v_[i];
@@ -91,7 +91,7 @@ void MeshBody::residual_of(const std::vector<double>& v) {
   }
 }
 
-// What an integrator asks of stresses: at the end of the step, at a mean of both ends, or where it predicts them.
+// Takes from a scheme the time at which stresses are evaluated: end of the step, mean of both ends, or prediction.
 void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   h_ = scheme.h;
   share_ = scheme.share;
@@ -119,7 +119,7 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   }
 }
 
-// What the history adds to the way of the step, to where stresses are predicted, to what is damped and to velocities.
+// Adds the history to the displacement of the step, to the prediction for stresses, to damping and to velocities.
 void MeshBody::take_history(Nodes& nodes) {
   const std::size_t n = scheme_.histories > 0 ? std::size_t(model.dofs()) : 0;
   way_beside_.clear();
@@ -156,7 +156,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   way_end_ = q_;
   undone_ = true; // unless it is committed
   warmed_ = 0;
-  if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
+  if (!begun_ || !model.bulk->swelling.empty()) { // swelling changes stresses since the end of the last step
     force_begin_.assign(n, 0.0);
     find_swelling_force();
     const Stopwatch watch(&newton_seconds.balance);
@@ -197,7 +197,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   find_free_velocity();
 }
 
-// Of an explicit integrator: where the step begins, or where it is predicted to lead.
+// Internal force of an explicit integrator: at the begin of the step, or where the step is predicted to lead.
 void MeshBody::predict_force() {
   force_step_ = force_begin_;
   if (!(end_weight_ > 0)) return;
@@ -209,8 +209,8 @@ void MeshBody::predict_force() {
     force_step_[i] = end_weight_ * force_end_[i] + (1 - end_weight_) * force_begin_[i];
 }
 
-// What free strains make of the forces, at the begin of the step: a body that swelled as it liked has none left, and
-// its balance is still one of terms as large as these.
+// Part of the internal forces that free strains make, at the begin of the step [N]: a body that swelled freely has no
+// stress left, but its balance still has terms of this size, to which errors are relative.
 void MeshBody::find_swelling_force() {
   swelling_force_.clear();
   if (model.bulk->swelling.empty()) return;
@@ -224,8 +224,9 @@ void MeshBody::find_swelling_force() {
     swelling_force_[i] = plain.ok() ? swelling_force_[i] - force_end_[i] : 0;
 }
 
-// M a = F - C v - F(q), and the derivatives of that under constant loads along the way that is known so far:
-// differences of forces, exact where they are linear, over as much of a step as leaves all cells in order.
+// Derivatives of velocity at the start, from M a = F - C v - F(q) and its derivatives under constant loads along the
+// known part of the motion. They are differences of forces, exact for linear forces, over as much of a step as leaves
+// all cells in order.
 void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme) {
   constexpr int halvings = 4; // each multiplies the rounding of a third derivative by eight
   const auto n = std::size_t(model.dofs());
@@ -356,21 +357,21 @@ NewtonError MeshBody::judge(double tolerance) {
   return out;
 }
 
-// Where a body is stretched between held sides, forces of its cells cancel at every free node, to rounding: what the
-// held dofs bear tells how large these are. Its square, by the inverse of the diagonal of A as of an energy norm, which
-// is finite at held dofs too and no larger than a few times that by the inverse of A.
+// Square of the forces at held dofs, by the inverse of the diagonal of A: scale of the balance where a body is
+// stretched between supports, so that forces of its cells cancel at every free node to rounding. The diagonal is finite
+// at held dofs too, and its norm is at most a few times that by the inverse of A.
 double MeshBody::borne_by_held() const {
   double out = 0;
   for (std::size_t i = 0; i < model.held.size(); ++i) {
     if (!model.held[i]) continue;
     const double force = scheme_.impulse * (c_[i] + force_of(i)), weight = on_diagonal(now_->value, std::int64_t(i));
-    if (weight > 0) out += force * force / weight; // what softens may have none there
+    if (weight > 0) out += force * force / weight; // softening may leave none there
   }
   return out;
 }
 
-// How much of what is left of the balance at the iterate may be rounding, by the inverse of A: that of velocities, and
-// of displacements, from which bodies that move as a whole have forces that are nothing else.
+// Rounding error of the residual at the iterate, by the inverse of A: rounding of velocities and of displacements,
+// which for a body moving as a whole is all of its internal forces.
 double MeshBody::rounding() {
   const auto n = std::size_t(model.dofs());
   double *x = norms_.data(), *size = x + n, *right = size + n;
@@ -390,8 +391,8 @@ double MeshBody::rounding() {
   return std::numeric_limits<double>::epsilon() * std::sqrt(std::max(square, 0.0));
 }
 
-// What is left of the balance at the iterate, by the inverse of A, and the scale of its terms, to which an error is
-// relative; `node`: where most is left.
+// Residual of the balance at the iterate by the inverse of A, the scale of its terms, to which errors are relative, and
+// `node` with the largest residual.
 double MeshBody::measure_balance(double& scale, std::int64_t& node) {
   const auto n = std::size_t(model.dofs());
   const bool swells = !swelling_force_.empty();
@@ -472,8 +473,8 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   return out;
 }
 
-// As `account`, with the forces of the stresses over the step. With F those, f all others, h' the impulse of a force of
-// 1 N, v_m the middle of both velocities and s a what the history adds to them, the integrator takes
+// Same as `account`, with the forces F of the stresses over the step. Work of the integrator, with other forces f, h'
+// the impulse of a force of 1 N, v_m the mean of both velocities and s a the history's part of velocities:
 //   (f - F - C v_d).(dq - h' v_m) - v_m.M s a + F.dq - (dU + D).
 void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   const int dim = model.dim;
@@ -497,7 +498,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     taken_[i] = elastic + c_[i];
     work.elastic += way * elastic;
     work.damping += way * c_[i];
-    // what is kept gives momentum beside the forces, to the points of mass as well
+    // the history brings momentum beside the forces, to the point masses as well
     const double known = keeps ? momentum_known_[i] : 0, of_points = keeps ? lumped_[i] * kicked_past_[i] : 0;
     const double lumped = lumped_[i] * a_[i] - of_points;
     const double extra = (inertia[i] - known - lumped) / scheme_.impulse, weight = lumped_[i] * gravity[i % dim];
@@ -523,9 +524,9 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   work.stored_change = found_.energy - stored_begin_;
   work.material = found_.dissipated;
   work.warmed = warmed_;
-  // Along the way of the step, straight from where it began to where it ended, stresses themselves would work what the
-  // material tells that it stores and takes, sums over its points. The forces of the step work along the same way, and
-  // what they work beyond that is the integrator's: the balance of the nodes is in none of these.
+  // Work of the step's elastic forces beyond the stored and dissipated energy of the material (sums over its points) is
+  // the integrator's: along the straight path of the step stresses themselves would work just that energy. The balance
+  // at the nodes is in none of these terms.
   const double beyond = work.elastic - work.stored_change - work.material;
   const bool told = model.bulk->knows_energy() && model.bulk->knows_dissipation();
   (told ? work.integrator : work.absorbed) += beyond;

@@ -7,8 +7,8 @@ namespace cairn {
 
 struct SparseMatrix;
 
-// Sides of one form under one pressure; 2D: two nodes, or three with the middle last; 3D: three or four, or six, eight
-// or nine of second order, in the order of triangle6, quad8 and quad9.
+// Sides of equal shape under equal pressure; 2D: two nodes, or three with the middle last; 3D: three, four, six, eight
+// or nine, in the order of triangle6, quad8 and quad9.
 struct PressedSides {
   int nodes = 2;
   std::vector<std::int32_t> node;  // (nodes, sides)

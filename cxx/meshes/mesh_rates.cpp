@@ -12,8 +12,8 @@ namespace cairn {
 
 namespace {
 
-// Tangent of a body at rest in a step of a second beyond that of one without end: what rates of strain bear. Users'
-// routines are asked for steps of a second alone, and give none.
+// Tangent of strain-rate terms: tangent of a body at rest over a step of 1 s less that over an infinite step. UMATs are
+// asked for steps of 1 s alone, and give zero.
 std::vector<double> tangent_of_rates(BulkModel& body, const SparseMatrix& pattern) {
   std::vector<double> none(body.place().size(), 0.0), force(none.size()), rate(pattern.row.size(), 0.0), rest(rate);
   body.fit(pattern);
@@ -49,10 +49,10 @@ bool sees_rates(int dim, const BulkModel& whole) {
 
 } // namespace
 
-// A step of an oscillator multiplies place, velocity and what is kept by A - b (k e' + c d'): k is its stiffness, c its
-// drag, A the motion without both, b what a force does, and e and d give the place and the velocity that it is of. At
-// the limit -1 is an eigenvalue, k e'x + c d'x = 1 with (A + 1) x = b, and `largest` has its own reasons below that.
-// Drag at the end of the step has no such limit.
+// Stability limit by drag. A step of an oscillator multiplies displacement, velocity and history by A - b (k e' + c
+// d'): k stiffness, c drag, A the motion without both, b the effect of a force, e and d the rows of displacement and
+// velocity. At the limit -1 is an eigenvalue: k e'x + c d'x = 1 with (A + 1) x = b; `largest` is the limit without
+// drag. Drag taken at the end of the step has no such limit.
 DragBound drag_bound(const cairn_scheme& scheme) {
   constexpr int most = 2 + cairn_most_history;
   if (scheme.damping > 0 || !std::isfinite(scheme.largest)) return {};

@@ -1,14 +1,14 @@
-// What opposes the velocities of a mesh at the start, and how explicit steps are bounded by it.
+// Damping and rate terms of a mesh at the start, and the bound that they set to explicit steps.
 #pragma once
 #include "mesh_body.hpp"
 
 namespace cairn {
 
-// Values of the lower triangle of the damping matrix and of what materials add that see a rate of strain [N s/m].
+// Values of the lower triangle of the damping matrix plus the tangent of rate-dependent materials [N s/m].
 std::vector<double> rate_values(const MeshModel& model);
 
-// What bounds a damped step of an explicit integrator, in terms of central differences of h' = h 2 / largest without
-// damping, and of `frequency` h' where what opposes velocities counts `rate` times.
+// Stability of a damped explicit step in terms of central differences of h' = h 2 / largest: stable for h' without
+// damping, and for `frequency` h' with damping multiplied by `rate`.
 struct DragBound {
   double frequency = 1, rate = 1;
 };

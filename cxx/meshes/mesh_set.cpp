@@ -88,7 +88,7 @@ void MeshSet::find_next_edges() {
   }
 }
 
-// Of nodes that are contactors beside sides of their mesh. A mortar is one of whole sides.
+// Sides at each node that is a contactor beside sides of its mesh. Mortars have whole sides instead.
 void MeshSet::find_sides_of_nodes() {
   std::vector<std::uint8_t> has(meshes.size(), 0); // 1: sides, 2: nodes
   for (const Seat& s : seats_)
@@ -196,7 +196,7 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
   }
 }
 
-// What part of a mesh a number is of, and the nodes of its middle.
+// Part of a mesh with a number, and the nodes of its middle with weights.
 MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
   const MeshBody& mesh = meshes[std::size_t(which)];
   const MeshModel& m = mesh.model;

@@ -1,4 +1,4 @@
-// The deformable bodies of a scene, and what a contact on one of them rests on.
+// Deformable bodies of a scene, and the nodes that carry a contact on them.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -63,12 +63,12 @@ public:
     }
   };
   const Middle& middle(std::int32_t contactor) const { return seat(contactor).middle; }
-  // Of an edge or a facet, as places among those of the scene, in the order of the weights of `mapping`; -1: none.
+  // Nodes of an edge or a facet, as numbers in the scene, in the order of the weights of `mapping`; -1: none.
   std::array<std::int32_t, 4> nodes_of_side(std::int32_t contactor) const;
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
   // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
   Mapping mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
-  // Whether contacts on a mapped contactor turn with it: an edge or a face does, a node or a point has a place alone.
+  // True if contacts on a mapped contactor turn with it: edges and facets turn, nodes and points have a position only.
   bool turns(std::int32_t contactor) const {
     return seat(contactor).role == Role::edge || seat(contactor).role == Role::facet;
   }
@@ -82,18 +82,18 @@ public:
     const LawRules& rules;
     const Cell& cell;
   };
-  // Of the candidates: edges beyond whose ends nodes lie on their line.
+  // Takes from the candidates the edges beyond whose ends nodes lie on their line.
   void let_past_ends(const Candidates& candidates);
   void weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& candidates);
-  // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
-  // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
-  // changed.
+  // Tributary area of a contact node or point [m2], in 2D per metre across the plane or over the revolution; 0 for
+  // edges and facets. After find_areas, which is called again when internal numbers changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
-  // What of it is nearer to that node or point than to others, of which a grain there has a part: nowhere next to none.
+  // Part of the surface nearer to that node or point than to others [m2], for contacts with grains; zero at neighbours
+  // of none.
   double near_area(std::int32_t contactor) const {
     return near_area_[std::size_t(of_contactor_[std::size_t(contactor)])];
   }
-  // What of a side a contact on a node or a point stands for. Beside area(), which is the sum of them.
+  // Part of a side within the tributary area of a contact node or point; area() is the sum over sides.
   struct SidePart {
     std::int32_t owner; // contactor
     int corner;         // number of the node among those of the side, -1: a point
@@ -103,12 +103,12 @@ public:
   std::span<const SidePart> parts_of_side(std::int32_t contactor) const;
   // Areas that the corners of an edge or a triangle stand for, whether they touch or not.
   std::span<const double, 3> shares_of_side(std::int32_t contactor) const;
-  // Of an edge from a share of its way to another.
+  // Area of a part of an edge, given by shares of its length [m2].
   double edge_area(std::int32_t contactor, double from, double to) const;
-  // Whether a point and a half of a face of four nodes, of one mesh, were one before the face opened. The face may be
-  // warped then, so that they do not touch to rounding.
+  // True if a point and a half of a face of four nodes, of one mesh, coincided before the face opened. A warped face
+  // then leaves a gap above rounding.
   bool parted_warped(std::int32_t point, std::int32_t side) const;
-  // Whether a contactor is a half of a face of four nodes, which may be warped.
+  // True if a contactor is a half of a face of four nodes, which may be warped.
   bool warps(std::int32_t contactor) const {
     return seat(contactor).role == Role::facet && node_of(seat(contactor), 3) >= 0;
   }

@@ -1,4 +1,4 @@
-// How large the cells of a mesh are where contacts are, and what a contactor of it is called.
+// Size of the cells of a mesh at contacts, and names of its contactors in messages.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +11,8 @@ namespace cairn {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::infinity();
-// Of a cell: how far its nodes may slide past the rim of what they lie on. A node at the rim of a face stands for half
-// a cell, of which more than half lies on the other body up to there.
+// Share of a cell by which its nodes may slide past the rim of the opposite surface. A node at the rim of a face stands
+// for half a cell, of which more than half still lies on the other body there.
 constexpr double past_a_rim = 0.25;
 
 double distance(const MeshModel& m, std::int64_t one, std::int64_t two) {
@@ -24,7 +24,7 @@ double distance(const MeshModel& m, std::int64_t one, std::int64_t two) {
   return std::sqrt(square);
 }
 
-// Of each node the way to the nearest one that it has a cell with, as the pattern of its matrices tells.
+// Distance of each node to the nearest node of its cells [m], by the pattern of its matrices.
 std::vector<double> sizes_at_nodes(const MeshModel& m) {
   std::vector<double> size(std::size_t(m.nodes()), none);
   for (std::int64_t column = 0; column < m.mass.n; column += m.dim)

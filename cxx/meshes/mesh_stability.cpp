@@ -1,8 +1,8 @@
-// The limit of central differences on a mesh, h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega,
-// damped by xi. A bound of omega by elements gives a step that is certain to be stable. Beyond that Lanczos' method
-// tells from below what omega is, and factors of M - h/2 C - h^2/4 K, positive definite where h is stable, have the
-// last word. Explicit integrators beside central differences are stable for h omega < L and h^2 omega^2/A + h c/d < 1,
-// c what opposes velocities: see drag_bound.
+// Stability limit of central differences on a mesh, h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega
+// with damping ratio xi. A bound of omega by elements gives a step that is certain to be stable. Beyond it Lanczos'
+// method gives a lower bound of omega, and factors of M - h/2 C - h^2/4 K, positive definite for stable h, decide.
+// Other explicit integrators are stable for h omega < L and h^2 omega^2/A + h c/d < 1, where c is the drag: see
+// drag_bound.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -70,7 +70,7 @@ double MeshBody::frequency_estimate(double* xi) const {
     multiply(model.mass, w.data(), y.data());
     const double size = std::sqrt(inner(w.data(), y.data()));
     if (!q.empty()) {
-      // what is left is rounding when the directions that the first one holds are all there
+      // the remainder is rounding once the Krylov space is complete
       if (!(size > 64 * std::numeric_limits<double>::epsilon() * *std::max_element(a.begin(), a.end()))) break;
       b.push_back(size);
     } else if (!(size > 0)) {
@@ -121,7 +121,7 @@ auto MeshBody::with_stiffness_at(const std::vector<double>& u, Use&& use) {
   if (linear() || !moved || !model.bulk->known_anywhere()) return use();
   std::vector<double> value(model.stiffness.value.size(), 0.0), still(u.size(), 0.0), force(u.size());
   const MeshMotion there{u.data(), still.data(), time, boundless, 1, 0, nullptr, time};
-  const std::shared_ptr<InternalForces> apart = model.bulk->another(); // views show what the one at hand found last
+  const std::shared_ptr<InternalForces> apart = model.bulk->another(); // views show stresses of the model at hand
   apart->fit(model.mass);
   apart->take_history(model.bulk->history());
   apart->swelling = model.bulk->swelling;
@@ -150,11 +150,10 @@ void MeshBody::check_step(const cairn_scheme& scheme) {
   with_stiffness_at(q_, [&] { check_step_there(scheme); });
 }
 
-// Where a body stiffens or its cells grow thin its limit falls below what it was as the step was checked. With dF the
-// change of the forces of stresses along the way dq of a step, dF.M^-1 dF/(dq.dF) is no more than the square of the
-// highest frequency of the mean of its tangents, and near it as soon as that mode moves the nodes by a hundredth of
-// what the others do: the step is checked once more then, at the stiffness that there is. What is beyond the limit
-// itself is always checked, the rest where the quotient grew or the last check is long ago.
+// Checks the stable step anew where a body stiffens or its cells grow thin. With dF the change of internal forces along
+// the displacement dq of a step, dF.M^-1 dF/(dq.dF) is at most the square of the highest frequency of the mean tangent,
+// and near it once that mode moves nodes by a hundredth of the other motion. Above the limit the step is always
+// checked, at the present stiffness; below, where the quotient grew or the last check is long ago.
 void MeshBody::watch_stability() {
   if (!explicit_ || !std::isfinite(scheme_.largest) || !model.bulk->known_anywhere()) return;
   constexpr std::int64_t seldom = 256;
@@ -204,7 +203,7 @@ void MeshBody::check_step_there(const cairn_scheme& scheme) {
   double xi = 0;
   const double omega = frequency_estimate(&xi), limit = step_of(FrequencyBound{omega, 2 * omega * xi}, drag);
   constexpr double known = 1 + 1e-3; // as well as the frequency is
-  // of operators there are no factors; what is too long without damping is too long with it
+  // operators have no factors; a step too long without damping is too long with it
   if (model.make_solver ? h <= limit * known
                         : !(omega * h > 2 * known) && steady(drag.frequency * h, drag.rate) &&
                               (!(drag.frequency < 1) || steady(h, 0)))

@@ -126,7 +126,7 @@ void MeshTies::solve(const Soe& soe, double* b) {
     for (std::int64_t e = start_[i]; e < start_[i + 1]; ++e)
       if (const auto c = std::size_t(column_[std::size_t(e)]); !options_.held[c])
         work_[c] += value_[std::size_t(e)] * b[i];
-  for (std::size_t i = 0; i < std::size_t(dofs_); ++i) // of a held one the given x; what follows has no equation
+  for (std::size_t i = 0; i < std::size_t(dofs_); ++i) // held dofs: the given x; slaves have no equation
     if (options_.held[i]) work_[i] = follows_[i] ? 0 : b[i];
   soe.solve(work_.data());
   for (std::size_t i = 0; i < std::size_t(dofs_); ++i) {

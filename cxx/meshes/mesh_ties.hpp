@@ -12,7 +12,7 @@ namespace cairn {
 
 class MeshTies {
 public:
-  // What is given; to be filled before `start`. Tied dofs are sums of others, which follow nothing; rows by starts.
+  // Input, filled before `start`: slave dofs as weighted sums of masters, which follow nothing; rows by starts.
   std::vector<std::int32_t> dof, master;
   std::vector<std::int64_t> first{0};
   std::vector<double> weight;
@@ -34,14 +34,14 @@ public:
   const double* reduced(const double* value);
   // Solves by the factors of such a matrix in place of b (dofs); held dofs bring their given x.
   void solve(const Soe& soe, double* b);
-  // Velocities (dofs) as they are with what they follow.
+  // Sets slave velocities from their masters (dofs).
   void follow(double* v) const;
   // Mean velocities of a step from places (dim, nodes), in which rigid parts turn whole: nearest to those given. From
   // now on they turn as at the middle of that way.
   void turn(double* way, const double* place, double h);
   // From now on T is that of nodes at some places (dim, nodes).
   void stand_at(const double* place) { set_arms(place, nullptr, 0); }
-  // What nodes of rigid parts, where they stand, accelerate by their spin alone (dofs) [m/s2]; of others zero.
+  // Centripetal accelerations of the nodes of rigid parts by their spin (dofs) [m/s2]; zero for others.
   void centripetal(const double* v, double* out) const;
 
 private:

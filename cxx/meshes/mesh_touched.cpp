@@ -1,6 +1,6 @@
-// In which order nodes came to touch, where numbers depend on that by rounding: what two nodes do to each other is then
-// taken from the column of the one that came later, and columns are found several at once. A run that goes on from a
-// file touches them so again.
+// Order in which nodes came into contact, where rounding depends on it: the compliance of two nodes is taken from the
+// column of the later node, and columns are solved several at once. A restart from a file touches nodes in the same
+// order.
 #include <algorithm>
 
 #include "../base/call.hpp"

@@ -33,13 +33,13 @@ double MeshBody::force_weight(std::int64_t i) const {
   return lumped_[std::size_t(i)] > 0 ? lumped_[std::size_t(i)] : mean_mass_;
 }
 
-// What the history adds to the momentum.
+// Momentum of the history [N s].
 void MeshBody::kept_momentum(double* out) const {
   if (!model.ties.rigid_parts_turn()) return multiply_mass(kicked_past_.data(), out);
   for (std::int64_t i = 0; i < model.dofs(); ++i) out[i] = force_weight(i) * kicked_past_[std::size_t(i)];
 }
 
-// What the history adds to the way of the step, as rigid parts stand and spin at its begin.
+// Displacement of the history in the step [m], for rigid parts with position and spin of its begin.
 void MeshBody::find_kept_way(Nodes& nodes) {
   const auto n = std::size_t(model.dofs());
   std::fill(past_.begin(), past_.end(), 0.0);

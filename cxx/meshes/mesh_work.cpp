@@ -1,6 +1,6 @@
-// What loads, drag and what moves held nodes work over a step, at the mean of their values at both of its ends. An
-// integrator knows them at a time of its own; taken there the sum over steps would be of first order under loads that
-// vary, also where the motion is of second: h/2 of the change of each load goes along its way, and is the integrator's.
+// Works of loads, drag and prescribed motions over a step, at the mean of their values at both of its ends. Taken at
+// the integrator's own time, their sum over steps would be of first order under varying loads even where the motion is
+// of second: h/2 of the change of each load times the displacement is the integrator's work.
 #include "mesh_body.hpp"
 
 #include <cmath>
@@ -43,7 +43,7 @@ void MeshBody::account_means(const std::vector<double>& way) {
   }
 }
 
-// Of a body whose forces are linear, with K `way` at hand.
+// Works of a body with linear forces; `pull` is K `way`.
 void MeshBody::account_linear_means(const std::vector<double>& way, const std::vector<double>& pull) {
   work.drag = work.damping;
   if (!weighs_an_end()) return;
@@ -57,7 +57,7 @@ void MeshBody::account_linear_means(const std::vector<double>& way, const std::v
   account_means(way);
 }
 
-// Of any other, with the forces of its stresses at both ends.
+// Works of a non-linear body, with internal forces at both ends.
 void MeshBody::account_bulk_means(const std::vector<double>& end) {
   work.drag = work.damping;
   if (!weighs_an_end()) return;

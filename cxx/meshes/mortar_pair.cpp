@@ -217,7 +217,7 @@ bool MortarPair::common_length(const MortarPiece& p, const PieceFrame& f, const 
   return true;
 }
 
-// Whether two pieces are beside each other: no further apart than one is wide.
+// True if two pieces are beside each other: their gap is at most the width of the first.
 bool MortarPair::beside(const Flat& one, const Flat& other) const {
   for (int k = 0; k < dim_ - 1; ++k) {
     double low[2], high[2];
@@ -235,8 +235,8 @@ bool MortarPair::beside(const Flat& one, const Flat& other) const {
   return true;
 }
 
-// Whether all of the other's piece is behind by over half a cell: the far sides of two bodies, one of which has just
-// reached into the other, face each other through both of them, and have a strip in common that is as wide as it did.
+// True if each piece is behind the other by over half a cell: far sides of two bodies that just interpenetrate face
+// each other through both bodies, and share a strip as wide as the penetration.
 bool MortarPair::deep_behind(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q,
                              const PieceFrame& opposite) const {
   const double size = std::max(f.size, opposite.size);
@@ -252,7 +252,8 @@ bool MortarPair::deep_behind(const MortarPiece& p, const PieceFrame& f, const Mo
   return behind(q, *other_, f) && behind(p, *own_, opposite);
 }
 
-// What a piece of the other mesh that is in front has in common with one; whether it is beside it or in front.
+// Adds the common part of a piece with a piece of the other mesh in front of it. True if that one is beside it or in
+// front.
 bool MortarPair::common(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q) {
   PieceFrame opposite;
   if (!frame_of(*nodes_, *other_, q, opposite) || !(dot(opposite.normal, f.normal, dim_) < -least_facing)) return false;

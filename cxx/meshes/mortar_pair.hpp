@@ -1,6 +1,6 @@
-// The mortar of the sides of one mesh with those of another: D_jk = int psi_j B_k of its own sides, which is diagonal
-// by dual functions psi, and M_jl = int psi_j N_l of the other's, on the parts that they have in common (Wohlmuth 2000;
-// Puso & Laursen 2004; Popp, Wohlmuth, Gitterle & Wall 2012).
+// Mortar of the slave sides of one mesh with the master sides of another: D_jk = int psi_j B_k on the slave side,
+// diagonal by dual functions psi, and M_jl = int psi_j N_l on the master side, over their common parts (Wohlmuth 2000;
+// Puso & Laursen 2004; Popp et al. 2012).
 #pragma once
 #include <cstdint>
 #include <span>
@@ -25,7 +25,7 @@ struct PieceFrame { // its middle, its normal, and axes along it
   double middle[3], normal[3], axis[2][3], size;
 };
 bool frame_of(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& piece, PieceFrame& frame); // false: no size
-// Whether pieces of two meshes look towards each other, wherever they are.
+// True if pieces of two meshes face each other by their normals, at any distance.
 bool face_each_other(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& piece, const MeshBody& other_mesh,
                      const MortarPiece& other);
 
@@ -33,8 +33,8 @@ class MortarPair {
 public:
   void start(const Nodes& nodes, const MeshBody& own, const MortarSurface& own_surface, const MeshBody& other,
              const MortarSurface& other_surface);
-  // Adds what a whole side has in common with the other mesh, sought from some pieces of that on; `seen` goes to rows
-  // that are new. Whether there is any; front() then is the pieces there.
+  // Adds the common part of a whole side with the other mesh, searched from some of its pieces; `seen` goes to new
+  // rows. True if there is a common part; front() then has the pieces of the other mesh.
   bool add_side(std::int32_t whole, std::span<const std::int32_t> seeds, std::int64_t seen);
   std::span<const std::int32_t> front() const { return front_; }
   std::span<const MortarRow> rows() const { return {rows_.data(), used_}; }

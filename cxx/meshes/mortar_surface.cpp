@@ -23,7 +23,7 @@ int corners_of(int dim, int nodes) { return dim == 2 ? 2 : is_triangle(nodes) ? 
 
 using Nodes9 = std::array<std::int32_t, most_side_nodes>;
 
-// Rows of what stands at each node, from the nodes of each thing.
+// Lists of things at each node (compressed rows), from the nodes of each thing.
 template <class Things, class Count>
 void at_nodes(std::int64_t nodes, const Things& things, Count&& count, std::vector<std::int32_t>& start,
               std::vector<std::int32_t>& at) {

@@ -18,7 +18,7 @@ struct MortarPiece {
 };
 
 struct MortarWhole {
-  int nodes = 0; // 2 or 3 in the plane, in space 3, 4, 6, 8 or 9: corners, then the middles of edges, then the middle
+  int nodes = 0; // corners, then middles of edges, then the middle: 2 or 3 in 2D; 3, 4, 6, 8 or 9 in 3D
   std::int32_t node[most_side_nodes];
   std::int32_t first_piece = 0, end_piece = 0;
 };
@@ -43,9 +43,9 @@ void side_shape(int dim, int nodes, const double* at, double* value);
 // Their slopes along both directions of a face (2, nodes), or along an edge (nodes).
 void side_slopes(int dim, int nodes, const double* at, double* slope);
 
-// A basis of the same functions that are nowhere far below zero, and whose integrals are above it, as dual functions
-// need it: u = sum of value_k w_k, where w of a corner is its u, that of the middle of an edge 2 u - (u_1 + u_2) / 2 of
-// its ends: the polynomials of Bernstein, for eight nodes their like. The same as side_shape on sides of first order.
+// Basis of the same function space, nowhere far below zero and with positive integrals, as dual functions need: u = sum
+// of value_k w_k. For a corner w is u, for the middle of an edge 2 u - (u_1 + u_2) / 2 of its ends: Bernstein
+// polynomials, and similar ones for eight nodes. First-order sides have the functions of side_shape.
 void side_basis(int dim, int nodes, const double* at, double* value);
 
 // w of node k of a whole side from u of its nodes: places in the side and weights, whose sum is 1; how many.

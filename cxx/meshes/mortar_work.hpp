@@ -1,4 +1,4 @@
-// What the searches of mortars keep between contacts, so that a step allocates nothing once it has gone on for a while.
+// Scratch of mortar searches, kept between steps so that later steps allocate nothing.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace cairn {
 
-struct MortarBox { // round what is sought
+struct MortarBox { // bounding box
   double low[3], high[3];
   std::int32_t index; // a mesh; or a whole side, and -1 less a piece of the other mesh
 };
@@ -22,8 +22,8 @@ struct MeshSet::MetMortar {      // a node that asks, and a side of another mesh
   double gap;
 };
 
-// Of one mesh with another, rising: its whole sides that have a part in common with it, those there in front of them,
-// and its nodes that have a row.
+// Mortar of one mesh with another, sorted: its whole sides with a common part, sides of the other mesh in front of
+// them, and its nodes with a row.
 struct MeshSet::TakenMortar {
   std::int32_t own = -1, other = -1;
   std::vector<std::int32_t> covered, front, nodes;
@@ -51,7 +51,7 @@ struct MortarWork {
   std::vector<std::int32_t> open_meshes, open; // boxes that sweeps are in
   struct Covered {
     std::int32_t whole;
-    std::int64_t seen; // the nearest of what was seen of its nodes
+    std::int64_t seen; // nearest candidate of its nodes
   };
   std::vector<std::uint8_t> added; // of each whole side
   std::vector<Covered> covered;    // those with a part in common

@@ -1,6 +1,6 @@
-// A uniform stress on the side of a cell is a force on each of its nodes that goes with the integral of its shape
-// function, over the whole side: of a quadrilateral 1/4 each, however its two triangles lie, of a parabolic edge 1/6,
-// 2/3, 1/6. Bonds of these areas then all bear the same stress.
+// Shares of the corners of a side in its area. A uniform stress gives each node a force in proportion to the integral
+// of its shape function over the whole side: 1/4 on each node of a quadrilateral, whichever way it is split into
+// triangles, and 1/6, 2/3, 1/6 on a parabolic edge. Bonds of these areas all carry the same stress.
 #include "side_shares.hpp"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace {
 
 using WholeNodes = std::array<std::int32_t, most_side_nodes>;
 
-// Corners of six nodes have an integral of 0, of eight one below it: what touches there has to stand for something. It
-// is so small that the others, which give it, miss a uniform stress by little.
+// Smallest share of a corner in the area of its side: on six nodes corners have an integral of 0, on eight a negative
+// one, but a contact there needs an area. So small that others, which give it, miss a uniform stress by little.
 constexpr double least = 1.0 / 200;
 
 int count_of(const WholeNodes& nodes) { return int(std::find(nodes.begin(), nodes.end(), -1) - nodes.begin()); }
@@ -52,7 +52,7 @@ void integrals(const MeshModel& m, const WholeNodes& nodes, double* out) {
   std::fill_n(out, count, 0.0);
   const auto add = [&](const double* at, double weight) {
     double value[most_side_nodes];
-    // what mortars meet is shared out by the functions that these have
+    // mortar sides are shared out by the functions of their basis
     (m.mortar ? side_basis : side_shape)(m.dim, count, at, value);
     const double area = weight * stretch(m, nodes, count, at);
     for (int k = 0; k < count; ++k) out[k] += area * value[k];
@@ -85,8 +85,8 @@ double area_of(const MeshModel& m, const std::int32_t* node, int corners) {
   return std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
 }
 
-// Shares the areas of the pieces of one whole side among their corners so that nodes have what is wanted: by turns as
-// nodes want it and as pieces have it, which ends where the flat pieces can give it, and soon.
+// Shares the areas of the pieces of a whole side among their corners so that nodes have their wanted areas: iterative
+// proportional fitting, in turn to nodes and to pieces. It converges fast where flat pieces can meet the wanted areas.
 void share_out(const MeshModel& m, const WholeNodes& nodes, const std::vector<std::int32_t>& pieces, double* share) {
   constexpr int most = 64;
   constexpr double exact = 1e-14;

@@ -1,4 +1,4 @@
-// Of the pieces of a mesh's surface what each of their corners stands for.
+// Shares of the corners in the area of each piece of a mesh's surface.
 #pragma once
 #include <vector>
 

@@ -3,7 +3,7 @@
 
 namespace cairn {
 
-// What solids of bonds taught a solver that steps through a run: see SolidCorrection::refine.
+// Memory of refinements of bonded solids over the steps of a run: see SolidCorrection::refine.
 struct RefinementMemory {
   double amplification = 0;   // of errors, in velocities; 0: not known; infinity: it was not found
   double share = 0;           // by which passes gave way; 0: not known

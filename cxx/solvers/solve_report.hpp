@@ -31,13 +31,13 @@ struct SolveReport {
   const char* solver = "nlgs";     // that gave the answer
 };
 
-// What the loads of its joints resist turns of a body by: xx yy zz xy xz yz, in the plane one. [N m]
+// Resistance of a body against turns by the loads of its joints [N m]: xx yy zz xy xz yz, in the plane one number.
 struct JointLoad {
   std::int32_t body;
   double stiffness[6];
 };
-// Of a stiffness by which something swings, the share that a step takes implicitly: none where the square of step times
-// rate is small, and where it is large so much that this is 2 then (explicit steps hold below 4).
+// Implicit share of a swinging stiffness in a step, from the square of step times rate: 0 for a small square; for a
+// large one such that the explicit rest of the square is 2 (explicit steps are stable below 4).
 inline double implicit_share(double square) { return square > 1 ? 0.5 * (1 - 1 / square) : 0; }
 
 } // namespace cairn

@@ -1,7 +1,7 @@
-// Chooses by what it measures: sweeps with memory first, which solve most problems in some tens of sweeps and give
-// every other method its start; proximal point around Newton's method where the errors foretell a long way. Where one
-// goes on for longer than it was trusted to, the other has its turn, and each goes on from where it was. All is decided
-// by counts of work, none by a clock: the same problem has the same bits.
+// Automatic choice of solver by measurement. Sweeps with memory come first: they solve most problems in some tens of
+// sweeps, and give every other method its start. Proximal points around Newton's method follow where errors predict
+// many sweeps. A method that exceeds its budget gives way to the other, and each resumes where it stopped. Decisions
+// count work, not time: the same problem has the same bits.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -39,8 +39,8 @@ private:
   // Iterations of Newton's method that velocities far from right have at least: as much work as so many sweeps.
   double trial() const { return std::clamp(80 / iteration_, 3.0, 10.0); }
 
-  // What velocities that are brought right once the error is met are given of all work before. Not where they err by so
-  // many roots of the tolerance: what falls there stands on what is light beside it.
+  // Share of all work so far for the correction of velocities once the error is met. Unbounded for velocity errors
+  // above so many roots of the tolerance: a body then falls that rests on light bodies.
   static constexpr double settling = 0.15, falling = 30;
 
   const FrictionProblem& p_;
@@ -82,11 +82,12 @@ void Auto::weigh_newton() {
   } catch (const FactorsTooLarge&) { has_newton_ = false; }
 }
 
-// The dearer an iteration of Newton's method, the more contacts hang together, and the more iterations it takes: by the
-// square root, measured. What few sweeps foretell is little worth, and the less, the more digits are to come: the less
-// was done beside what Newton's method would take, the more has to be to come. In space it takes half of that where no
-// more digits are to come than were done; and where as much was done, errors that stand still at last foretell no end,
-// however fast they fell before. Between its turns sweeps are left where they foretell more than half of the last turn.
+// True if Newton's method is expected to be cheaper than further sweeps. Its number of iterations grows with the square
+// root of the cost of an iteration (measured), as both grow with the coupling of contacts. Forecasts by few sweeps are
+// unreliable: the less work was done compared to Newton's, and the more digits are to come compared to those done, the
+// earlier sweeps end. In 3D half of Newton's cost is compared without regard to digits; and once as much was done, the
+// rate of the last quarter counts, so that errors that stand still predict no end however fast they fell before.
+// Between turns of Newton's method sweeps end where they predict more than half of the last turn.
 bool Auto::leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_come) const {
   constexpr double patience = 16, trial = 0.1, again = 0.5, few = 8, largest = 0.9;
   const auto done = double(sweeps);
@@ -116,7 +117,7 @@ void Auto::sweep() {
   sweeps_ += iterations_ - begin;
 }
 
-// Of the contacts that press, in the best impulses.
+// True if many of the closed contacts slip, in the best impulses.
 bool Auto::many_slip() const {
   constexpr double edge = 0.999, many = 0.1;
   std::int64_t press = 0, slip = 0;
@@ -137,7 +138,7 @@ bool Auto::turn_of_newton() {
   if (!newton_) {
     ProblemOptions options = inner_;
     options.max_seconds = options_.max_seconds - monitor_.seconds();
-    // what sweeps found is worth a start from it where they came half the way, in digits
+    // impulses of sweeps are a warm start once they have half of the digits
     options.warm_start = options_.warm_start || all_newton_iterations_ > 0 || sweeps < std::sqrt(options_.tolerance);
     found_.assign(r_, r_ + p_.unknowns());
     newton_iterations_ = 0;
@@ -161,8 +162,8 @@ bool Auto::turn_of_newton() {
   return true;
 }
 
-// The error is met. Where the velocities of some contacts are far from what they shall be, Newton's method has a share
-// of the work so far to bring them right; where something falls, or masses differ much, as much as there was.
+// Corrects velocities once the error is met. Where velocities of some contacts are far from the solution, Newton's
+// method has a share of the work so far; where a body falls, or masses differ much, as much again.
 void Auto::make_velocities_right() {
   constexpr double least = 10;
   const double power = monitor_.best_error() > options_.tolerance ? 0 : monitor_.best_power_error();

@@ -36,7 +36,7 @@ BlockFactors::BlockFactors(int dim, const std::vector<std::int64_t>& row_start, 
   find_fill();
 }
 
-// At the first factorisation: whoever asks what it would cost may not want it.
+// Allocates at the first factorisation: a query of its cost needs no memory.
 void BlockFactors::make_room() {
   if (!x_.empty()) return;
   const std::size_t size = std::size_t(dim_) * dim_, n = std::size_t(n_);

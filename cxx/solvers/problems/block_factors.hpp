@@ -1,5 +1,5 @@
-// LU factors of matrices on the graph of contacts, or of bodies: the order (approximate minimum degree, Amestoy, Davis
-// & Duff 1996, in SuiteSparse) and the fill are found once, whatever contacts are active afterwards.
+// LU factors of matrices on the graph of contacts or of bodies: order (approximate minimum degree, Amestoy, Davis &
+// Duff 1996, in SuiteSparse) and fill are found once, for any later set of active contacts.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -27,10 +27,10 @@ public:
   bool factor(const double* block, const std::int32_t* active);
   // Solution in place of b (dim, rows).
   void solve(double* b);
-  // Of a factorisation with all rows active, and of the memory that it takes.
+  // Cost of a factorisation with all rows active, and its memory.
   double operations() const;
   double bytes() const;
-  // Of U beside the diagonal, with all rows active.
+  // Blocks of U beside the diagonal, with all rows active.
   double blocks() const { return double(upper_.size()); }
 
 private:

@@ -1,4 +1,4 @@
-// All states of all contacts, one after the other, until one is a solution: for a few contacts.
+// Enumeration: tries all states of all contacts until a solution is found; for a few contacts.
 #include "cairn/core.h"
 #include "scaled_problem.hpp"
 

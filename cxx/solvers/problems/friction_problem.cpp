@@ -122,7 +122,7 @@ void check(const FrictionProblem& p, const ProblemOptions& o) {
     refuse("relaxation is " + std::to_string(o.relaxation) + ": give a number in (0, 2); 1 is none");
 }
 
-// The figures of what it would have begun with.
+// Report of a solve without memory for factors, with the figures of its start.
 ProblemReport without_memory(const FrictionProblem& problem, const ProblemOptions& options, const std::string& solver,
                              double bytes, const Array<double>& start, double* r) {
   std::copy(start.begin(), start.end(), r);

@@ -1,6 +1,7 @@
-// Interior point for the convex relaxation, whose bias s = mu |u_T| follows the iterates and stands in the derivative,
-// too: the end is true Coulomb friction, and what is reported is its true error, not that of the relaxation. (With s
-// held in the derivative it lags behind: 2 to 10 times as many iterations, and 6 of 22 problems stay above 1e-8.)
+// Interior point method for the convex relaxation, whose bias s = mu |u_T| follows the iterates and is in the
+// derivative, too: the limit is true Coulomb friction, and its true error is reported, not that of the relaxation.
+// (With s left out of the derivative it lags behind: 2 to 10 times as many iterations, and 6 of 22 problems stay above
+// 1e-8.)
 #include <algorithm>
 #include <cmath>
 
@@ -45,7 +46,7 @@ struct InteriorPoint {
     }
   }
 
-  // What the changes v of velocities (dim) of a contact make of the normal one by s.
+  // Adds to the normal component of a contact's velocity change v (dim) the change of the bias s.
   void add_bias(std::int64_t a, double* v) const {
     for (int i = 1; i < p.dim; ++i) v[0] += slope[(p.dim - 1) * a + i - 1] * v[i];
   }

@@ -19,13 +19,13 @@ namespace cairn {
 
 namespace {
 
-constexpr int astray = 128;     // sweeps after which those of clumps that are extrapolated may go round in circles
-constexpr int plain_sweeps = 9; // few contacts are solved by as many, and what is nearly solved stays as it is
+constexpr int astray = 128;     // sweeps after which extrapolated sweeps of clumps may cycle
+constexpr int plain_sweeps = 9; // without acceleration: few contacts are solved by then, good impulses stay as they are
 
-// For what is not extrapolated. Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact
-// alone would ask, and stays in its cone. It is the same as blocks of W divided by the factor; bonds keep theirs. A few
-// contacts are solved sooner, and to rounding, without it. Between Coulomb's cones convergence is not proved beyond 1:
-// where an error did not fall the factor is lowered, down to 1.
+// Projected over-relaxation (Cryer 1971), where sweeps are not extrapolated: an impulse changes by more than its
+// contact alone asks, and stays in its cone. It equals blocks of W divided by the factor; bonds keep theirs. A few
+// contacts are solved sooner, and to rounding, without it. For Coulomb's cones convergence is not proved above 1: where
+// an error did not fall the factor is lowered, down to 1.
 class Relaxation {
 public:
   explicit Relaxation(double& factor) : factor_(factor) { factor_ = 1; }
@@ -46,8 +46,8 @@ private:
   double best_ = std::numeric_limits<double>::infinity();
 };
 
-// Whether contacts move by so little that the tolerance does not tell it from rest. Errors of one sign would move what
-// stands by a margin below the tolerance, step by step, until it falls (a stack at the edge of toppling).
+// True if contacts move too little for the tolerance to tell it from rest. Errors of one sign would move standing
+// bodies by a margin below the tolerance, step by step, until they fall (a stack at the edge of toppling).
 bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, double energy, double tolerance) {
   constexpr double tolerances = 64;
   double u[6 * 128], moving = 0;
@@ -85,7 +85,7 @@ bool resting(const ContactSystem& system, const Velocities& velocity_free, doubl
 
 constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
 
-// What stands still is solved to rounding, where it is little.
+// Solves small systems at rest to rounding.
 void settle(ActiveSet& newton, const ContactSystem& system, const cairn_schedule& schedule, std::int64_t contacts,
             double error_square, double energy, const SolverOptions& options) {
   constexpr double settled = 0x1p-80; // the square of an error that only rounding is left of
@@ -193,8 +193,8 @@ private:
     if (uneven_) note(measure_light(system_, schedule_, velocity_free_), report_);
     return report_.light_error;
   }
-  // Where faces meet a sweep shifts impulses among the points of a face, and what rests comes to tremble, step by step:
-  // impulses of the last step that meet the tolerance stay as they are.
+  // True if impulses of the last step meet the tolerance and stay as they are: between faces a sweep shifts impulses
+  // among the points of a face, and bodies at rest would begin to tremble, step by step.
   bool stays() {
     const bool may = help_ && !help_->given_up() && !uneven_ && !extrapolation_.allowed() &&
                      !std::isfinite(options_.accuracy) && options_.min_iterations <= 1 &&
@@ -246,7 +246,7 @@ private:
     if (extrapolation_.allowed() && !extrapolates) sweeps = std::min(sweeps, plain_sweeps - report_.iterations);
     return std::min(sweeps, options_.max_iterations - report_.iterations);
   }
-  // By Newton's method on the active set of few contacts, and by what else there is where it pays.
+  // Improves by Newton's method on the active set of few contacts, and by further help where it pays.
   StepError improve(StepError error) {
     if (error.finite && error.square > wanted_ && report_.iterations >= next_newton_) {
       newton_.improve(error.square, wanted_,
@@ -264,7 +264,7 @@ private:
     extrapolation_.restart();
     return measure_now();
   }
-  // Whether this error ends the sweeps.
+  // True if this error ends the sweeps.
   bool enough(StepError& error) {
     const bool due = velocity_.due(report_.iterations) && error.square <= options_.tolerance * options_.tolerance;
     if ((error.square <= wanted_ || due) && report_.iterations >= options_.min_iterations) {

@@ -29,7 +29,7 @@ public:
     (void)schedule, (void)error, (void)wanted, (void)measure;
     return false;
   }
-  // Whether velocities may be off by much more than the error, which is small enough.
+  // True if velocities may err by much more than impulses, whose error is small enough.
   virtual bool refines(int iterations, double error) {
     (void)iterations, (void)error;
     return false;

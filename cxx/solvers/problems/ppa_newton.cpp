@@ -1,7 +1,6 @@
-// Proximal point around Newton's method: W + alpha is regular however many contacts share a body, and alpha falls as
-// the solution comes near. The steps of Newton's method are whole: a search along them, on |f|, crawls around the turns
-// of the slip directions, where whole steps take a few iterations (measured on the problems of docs/problems.md: 30 to
-// 200 against 10 to 40).
+// Proximal point method around Newton's method: W + alpha is regular however many contacts share a body, and alpha
+// falls near the solution. Newton steps are whole: a line search on |f| crawls around the turns of the slip directions,
+// where whole steps take a few iterations (measured on the problems of docs/problems.md: 30 to 200 against 10 to 40).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +19,7 @@ constexpr int most_steps = 12;
 constexpr int most_failures = 12, few_failures = 2;
 constexpr double alarm = 8; // velocities may err by so many tolerances
 
-// Of bodies none of which weighs over 100 times another.
+// True if no body weighs over 100 times another.
 bool alike(const FrictionProblem& p) {
   if (!p.bodies || p.bodies->count == 0) return false;
   const std::size_t size = std::size_t(p.bodies->dofs) * p.bodies->dofs;
@@ -45,7 +44,8 @@ double ProximalNewton::error_of(const Array<double>& x) {
   return scaled_.monitor().error_of(x.data(), u_.data());
 }
 
-// Newton's method around the centre. True: |f| fell tenfold. r_ is what it reached, error its true error.
+// Newton's method around the centre. True: |f| fell tenfold, or to rounding. r_ is its result, error the true
+// error.
 bool ProximalNewton::solve_around(double& error, int& steps) {
   ProblemMonitor& monitor = scaled_.monitor();
   r_ = centre_;
@@ -191,7 +191,8 @@ void ProximalNewton::settle() {
   monitor.hold(false);
 }
 
-// The error is small enough, but heavy bodies lie on light ones, and r has no room for what those feel of it.
+// Refines velocities once the error is small enough, where heavy bodies lie on light ones: r has no digits left for the
+// motion of the light bodies.
 void ProximalNewton::refine() {
   VelocityRefinement refinement(scaled_.problem(), scaled_.monitor(), newton_, scaled_.unit());
   refinement.run(centre_, iterations_, most_);

@@ -1,4 +1,4 @@
-// Proximal point around Newton's method, in parts: what it would cost can be asked before.
+// Proximal point method around Newton's method, in parts: its cost is known before it runs.
 #pragma once
 #include <limits>
 
@@ -11,14 +11,14 @@ class ProximalNewton {
 public:
   // Finds the fill of the factors; r (dim, contacts) in and out, as a solver has it.
   ProximalNewton(const FrictionProblem&, const ProblemOptions&, double* r);
-  // Of one iteration, about, and the memory of the factors.
+  // Approximate operations of one iteration, and memory of the factors.
   double operations() const { return newton_.operations(); }
   double bytes() const { return newton_.bytes(); }
   // How often it may fail to bring velocities right once the tolerance is met, which matters under heavy bodies.
   void settle_failures(int most) { settle_failures_ = most; }
-  // Once the tolerance is met, velocities that err by less than `far` are given this share of the work so far at most,
-  // which is that of the iterations and of so many before them; others all it takes, if as much as there was, at least
-  // `trial` iterations, halves what they err by.
+  // Bounds the work on velocities once the tolerance is met. Errors below `far` get at most this share of the work so
+  // far (`before`, and the iterations since). Larger errors get all work needed, if work as much as so far, at least
+  // `trial` iterations, halves them.
   void settle_share(double share, double before, double far, double trial) {
     settle_share_ = share, before_ = before, far_ = far, settle_trial_ = trial;
   }
@@ -48,7 +48,7 @@ private:
   NewtonStep newton_;
   std::int64_t iterations_ = 0, pause_ = std::numeric_limits<std::int64_t>::max(), most_ = pause_;
   bool begun_ = false;
-  double error_ = 0; // of the centre, or of what came of it
+  double error_ = 0; // of the centre or of its solution
   int failures_ = 0, all_failures_ = 0, careful_ = 0, next_careful_ = 1;
   double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
   bool settling_ = false, needs_sticking_ = false, follows_sweeps_ = false;

@@ -1,4 +1,4 @@
-// What every solver of problems shares: the true error, the best iterate, and when to end.
+// Monitor shared by all solvers of problems: true error, best iterate, end of the iteration.
 #pragma once
 #include <chrono>
 #include <cmath>
@@ -13,7 +13,7 @@ double cpu_seconds();
 
 class ProblemMonitor {
 public:
-  // `best` (dim, contacts) takes the best r that error_of has seen; what it holds now counts if the options say so.
+  // `best` (dim, contacts) receives the best r seen by error_of; its initial value counts if the options say so.
   ProblemMonitor(const FrictionProblem&, const ProblemOptions&, double* best);
 
   // True error of r; keeps r if it is the best. u = W r + q is left in velocity(), or given where the caller has it.
@@ -23,9 +23,9 @@ public:
   double start_error();
   // Asked after an error: converged, out of iterations or time, interrupted, or r not finite.
   bool ended(std::int64_t iterations);
-  // How far velocities still are from what they shall be, for the r of the last error_of: largest |F| W_NN of a contact
-  // / largest |q|. The true error weighs a contact by its light side, so heavy bodies on light ones can be far from
-  // rest where it is already small.
+  // Distance of velocities from the solution, for the r of the last error_of: largest |F| W_NN of a contact / largest
+  // |q|. The true error weighs a contact by its light side, so heavy bodies on light ones can be far from rest where it
+  // is already small.
   double speed_error(const double* r, const double* u);
   // The same, or |sum r_N u_N| / sum |r.q| beyond what rounding explains, whichever is larger: roundings of the
   // contacts of a column hide how its top falls from each of them, but not from their sum.
@@ -33,7 +33,7 @@ public:
   // speed_error for the best r as a share of energy: sum |r| |F| W_NN / sum |r.q|. What falls on top of a column adds
   // up its contacts' velocities, each of which may be small. Not less than speed_error.
   double best_power_error();
-  // While held, what meets the tolerance does not end the solve, and the last r that meets it is kept, not the best.
+  // While held, meeting the tolerance does not end the solve, and the last r that meets it is kept, not the best.
   void hold(bool on) { held_ = on; }
   double tolerance() const { return options_.tolerance; }
   // The solver gives up: stalled, diverged, no_solution.

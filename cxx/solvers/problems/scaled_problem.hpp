@@ -1,7 +1,6 @@
-// A frictional contact problem whose contacts are brought to one scale: W' = c s W s, q' = s q, r = c s r' with one
-// power of two s per contact and one c for all, so that the mean diagonal of each W'_aa lies in [1/2, 2). Coulomb's law
-// and the true error are the same for both; light contacts stand beside heavy ones as equals, and no bit of W or q is
-// lost.
+// Frictional contact problem with contacts of equal scale: W' = c s W s, q' = s q, r = c s r', with a power of two s
+// for each contact and a common c, so that the mean diagonal of each W'_aa lies in [1/2, 2). Coulomb's law and the true
+// error are unchanged; light contacts count like heavy ones, and no bit of W or q is lost.
 #pragma once
 #include <functional>
 

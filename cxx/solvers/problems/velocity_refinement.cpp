@@ -41,9 +41,10 @@ double VelocityRefinement::measure(Point& x) {
   return std::isfinite(light.value()) && agree(x) ? light.value() : std::numeric_limits<double>::infinity();
 }
 
-// A step along what W hardly feels may be so long that rounding of its velocities is more than velocities are, and is
-// left in them when the next step goes back: then they are no more those of the impulses. What these say of the
-// momentum of a body is short by rounding of the longest of all steps; by far more it may not differ.
+// True if velocities still belong to the impulses. A step along a direction that W hardly resists may be so long that
+// the rounding of its velocities exceeds the velocities themselves, and stays in them when the next step goes back. The
+// momentum of a body by its impulses may differ by the rounding of the longest of all steps; far more means that they
+// no longer agree.
 bool VelocityRefinement::agree(const Point& x) {
   constexpr double rounding = 0x1p-32; // up to 4e-10 of the impulses on a body under a ratio of masses of 1e12
   const ContactBodies& b = *p_.bodies;
@@ -90,7 +91,7 @@ bool VelocityRefinement::step(const Point& from, double alpha, Point& to) {
 
 // Least squares by orthogonal columns: differences to the newest point, which shrink by many powers of ten.
 void VelocityRefinement::combine(Point& newest) {
-  // Of its own size: a column of which no more is left depends on those before it.
+  // Least share of a column's own size: with less left, it depends on the columns before.
   constexpr double little = 1e-10;
   const std::size_t n = points_.size();
   std::vector<Array<double>> q;

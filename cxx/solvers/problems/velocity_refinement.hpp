@@ -1,9 +1,9 @@
-// The last digits of velocities where heavy bodies lie on light ones. The impulses that pass through a light body are
-// so large beside its own momentum that their rounding throws it about: steps of Newton's method are added to the
-// velocities of bodies, too, which keep what r has no room for (iterative refinement; Wilkinson 1963). The proximal
-// term, which a step needs to keep its own digits, leaves the few modes in which a heavy body moves far from solved:
-// the combination of all steps so far that breaks the law least takes them in one each (Saad 1993; for nonlinear
-// functions Anderson 1965).
+// Refinement of the last digits of velocities where heavy bodies lie on light ones. Impulses through a light body are
+// so large beside its own momentum that their rounding throws it about: so Newton steps are also added to the
+// velocities of bodies, which keep digits that r cannot hold (iterative refinement; Wilkinson 1963). The proximal term,
+// which keeps the digits of a step, leaves the few modes of moving heavy bodies far from solved: the combination of all
+// steps with the smallest violation of the law resolves each in one step (Saad 1993; for nonlinear functions Anderson
+// 1965).
 #pragma once
 #include <vector>
 

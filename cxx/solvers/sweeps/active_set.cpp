@@ -37,7 +37,7 @@ void ActiveSet::set(const std::vector<double>& all) {
   each(system_, [&](const cairn_batch& b, int lane, int k) { at(b, b.r, lane, k) = *from++; });
 }
 
-// Of all batches, component by component, without biases.
+// Relative velocities of all batches, by components, without biases.
 void ActiveSet::read_velocities() {
   cairn_add_impulses(&schedule_);
   double* u = memory_.u.data();
@@ -117,7 +117,7 @@ void ActiveSet::apply(const Unknown& unknown, double change) {
     if (unknown.slip[k]) *unknown.slip[k] = unknown.along[k] * *unknown.r;
 }
 
-// Column by column: what an impulse of each unknown alone makes of the velocities.
+// Assembles the matrix by columns: velocities by a unit impulse of each unknown alone.
 void ActiveSet::assemble() {
   keep(memory_.kept);
   const int n = int(memory_.unknowns.size());

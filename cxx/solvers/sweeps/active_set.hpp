@@ -22,9 +22,9 @@ struct ActiveSetMemory {
   std::vector<int> row, column;
 };
 
-// Blocks of W lose the light part beside the heavy one, so W only gives directions: what is left over is always read
-// from the velocities of bodies, and the matrix is used again to correct it. Unknowns that the others determine
-// (hyperstatic contacts) keep the impulse they have: complete pivoting finds them.
+// Newton's method on the active set. Blocks of W lose the light part beside the heavy one, so W only gives directions:
+// the residual is always read from the velocities of bodies, and the same matrix corrects it. Redundant unknowns
+// (hyperstatic contacts) keep their impulse: complete pivoting finds them.
 class ActiveSet {
 public:
   // measure: square of the error of the impulses at hand, records up to date

@@ -19,11 +19,11 @@ public:
       : aim_(aim), free_energy_(free_energy), last_(max_iterations / 4),
         on_(asked && system.begin_speed_square <= at_rest * at_rest * system.weight_speed_square && all_cones(system) &&
             begins_from_nothing(system)) {}
-  // Whether the next extrapolated sweeps are of this kind.
+  // True if the next extrapolated sweeps use the associated (convex) law.
   bool on() const { return on_; }
-  // Told of each true error, that of Coulomb's law, and of the sum of dr.W dr of the sweep before it, dr what that
-  // changed [J]. True: this was the last of such sweeps. The least that an error was beside the change tells the error
-  // of the convex problem.
+  // Follows each true error, that of Coulomb's law, and the sum of dr.W dr of the sweep before it, dr its change of
+  // impulses [J]. True: this was the last sweep of the convex problem, whose error is estimated as the change times the
+  // smallest ratio of error to change so far.
   bool ends(int iterations, double error_square, double change) {
     constexpr double near = 4, beside = 0.01; // of the aim; of Coulomb's error, where that is of what slides
     if (!on_) return false;
@@ -40,7 +40,7 @@ private:
                        [](const cairn_batch& b) { return b.relaxes != 0 && b.bonds == 0; });
   }
 
-  static constexpr double at_rest = 0.1; // of the speed that loads give in a step: what moves will slide
+  static constexpr double at_rest = 0.1; // of the speed by loads in a step: bodies that move will slide
   double aim_, free_energy_;
   int last_; // sweep
   bool on_;

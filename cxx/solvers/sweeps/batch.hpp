@@ -12,8 +12,8 @@ namespace cairn {
 // Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same
 // lines of it.
 inline constexpr int batch_size = 104;
-// Of a batch with contacts that turn: the spin of a mapped side about axis k of the contact, by the velocity of its
-// node j along direction l.
+// Spin of a mapped side about axis k of a contact, per velocity of its node j along direction l; for batches with
+// contacts that turn [1/m].
 inline double& spin_of(const cairn_batch& b, int dim, int side, int lane, int j, int l, int k) {
   return (side ? b.spin_b : b.spin_a)[((k * 4 + j) * dim + l) * b.count + lane];
 }
@@ -54,9 +54,9 @@ inline void tangent_of(const double n[3], double t[3]) {
   t[1] = sign * b;
   t[2] = -sign * n[0];
 }
-// What the gap of two round bodies gains in a step, over its length, beside what their velocity along the normal gives:
-// with centres a distance apart, v the velocity of one against the other. A root and no square: what passes by in one
-// step stays apart, and what is near never loses more than the distance.
+// Gain of the gap of two round bodies in a step, over its length, beyond their velocity along the normal [m/s]: with
+// centres at a distance and relative velocity v. A root instead of a square: bodies that pass in a step stay apart,
+// and near bodies never lose more than the distance.
 inline double flight_of_round(const double* v, const double* normal, int dim, double distance, double h) {
   const double reach = h / distance;
   double along = 0, square = 0;

@@ -11,11 +11,11 @@ namespace cairn {
 // Biases above it belong to contacts that nothing moves, see singular_blocks.cpp, or that their law holds open in this
 // step.
 inline double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); }
-// Whether a side of a batch is a rigid body that moves, or nodes of a condensed one.
+// True if a side of a batch is a rigid body that moves; false for nodes of a condensed body.
 inline bool moves_rigid(const cairn_batch& b, int side) {
   return side ? b.moves_b != 0 && b.mapped_b == 0 : b.moves_a != 0 && b.mapped_a == 0;
 }
-// Whether a rope moves the body at its far end (0), or that of its pulley (1), by its far part.
+// True if a rope moves the body at its far end (0), or that of its pulley (1), by its far part.
 inline bool moves_by_rope(const cairn_batch& b, int lane, int end) {
   const double* answer = b.rope + 26 * lane + 8 + 12 * end;
   return std::any_of(answer, answer + 6, [](double x) { return x < 0 || x > 0; });

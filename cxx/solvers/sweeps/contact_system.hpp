@@ -76,7 +76,7 @@ struct ContactSystem {
   void unload_and_add(Field<double>& velocity, const Velocities& more);
 };
 
-// Whether no contact has an impulse to begin with.
+// True if all initial impulses are zero.
 bool begins_from_nothing(const ContactSystem&);
 
 // row k: side k of sides.def

@@ -18,8 +18,8 @@ public:
     while (middle_ + 1 < seen_.size() && seen_[middle_ + 1].iterations <= iterations / 2) ++middle_;
     return to_come_since(seen_[middle_]);
   }
-  // The same by the rate of the last quarter, of what sweeps_to_come was asked for: infinite where errors stand still
-  // after a fall that the later half still sees.
+  // Sweeps to come by the rate of the last quarter, after a call of sweeps_to_come: infinite where errors stand still
+  // although they fell earlier in the later half.
   double by_last_quarter() const {
     const std::int64_t begin = seen_.back().iterations - seen_.back().iterations / 4;
     std::size_t k = seen_.size() - 1;

@@ -21,7 +21,7 @@ bool faced(const cairn_batch& b) {
   const auto has_faces = [](bool moves, bool mapped, std::int32_t side) {
     return moves && !mapped && !is_radial(side);
   };
-  // along the edge of a mesh plain sweeps carry what they find from contact to contact, over-relaxed
+  // on meshes over-relaxed plain sweeps carry impulses from contact to contact along an edge
   return b.in_turn != 0 || has_faces(b.moves_a, b.mapped_a, b.side_a) || has_faces(b.moves_b, b.mapped_b, b.side_b);
 }
 

@@ -6,7 +6,7 @@
 
 namespace cairn {
 
-// What the sweeps of a system may be extrapolated by.
+// Criteria for the extrapolation of sweeps.
 struct ExtrapolationGrounds {
   double mass_ratio = 1;     // the largest of moving bodies
   double faced_share = 0;    // of the contacts, between faces or of meshes that are swept in turn
@@ -17,7 +17,7 @@ ExtrapolationGrounds extrapolation_grounds(const ContactSystem& system);
 class Extrapolation {
 public:
   Extrapolation(ContactSystem& system, const cairn_schedule& schedule);
-  // Whether all batches and masses bear it: see the source.
+  // True if batches and masses permit extrapolation: see the source.
   bool allowed() const { return allowed_; }
   void forbid() { allowed_ = false; }
   // Changes of impulses by the last of them are left in system.change. Returns how many sweeps that was in work, some
@@ -44,7 +44,7 @@ public:
   explicit BestImpulses(ContactSystem& system);
   // Told of each error; keeps the impulses at hand if it is the smallest and more sweeps may follow.
   void offer(double error_square, bool goes_on);
-  // Gives them back where what is at hand is worse, records too. False: nothing changed.
+  // Restores the best impulses and records where those at hand are worse. False: nothing changed.
   bool give_back(double error_square, const Velocities& velocity_free, const cairn_schedule& schedule);
 
 private:

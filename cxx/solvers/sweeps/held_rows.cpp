@@ -62,7 +62,7 @@ void HeldRows::solve(double* b, std::int64_t columns) {
     refine(b + c * matrix_.n, std::min(columns - c, together));
 }
 
-// As long as a step leaves less than half; the best of each column.
+// Refines as long as a step leaves less than half of the residual; keeps the best of each column.
 void HeldRows::refine(double* b, std::int64_t columns) {
   constexpr int most = 40;
   constexpr double rounding = std::numeric_limits<double>::epsilon();
@@ -88,7 +88,7 @@ void HeldRows::refine(double* b, std::int64_t columns) {
       std::copy_n(b + c * n, n, left);
       subtract_product(x, left);
       const double now = size(left);
-      if (pass > 0 && !(now < before[c])) // what is left is no longer theirs to take
+      if (pass > 0 && !(now < before[c])) // the rest is out of reach of these impulses
         for (std::int64_t i = 0; i < n; ++i) x[i] -= dx[i];
       open[c] = now < 0.25 * before[c] && now > wanted[c];
       before[c] = now;

@@ -8,9 +8,9 @@
 
 namespace cairn {
 
-// Rows may depend on each other, as those of a ring of hinges do, so that S is singular: its factors are those of
-// S + delta diag(S), and steps of the proximal point method (Rockafellar 1976) take delta out again. Of the impulses
-// that solve they then are those which are smallest, and what no impulse can do is left over.
+// Equality rows of joints, which may depend on each other, as in a ring of hinges, so that S is singular: the factors
+// are those of S + delta diag(S), and steps of the proximal point method (Rockafellar 1976) remove delta again. The
+// result is the smallest of all solutions; a part of the right side that no impulse can balance remains.
 class HeldRows {
 public:
   // Lower triangle of S with its values, all of its diagonal above zero.

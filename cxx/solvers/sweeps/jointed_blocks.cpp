@@ -278,9 +278,9 @@ FrictionProblem JointedProblem::in_order() const {
   return made;
 }
 
-// What joints hold fast has no inverse mass left but rounding: a share of what the bodies alone have stands for it,
-// since impulses there do nothing. Rows that nothing stands for are those of a limit's friction, of which it has none,
-// and of what presses on a motor.
+// Sets the diagonal of W for contacts on bodies that joints hold fast, where only rounding is left: a share of the
+// diagonal of the bodies alone, since impulses there have no effect. The remaining rows without a diagonal are those of
+// a limit's friction, which it has not, and of the pressure on a motor.
 void JointedProblem::settle_diagonal() {
   constexpr double share = 0x1p-27;
   const int d = system_.dim;

@@ -183,7 +183,7 @@ void JointedProblem::add_mapped(Place place, int side, int component) {
     }
 }
 
-// What an impulse along the row of a part does to the velocity of the other's, of one body.
+// Velocity along the row of part a per unit impulse along the row of part b, through the same body.
 double JointedProblem::between(std::int32_t body, const Part& a, const Part& b) const {
   double sum = 0;
   const double *one = &value_[a.begin], *other = &value_[b.begin];
@@ -244,7 +244,7 @@ void JointedProblem::pose_all() {
     for (const Pose one : {Pose::low, Pose::high, Pose::motor}) pose(k, one);
 }
 
-// What the impulses at hand tell: beyond a motor's effort it is a limit's.
+// Poses the motors and limits that the impulses at hand activate: an impulse beyond a motor's effort is a limit's.
 void JointedProblem::pose_what_acts() {
   std::vector<double> u;
   read_velocities(schedule_, u);

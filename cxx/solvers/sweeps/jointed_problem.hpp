@@ -13,26 +13,27 @@
 
 namespace cairn {
 
-// What joints block, and their springs, are equalities u_G + C r_G + e = 0, whose impulses follow from those of the
-// contacts: A^-1 becomes A^-1 - A^-1 G' S^-1 G A^-1, S = G A^-1 G' + C, in W and in q. Of the coordinate of a joint
+// Contact problem with joints eliminated by static condensation: joints and their springs are equalities u_G + C r_G +
+// e = 0, whose impulses follow from those of the contacts. A^-1 becomes A^-1 - A^-1 G' S^-1 G A^-1 in W and in q, with
+// the Schur complement S = G A^-1 G' + C. For the coordinate of a joint
 //   a limit is a contact without friction,
-//   a motor of speed v, of an effort E, is one with mu = 1 that is pressed by h E, whatever moves, and slips at v.
-// A motor holds its speed as an equality, and a limit is left out, until the answer asks the one for more than its
-// effort, or breaks the other: see amend.
+//   a motor of speed v and effort E is a contact with mu = 1 under the pressure h E, which slips at v.
+// At first a motor holds its speed as an equality, and limits are left out, until a solution exceeds the effort of a
+// motor or breaks a limit: see amend.
 class JointedProblem {
 public:
   static bool needed(const ContactSystem&); // there are joints
   // Empty, or what keeps these contacts from being a problem: other laws with a local solution of their own.
   static std::string obstacle(const ContactSystem&);
-  // Of the impulses at hand; records are those of these afterwards.
+  // Takes the impulses at hand; afterwards records hold their velocities.
   JointedProblem(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
   // Whatever the answer will be: each limit, and each motor whose effort has an end.
   void pose_all();
-  // First, of what is posed: the equalities. False: they have no factors.
+  // To be called first: eliminates the equalities of all posed coordinates. False: they have no factors.
   bool hold();
-  // Instead of all of that: of joints the impulses, of all others none, that undo in a step what frames are off where
-  // contacts are detected. False: as above, or nothing is held.
+  // Alternative to a solve: impulses of joints alone, zero for all contacts, that undo in a step the position errors of
+  // frames at detection. False: no factors, or no equalities.
   bool undo_errors();
   // Bytes of W in blocks, at most.
   double bytes() const;
@@ -43,7 +44,7 @@ public:
   FrictionProblem in_order() const;
   // Impulses (dim, contacts) to begin with, as the step has them.
   void read(Array<double>& r) const;
-  // Those of the problem, and those of joints that follow from them, to the step; records know nothing of it.
+  // Writes the impulses of the problem, and those of joints that follow, to the step; records are not updated.
   void write(const double* r);
   // Records hold the velocity that the impulses leave. Poses what this answer asks for, after the others; false:
   // nothing.
@@ -65,9 +66,9 @@ private:
     bool low_posed = false, high_posed = false, motor_posed = false;
     bool locked() const { return !(low < high); }
     bool driven() const { return effort > 0 && !motor_posed; }
-    // What a motor that has the power to makes of its velocity.
+    // Speed of a motor with sufficient effort: its own, within the limits.
     double target() const { return std::max(std::min(speed, high), low); }
-    // Whether an impulse is more than such a motor has; a limit that keeps it from its speed bears the rest.
+    // True if an impulse exceeds the effort of such a motor; a limit that keeps it from its speed bears the rest.
     bool overburdens(double r, double share) const {
       return (r >= share * effort && !(target() > speed)) || (r <= -share * effort && !(target() < speed));
     }
@@ -79,7 +80,7 @@ private:
     std::int32_t component;
   };
   enum class Pose { low, high, motor };
-  struct Posed { // a contact of the problem that stands for what a coordinate may do
+  struct Posed { // a contact of the problem that represents a limit or a motor of a coordinate
     std::int32_t coordinate;
     Pose pose;
   };

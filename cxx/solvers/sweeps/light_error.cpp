@@ -56,8 +56,8 @@ struct LightSum {
   }
 };
 
-// Of a body by its lightest axis: along one that is held nothing moves, and what rests on the others says how heavy it
-// is.
+// Inverse mass of a body along its lightest axis [1/kg]: held axes do not move, and the loads on the others determine
+// its weight.
 double inverse_mass(const ContactSystem& system, std::int64_t body) {
   const double* x = system.record[body].x;
   if (system.dim == 2) return std::max(x[3], x[4]);
@@ -82,7 +82,8 @@ double size(const double* x, int n) {
 
 } // namespace
 
-// A condensed body is as light as it is as a whole, but what bears a node of it does not bear the whole: it bends.
+// Ratio of the heaviest to the lightest moving body. A condensed body is as light as its whole, but a node does not
+// carry the whole, since the body bends.
 double mass_ratio(const ContactSystem& system) {
   MassRange range;
   for (const CondensedBody& c : system.condensed)
@@ -131,8 +132,8 @@ void law_misses(const cairn_schedule& schedule, std::size_t batch, const cairn_b
   for (int lane = 0; lane < b.contacts; ++lane) speed[lane] = std::sqrt(speed[lane] / b.rho[lane]);
 }
 
-// By how much the impulses of all contacts change the velocity of each condensed body as a whole (dim, bodies): what
-// its own forces do to its nodes sums up to nothing.
+// Changes of the velocity of each condensed body as a whole by the impulses of all contacts (dim, bodies); its internal
+// forces sum to zero.
 void changes_of_condensed(const ContactSystem& system, std::vector<double>& change) {
   const int d = system.dim;
   change.assign(std::size_t(d) * system.condensed.size(), 0.0);
@@ -177,7 +178,7 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
   sum.close_bodies();
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
-    // bonds in balance with each other press and pull by more than any load: what they would do is not asked
+    // self-equilibrated bonds press and pull by more than any load: their load is not measured
     double speed[128], impulse[128] = {};
     const bool own = law_infos()[b.law].has_solve;
     own ? law_misses(schedule, k, b, speed) : cone_breaks(d, schedule, k, b, speed, impulse);

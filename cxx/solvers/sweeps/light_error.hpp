@@ -14,12 +14,12 @@ namespace cairn {
 struct SolveReport;
 
 struct LightError {
-  // Speed by which a contact breaks the law / the change of velocity |v - v_free| of its lighter body, which counts as
-  // at least the mean one (weighed by mass) of the bodies that impulses move: root mean square over the contacts that
-  // press or break the law, and the largest.
+  // Light error: speed by which a contact breaks the law / the change of velocity |v - v_free| of its lighter body. The
+  // change is at least the mean (weighed by mass) of the bodies that impulses move. Here: root mean square over the
+  // contacts that press or break the law, and the largest.
   double mean = 0, largest = 0;
-  // Power of the impulses over these speeds / energy of the bodies' changes of velocity: small speeds of the
-  // contacts of a column, each above the other, add up to the fall of what stands on it.
+  // Power of the impulses over these speeds / energy of the bodies' changes of velocity: small speeds of stacked
+  // contacts add up to the fall of the top of their column.
   double power = 0;
   // Impulse of a contact / momentum of the change of its lighter body: root mean square over the same contacts. Zero
   // where it is not known: of bonds, and where bodies bend.
@@ -35,12 +35,12 @@ struct LightError {
     const double many = double(contacts) / few;
     return std::clamp(std::min(loaded, many * many), 1.0, of_piles);
   }
-  // Of ten thousand contacts one is always far worse than the mean, and a bound on it alone would ask for a hundredth
-  // of the tolerance of all others: then its square counts, a share of energy.
+  // Light error as a single number. Among ten thousand contacts the worst is always far above the mean, and a bound on
+  // it alone would ask for a hundredth of the tolerance of all others: below 1 its square counts, a share of energy.
   double value() const { return std::max({mean, power, largest * std::clamp(largest, 1 / leave(), 1.0)}) / leave(); }
 };
 
-// Heaviest / lightest of the bodies that move. By masses alone: what touches what is not asked.
+// Ratio of the heaviest to the lightest moving body, whether they touch or not.
 double mass_ratio(const ContactSystem&);
 double mass_ratio(const ContactBodies&);
 // Where light errors count. Sweeps alone cannot do much about them: there, not before a ratio at which others are
@@ -53,8 +53,8 @@ inline double light_enough(double tolerance, double ratio) { return 0.1 * tolera
 // Records hold the velocity that the impulses leave. Laws with a local solution of their own have no power.
 LightError measure_light(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
-// Of a problem over bodies: r and u as the problem has them, bodies.velocity the change of velocity that r makes; unit
-// (contacts): by which u is multiplied there; broken (dim, contacts): out, by how much each velocity breaks the law.
+// Light error of a problem over bodies: r and u of the problem, bodies.velocity the change of velocity by r; unit
+// (contacts): factor of u in the problem; broken (dim, contacts): out, violation of the law by each velocity.
 LightError measure_light(const FrictionProblem&, const Array<double>& w_nn, const double* r, const double* u,
                          const double* unit, Array<double>& broken);
 

@@ -6,12 +6,12 @@ namespace cairn {
 
 class NesterovSequence {
 public:
-  // Of the next sweep; (k - 1)/(k + 2) differs from Nesterov's own sequence (1983) by less than 1/k.
+  // Factor of the next sweep; (k - 1)/(k + 2) differs from Nesterov's own sequence (1983) by less than 1/k.
   double factor() const { return since_restart_ < 2 ? 0 : double(since_restart_ - 1) / (since_restart_ + 2); }
   void restart() { since_restart_ = 0; }
-  // Told of each sweep: sum of dr.W dr, dr what it changed [J], and the sum by which O'Donoghue & Candes (2015) tell
-  // that the way leads back [J]. Measured over deposits at rest and in motion: where contacts slip sweeps are not the
-  // descent of a function, and their direction alone tells too late. descends: they are, and it does.
+  // Follows each sweep: sum of dr.W dr, dr its change of impulses [J], and the sum by which O'Donoghue & Candes (2015)
+  // detect that the direction leads back [J]. Measured over deposits at rest and in motion: where contacts slip sweeps
+  // do not descend on a function, and direction alone tells too late. descends: they do, and direction suffices.
   void follow(double change, double along, bool descends = false) {
     constexpr double growth = 4; // of the change
     constexpr int longest = 200; // sweeps

@@ -12,8 +12,8 @@ namespace cairn {
 
 namespace {
 
-// Weight of the proximal_weight term against the mean diagonal of W. What resists less than that a step cannot find;
-// without it contacts that others determine have none.
+// Weight of the proximal term relative to the mean diagonal of W. A step cannot find motions with less resistance;
+// without the term redundant contacts have no resistance.
 constexpr double proximal_weight = 0x1p-24;
 
 } // namespace
@@ -47,7 +47,7 @@ bool NewtonCorrection::make_problem() {
   return possible_;
 }
 
-// Of the last separator of a pile alone, a layer of bodies across it that is full.
+// Least cost of factors: those of the last separator of a pile alone, a full layer of bodies across it.
 double NewtonCorrection::least_operations() const {
   const ContactBodies& bodies = *problem_->problem().bodies;
   const double layer = bodies.dofs * std::pow(double(bodies.count), 1 - 1.0 / system_.dim);

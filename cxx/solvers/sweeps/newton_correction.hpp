@@ -1,5 +1,5 @@
-// What Newton's method would still change of a step's impulses: how far velocities are from those of the solution, also
-// where a cluster of grains gives way so slowly that neither the error nor some hundred sweeps show it.
+// Remaining Newton correction of a step's impulses: it tells the distance of velocities from the solution even where a
+// cluster of grains moves so slowly that neither the error nor some hundred sweeps show it.
 #pragma once
 #include <functional>
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace cairn {
 
-// Of a plain sweep, at the rate of arithmetic in factors.
+// Cost of a plain sweep, in operations at the rate of factors.
 double sweep_operations(const ContactSystem&);
 
 class NewtonStep;

@@ -1,4 +1,4 @@
-// What became of velocities that the error of contacts tells little of.
+// Result of refining velocities, whose accuracy the error of contacts hardly tells.
 #pragma once
 #include <limits>
 

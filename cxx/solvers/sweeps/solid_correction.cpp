@@ -14,14 +14,14 @@ namespace cairn {
 namespace {
 
 constexpr int most_components = 6, most_lanes = 128;
-// Of the block of a contact alone, by which its law is asked: what softens faster than one body's mass resists has
-// several answers to the block itself, though the solid has one. Whatever block asks, an impulse that answers itself is
-// right.
+// Share of its own block with which the law of a contact is asked. A law that softens faster than the mass of a body
+// resists has several solutions for the full block, although the solid has only one. With any block, an impulse that
+// reproduces itself is a solution.
 constexpr double stiffer = 0.25;
 constexpr std::int64_t most_dofs = 96; // of a condensed body, whose matrix is full
 
-// What is held fast answers by so many times its own block. Under heavy bodies that has to be more than their mass, and
-// costs digits.
+// Yielding of bonds that hold fast, as a share of their own block. Under heavy bodies their stiffness must exceed the
+// effect of that mass, which costs digits.
 double proximal(double mass_ratio) { return std::clamp(0x1p-10 / mass_ratio, 0x1p-30, 0x1p-20); }
 
 bool bond_holds(const cairn_batch& b, int lane) { return b.bonds && b.state[lane] > 0; }
@@ -301,7 +301,7 @@ void SolidCorrection::respond(std::int32_t batch, Question with, double speed, c
   const int n = b.count, c = b.components, d = system_.dim;
   ask(b, with, target_.data());
   cairn_contact_nudges(n, c, std::min(c, d), with.block, with.velocity, with.begun, speed, nudges_.data());
-  // a bond that holds fast is asked from rest, which leaves no more than rounding in what it answers
+  // bonds that hold fast are asked at rest, so that their response has only rounding errors
   for (int lane = 0; lane < n; ++lane) held_[lane] = proximal > 0 && bond_holds(b, lane);
   for (int i = 0; i < c * n; ++i) begun_[i] = held_[i % n] ? 0 : with.velocity[i];
   std::copy_n(begun_.data(), c * n, told_.data());

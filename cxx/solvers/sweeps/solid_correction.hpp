@@ -1,8 +1,8 @@
-// Newton's method over the bodies of a step whose laws have local solutions of their own: where bonds make a solid of
-// many bodies, sweeps carry an impulse from one body to the next alone, and factors of the whole carry it at once.
-// Whole steps end soon where most of what is pressed and what is drawn is known. Where it is not they stray, and
-// proximal points are found one after the other, each by steps that are cut where the energy along them begins to rise
-// (Rockafellar 1976; as for Coulomb's cones in ppa_newton.cpp).
+// Newton's method over the bodies of a step with laws of local solutions: where bonds join many bodies to a solid,
+// sweeps carry an impulse only from one body to the next, and factors of the whole carry it at once. Whole steps
+// converge soon where most contacts in pressure and tension are known. Otherwise they stray, and proximal points are
+// found one after the other, each by steps cut where the energy along them begins to rise (Rockafellar 1976; like
+// Coulomb's cones in ppa_newton.cpp).
 #pragma once
 #include <functional>
 #include <memory>
@@ -18,7 +18,7 @@
 
 namespace cairn {
 
-// What one solve leaves to the next, so that a pattern which stays is analysed once.
+// Matrix and factors kept for the next solve, so that an unchanged pattern is analysed once.
 struct SolidMemory {
   SparseMatrix matrix; // of the bodies: masses and what contacts answer
   std::unique_ptr<Soe> soe;
@@ -31,16 +31,16 @@ public:
   SolidCorrection(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
   // False: a body cannot be written as a matrix, or nothing moves.
   bool possible() const { return possible_; }
-  // Of one pass, about, at the rate of arithmetic in factors; told before any list is made.
+  // Approximate cost of one pass, in operations at the rate of factors; known before lists are made.
   static double operations(const ContactSystem&);
   // Impulses of a smaller error, in a few passes; records up to date before and after.
   // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
   int improve(double error_square, double wanted_square, const std::function<double()>& measure);
-  // Whether bonds, or springs too, join bodies of which passes can tell how exact velocities are.
+  // True if bonds, or springs too, join bodies so that passes can tell the accuracy of velocities.
   static bool makes_solid(const ContactSystem&, bool springs, double tolerance);
   // How far velocities may be off, |dv|_M over the error of the impulses at hand: see solid_refinement.cpp.
   static double amplification(const ContactSystem&);
-  // Of biases of bonds that close rings what some velocities can do; see solid_self_stress.cpp.
+  // Limits biases of bonds in rings to those that some velocities can satisfy; see solid_self_stress.cpp.
   void ask_for_what_rings_can();
   static bool has_bonds(const ContactSystem&);
   // The smallest impulses of bonds, if their error is within the tolerance.
@@ -64,7 +64,7 @@ private:
   void place_contacts();
   int add_side(const cairn_batch& b, int lane, int side, int components);
   int add_rope(const cairn_batch& b, int lane, int components, std::size_t begin);
-  // What a law is asked with.
+  // Arguments of a law.
   struct Question {
     const double *block, *velocity, *begun, *bias, *params; // (n, c, c), (n, c), (n, c), (n, c), (n)
   };
@@ -114,7 +114,7 @@ private:
   const cairn_schedule& schedule_;
   const Velocities& velocity_free_;
   SolidMemory& memory_;
-  double stressed_ = 0; // what impulses were before self-stress was dropped last, as `borne` of the refinement has it
+  double stressed_ = 0; // size of impulses before self-stress was last dropped, like `borne` of the refinement
   double proximal_;
   bool possible_ = true;
   std::int32_t unknowns_ = 0;
@@ -124,7 +124,7 @@ private:
   std::vector<double> inverse_; // (dofs, dofs) of each rigid body that is numbered, in their order
   std::vector<std::int64_t> clique_start_{0};
   std::vector<std::int32_t> clique_;
-  std::vector<double> clique_matrix_; // those of bodies, then those of contacts
+  std::vector<double> clique_matrix_; // matrices of bodies, then of contacts
   std::size_t contacts_begin_ = 0;    // in clique_matrix_
   std::vector<std::int64_t> entry_;   // place in the matrix of each entry of clique_matrix_; -1: above the diagonal
   std::vector<Contact> contacts_;

@@ -77,7 +77,7 @@ void SolidCorrection::mass_times(const std::vector<double>& x, std::vector<doubl
   }
 }
 
-// Of the step at hand.
+// Relative velocities of contacts by the step at hand.
 void SolidCorrection::velocities_of_contacts() {
   Proximal& p = proximal_point_;
   std::int64_t clique = clique_start_[clique_start_.size() - 1 - contacts_.size()];
@@ -96,7 +96,7 @@ void SolidCorrection::velocities_of_contacts() {
     repeat_last(system_.batches[k], &p.moving[p.places[k].value], system_.batches[k].components);
 }
 
-// Of the energy, at a share of the step at hand.
+// Slope of the energy at a share of the step at hand.
 double SolidCorrection::slope(double step) {
   const Proximal& p = proximal_point_;
   double sum = 0;

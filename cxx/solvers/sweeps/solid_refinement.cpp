@@ -1,6 +1,6 @@
-// How exact the velocities of solids are that bonds hold fast. Of n bodies in a row each contact misses little, and the
-// end of the row the sum of sums of that: n^2 times as much. Errors of contacts do not tell of it, a pass of Newton's
-// method does: what it changes is what velocities were off.
+// Accuracy of the velocities of bonded solids. In a row of n bodies each contact has a small error, and the end of the
+// row the sum of their sums: n^2 times as much. Errors of contacts do not show it, but a pass of Newton's method does:
+// its change equals the error of velocities.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,8 +24,9 @@ bool nothing_slides_or_opens(const ContactSystem& system) {
                      [](const cairn_batch& b) { return b.bonds && std::all_of(b.state, b.state + b.contacts, held); });
 }
 
-// Whether springs of a bond are so much stiffer than the bodies are heavy that it holds fast in a step: their sag under
-// a weight is the fall of a step over that, and an error of velocities of `tolerance` as large beyond 1/tolerance.
+// True if springs of a bond are stiff enough beside the mass of the bodies to hold fast in a step: their sag under a
+// weight is the fall of a step divided by this ratio, and beyond 1/tolerance a velocity error of `tolerance` has the
+// same size.
 bool holds_fast(const cairn_batch& b, const LawInfo& law, int lane, double fast) {
   if (!(b.state[lane] > 0)) return false;
   const std::size_t p = law.parameters.size(), n = std::size_t(b.count);
@@ -57,8 +58,8 @@ bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs, dou
          });
 }
 
-// As found by the last pass, with a margin, or as the impulses tell: a load at the end of a row takes n times as much
-// at its root, and moments n^2. Those in balance with each other tell of more than there is.
+// Amplification of contact errors in velocities: from the last pass, with a margin, or from the impulses: a load at the
+// end of a row is n times as large at its root, and moments n^2 times. Self-equilibrated impulses overestimate it.
 double SolidCorrection::amplification(const ContactSystem& system) {
   constexpr double margin = 16;
   const double borne = std::sqrt(total(system.sums, system.batches.size(), 6, 1)), speed = system.speed();
@@ -67,8 +68,9 @@ double SolidCorrection::amplification(const ContactSystem& system) {
   return found == unknown ? unknown : found > 0 ? std::min(borne / speed, found) : borne / speed;
 }
 
-// Passes give way to what they should hold by a share of it, which shrinks until they change ever less: only then does
-// their change tell of what is off. Where impulses are in balance rounding leaves a last change that stays.
+// Refines velocities by passes in which bonds yield by a share of their stiffness; the share shrinks until changes
+// decrease from pass to pass: only then do they tell the error. With self-equilibrated impulses, rounding leaves a last
+// change that stays.
 Refinement SolidCorrection::refine(double error, double wanted, double tolerance,
                                    const std::function<double()>& measure) {
   constexpr int most = 16;
@@ -84,7 +86,7 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
   copy_impulses(false);
   drop_self_stress();
   const double share = proximal_, begun = borne();
-  // What is nearly right from the last step hides the motions that a share takes most passes for.
+  // A start near the solution, from the last step, hides the motions for which a share takes most passes.
   if (memory.share > 0) proximal_ = std::clamp(memory.share, least, share);
   double last = unknown, now = error, sum = 0, best = 1;
   bool contracts = false, known = false, broken = false;
@@ -118,7 +120,7 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
   copy_impulses(true);
   refresh();
   measure(); // for the report
-  // where nothing can slide or open it is rounding that they fail by, and what is off is as large as what they change
+  // where nothing can slide or open the rest is rounding, and the error as large as the last change
   if (nothing_slides_or_opens(system_)) {
     memory.amplification = unknown;
     return {last, false};

@@ -1,7 +1,7 @@
-// What bonds that close a ring bear against each other moves nothing, and nothing says how much it is: passes of
-// Newton's method leave in it what their small shares make of rounding and of the hair by which rings do not close.
-// Beside it errors look small. Of all impulses that give bodies the same momentum the smallest are taken, each measured
-// by the block of its contact, as bonds that give way by a share of it would bear them.
+// Removal of self-stress. Closed loops of bonds carry self-equilibrated impulses (null space of H), which move nothing
+// and are not determined: passes of Newton's method fill them with rounding and with the small misfits of rings. Beside
+// them errors look small. Of all impulses with equal momentum of bodies the smallest are taken, each measured by the
+// block of its contact, like bonds that yield by a share of it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,11 +21,11 @@ constexpr int most = 6, turns = 16;
 // The share by which bonds give way beside masses, whose part turns take away; changes that end them.
 constexpr double soft = 0x1p-30, exact = 0x1p-40, enough = 0x1p-24;
 
-// Under heavy bodies what is left of their momentum would move light ones.
+// Share of yielding under heavy bodies, whose remaining momentum would move light ones.
 double finer(double share, double ratio) { return std::max(share / std::max(ratio, 1.0), 0x1p-50); }
 
-// In place, of c by c; what has no pivot answers nothing. Masses and inertias are of units of their own: each is
-// measured by what it was.
+// Inverts in place, c by c; rows without a pivot become zero. Masses and inertias have different units: each pivot is
+// compared with its own diagonal.
 void invert(int c, double (&a)[most][most]) {
   double whole[most];
   for (int k = 0; k < c; ++k) whole[k] = std::abs(a[k][k]);
@@ -50,7 +50,7 @@ bool bears(const cairn_batch& b, int lane) { return b.bonds && b.state[lane] > 0
 
 } // namespace
 
-// Whether bonds close a ring, with what does not move too.
+// True if bonds close a ring, fixed bodies included.
 bool SolidCorrection::bonds_close_rings() const {
   if (!system_.condensed.empty()) return false;
   std::vector<std::int32_t> of(std::size_t(system_.bodies) + 1);
@@ -115,7 +115,7 @@ void SolidCorrection::drop_self_stress() {
   velocity_ = step;
 }
 
-// What velocities at hand are at contacts.
+// Relative velocities at contacts by the velocities at hand.
 void SolidCorrection::velocities_at_contacts(std::vector<double>& u) const {
   std::size_t clique = std::size_t(clique_start_[clique_start_.size() - 1 - contacts_.size()]);
   for (const Contact& contact : contacts_) {
@@ -140,9 +140,9 @@ void SolidCorrection::answers_to(const std::vector<double>& u, std::vector<doubl
   }
 }
 
-// Gaps that bonds of a ring are to undo in the step cannot all be undone where they do not close, as after a turn,
-// which is exact to its square. What no velocities undo is no longer asked for: by sums of squares, measured by the
-// blocks. The gaps stay, and tell of it.
+// Limits biases of bonds in rings that do not close, as after a turn, which is exact to its square: their gaps cannot
+// all be undone in the step. The part that no velocities undo is removed, by least squares measured by the blocks. The
+// gaps stay, and show it.
 void SolidCorrection::ask_for_what_rings_can() {
   if (!bonds_close_rings()) return;
   size_columns();

@@ -74,10 +74,10 @@ double rounding_of(const ContactSystem& system) {
 
 } // namespace
 
-// What bonds hold can have impulses in balance with each other, thousands of times those that its weight asks for. An
-// error beside them alone could be as much as the weight: the solid would fall, with each step called converged. So
-// there the error is beside the velocities, and what loads make of them, if that is less. What stands without loads has
-// neither: it is solved to some digits above rounding. What growth presses is no load, so that it says nothing there.
+// Scale of the error. Bonded bodies can carry self-equilibrated impulses, thousands of times those of their weight. An
+// error relative to these alone could be as large as the weight: the solid would fall, with each step called converged.
+// So the scale there is that of velocities and of their changes by loads, if smaller. Bodies at rest without loads have
+// neither: they are solved to some digits above rounding. Pressure by growth is no load, so it is left out.
 FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule, double tolerance) {
   constexpr double digits = 0x1p-30;
   cairn_contact_scale(&schedule, system.sums.data());
@@ -88,7 +88,7 @@ FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule, do
 
 StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale free, bool last,
                   SolveReport& report) {
-  // a millionth of what a contact has on average, in impulse
+  // a millionth of the mean impulse of a contact
   const double least_scale = 0x1p-40 * free.energy / double(report.contacts);
   cairn_contact_error(&schedule, last, least_scale, system.sums.data());
   ++report.checks;
@@ -131,7 +131,7 @@ bool grows_without_end(ContactSystem& system, const cairn_schedule& schedule, co
 
 namespace {
 
-// What may help, by what ended the solver: more iterations do not where it ended by itself. On the stack, since a step
+// Advice by the end of the solver: more iterations do not help where it ended by itself. On the stack, since a step
 // allocates nothing but the hint.
 struct Remedy {
   char text[160];

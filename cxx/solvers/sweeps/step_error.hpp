@@ -28,15 +28,16 @@ struct FreeScale {
 FreeScale measure_free(ContactSystem&, const cairn_schedule&, double tolerance);
 // Records hold the velocity that the impulses leave. last: the status of each contact too.
 StepError measure(ContactSystem&, const cairn_schedule&, FreeScale, bool last, SolveReport&);
-// The error is relative to impulses, so that ever larger ones seem to obey the law where none do, as between two walls
-// that close: they grow until what is left, the free velocity, is the tolerance beside them. Then the impulses would do
-// more work over the speeds that are left than all bodies' changes of velocity are worth, 1/tolerance times as much.
+// True if impulses grow without end. The error is relative to impulses, so that ever larger ones seem to obey the law
+// where no solution exists, as between two closing walls: they grow until the rest, the free velocity, is the tolerance
+// beside them. Then their work over the remaining speeds exceeds the energy of all bodies' changes of velocity by
+// 1/tolerance.
 bool grows_without_end(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free, const StepError&,
                        double tolerance);
-// Of values (n), stride apart, in the order of batches, whatever thread did them.
+// Sum of values (n), stride apart, in the order of batches, on any number of threads.
 double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset);
-// The status that the last error gives, whatever the solver thought, and a hint; what was found to diverge stays so.
-// hint: the solver's own, or none.
+// Sets the status by the last error, whatever the solver reported, and a hint; a divergence found before stays. hint:
+// the solver's own, or none.
 void conclude(SolveReport&, const StepError& last, const SolverOptions&, const std::string& hint = {});
 // No impulses: bodies keep velocities that are numbers.
 void give_none(ContactSystem&, const Velocities& velocity_free);

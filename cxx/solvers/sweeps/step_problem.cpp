@@ -49,7 +49,7 @@ void StepProblem::number_bodies() {
     const cairn_batch& b = system_.batches[places_[a].batch];
     const int lane = places_[a].lane;
     const std::int32_t who[2] = {b.body_a[lane], b.body_b[lane]};
-    // a condensed body is no body here: what it couples is added to W
+    // condensed bodies are not numbered: their coupling is added to W
     const bool moves[2] = {b.moves_a != 0 && b.mapped_a == 0, b.moves_b != 0 && b.mapped_b == 0};
     for (int side = 0; side < 2; ++side) {
       if (moves[side] && number_[who[side]] < 0) {

@@ -13,7 +13,7 @@ public:
   // their law holds open, are left out.
   StepProblem(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
-  // As it is made it knows its bodies, and of W the diagonal blocks.
+  // Initially the problem has its bodies, and of W the diagonal blocks.
   FrictionProblem& problem() { return problem_; }
   const FrictionProblem& problem() const { return problem_; }
   // Bytes of W in blocks.

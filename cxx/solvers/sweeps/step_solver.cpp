@@ -48,8 +48,9 @@ public:
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
-    // Of what it is expected to cost: what sweeps leave just below the tolerance the next steps have to sweep again. In
-    // the plane, where a sweep takes a twentieth of an iteration, piles take ten times as many iterations as expected.
+    // Price relative to the expected cost: errors that sweeps leave just below the tolerance must be swept again in the
+    // next steps. In 2D, where a sweep takes a twentieth of an iteration, piles take ten times as many iterations as
+    // expected.
     const double price = in_plane() && !tries_sticking() ? 1.2 : 0.15;
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     const bool last = iterations >= options_.max_iterations; // rather than fail
@@ -88,7 +89,7 @@ public:
       options.tolerance =
           std::clamp(0.1 * options_.tolerance / light_ * std::sqrt(measure()), finest, options.tolerance);
     }
-    // as much work as was done before, so that neither way is long gone in vain; measured: what is larger takes more
+    // as much work as was done before, so that neither method wastes much; larger systems take more (measured)
     const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations(system_) + newton_operations_;
     const int least = std::max(least_iterations, int(std::sqrt(system_.dim * contacts())));
     options.max_iterations = std::max(least, int(std::min(before / operations, 1e6)));
@@ -97,7 +98,7 @@ public:
     // at the edges of cones, so that many contacts change in the next step, and the step takes hundreds of sweeps.
     const bool last = sweeps_ >= options_.max_iterations; // no sweeps are left to go on
     const bool tries = tries_sticking() && !last;
-    // In the plane it needs a start of its own where it fails from what sweeps found, and about as many iterations as
+    // In 2D, where it fails from the impulses of sweeps, it needs a start of its own, and about as many iterations as
     // there are unknowns: once sweeps took a quarter of that work, if those still allowed would take longer.
     const double whole = of_unknowns * system_.dim * contacts(), left = options_.max_iterations - sweeps_;
     const bool anew = fails_from_sweeps_ && !began_anew_ && !last && 4 * before >= whole * operations &&
@@ -168,7 +169,7 @@ private:
     return false;
   }
 
-  // What was measured of rigid bodies does not hold for meshes, whose contacts are nearly dependent on each other.
+  // True in 2D for rigid bodies; measurements on these do not hold for meshes, whose contacts are nearly dependent.
   bool in_plane() const { return system_.dim == 2 && !system_.needs_blocks(); }
 
   // In the plane a few iterations tell whether nearly all contacts stick, which Newton's method solves at once.
@@ -176,7 +177,8 @@ private:
 
   bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
-  // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
+  // Sweeps before the first help. Few contacts get an active set after 64 sweeps, which is exact where masses are
+  // alike.
   std::int64_t first_patience() const {
     if (heavy_on_light()) return 32;
     if (system_.dim * contacts() <= NewtonHelp::few_unknowns()) return 64;
@@ -189,10 +191,10 @@ private:
     return sum;
   }
 
-  // Of the graph of bodies and the order of its factors (measured).
+  // Cost of the graph of bodies and of the order of its factors (measured).
   double operations_of_asking() const { return 1000.0 * system_.velocities() * contacts(); }
 
-  // What Newton's method would cost here; before that, what it costs at least.
+  // Finds the cost of Newton's method; before that its least cost is known.
   void ask() {
     asked_ = given_up_ = true;
     const cairn_schedule schedule = system_.schedule(1);
@@ -229,7 +231,7 @@ private:
   double light_ = 0;                    // the light error that was not accepted last
   bool from_nothing_;                   // the step begins without impulses
   bool given_up_, asked_ = false, fails_from_sweeps_ = false, began_anew_ = false;
-  double enough_; // light error; what is pushed on where meshes bear leans on nodes that hold it
+  double enough_; // light error; on meshes carried bodies lean on nodes held by the body
 };
 
 // Newton's method over bodies, where laws have a local solution of their own.
@@ -247,14 +249,15 @@ public:
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const double passes = failures_ > 0 ? 32 : 4;
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
-    // What joints miss moves whole chains, where errors fall fast at first and then stand: what sweeps did counts, too.
+    // Errors of joints move whole chains, where errors fall fast at first and then stand: work done by sweeps counts,
+    // too.
     const bool again = failures_ == 0 && (options_.again == 2 || (options_.again == 1 && iterations * sweep >= pass));
     if (!again && !last && !(to_come * sweep >= passes * pass)) return false;
     return possible();
   }
 
-  // Under what is heavy the error of the whole does not see light bodies: passes go on to a smaller one, for their
-  // sake.
+  // True if the light error is accepted. Under heavy bodies the error of the whole does not show light bodies: passes
+  // go on to a smaller error for their sake.
   bool accepts(int, double light) override {
     constexpr double margin = 0.25;
     if (light <= options_.tolerance || given_up_ || refinements_ >= most_refinements || !possible()) return true;
@@ -268,7 +271,7 @@ public:
     const double wanted = finer_ * options_.tolerance;
     const int passes = solid_->improve(error * error, wanted * wanted, measure);
     const double now = std::sqrt(measure());
-    // with short steps, whose inertia is more than the springs, sweeps find what is pressed and what is drawn sooner
+    // in short steps inertia exceeds springs, and sweeps find contacts in pressure and tension sooner
     if (!(now <= options_.tolerance || now * fall <= error)) given_up_ = ++failures_ > 1;
     patience_ *= 2;
     return passes > 0;
@@ -282,7 +285,7 @@ public:
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
     const bool wanted =
         SolidCorrection::amplification(system_) * error_of_speed() > std::clamp(cost / share, 1.0, most) * tolerance_;
-    // What sweeps left in rings stays from step to step: it is dropped where many went before, and in small solids.
+    // Self-stress of rings by sweeps stays from step to step: it is dropped after several sweeps, and in small solids.
     const bool cheap = cost <= share || SolidCorrection::operations(system_) < small;
     only_rings_ = !wanted && iterations > 1 && cheap && SolidCorrection::has_bonds(system_);
     return wanted || only_rings_;
@@ -429,8 +432,8 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
   const cairn_schedule schedule = system.schedule(1);
   const FreeScale free = measure_free(system, schedule, options.tolerance);
   const auto error_now = [&] { return std::sqrt(measure(system, schedule, free, false, report).square); };
-  // The impulses that the step begins with. A problem knows its own rounding alone: of bodies that fall side by side
-  // its terms are nothing else, and what it makes of them is not given for an answer that the whole step has already.
+  // Error of the initial impulses. A problem knows its own rounding alone: for bodies that fall side by side its terms
+  // are only rounding, and its result must not replace an exact answer of the whole step.
   cairn_add_impulses(&schedule);
   const StepError start = measure(system, schedule, free, false, report);
   const bool solved_before = start.finite && start.square <= 0;

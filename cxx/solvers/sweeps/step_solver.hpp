@@ -7,7 +7,8 @@
 
 namespace cairn {
 
-// What is not converged is a status; throws Error where the solver cannot take these contacts.
+// Solves the contacts of a step. Failure to converge is a status; throws Error where the solver cannot take these
+// contacts.
 SolveReport solve_step(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 
 } // namespace cairn

@@ -19,7 +19,7 @@ VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedu
   fit(system.kept_u, numbers);
 }
 
-// What is off at most, where the slowest cluster is no slower than `reach`; of an error that rounding hides, too.
+// Bound of the velocity error, where the slowest cluster is no slower than `reach`; rounding counts as an error.
 void VelocityError::bound(double error) {
   constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
   const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)), speed = system_.speed();
@@ -73,8 +73,8 @@ void VelocityError::told(const Refinement& by) {
 
 bool VelocityError::holds(int iterations, double& error_square, const std::function<double()>& measure) {
   constexpr int most = 8; // one after the other
-  // sweeps until the next, and until what is small is believed, against those until now; what is far smaller than
-  // asked, by the estimate, too, at the next
+  // ratios of sweeps: until the next correction, and until a small value is believed; by the estimate, a value far
+  // below the accuracy is believed at the next
   constexpr double patience = 1.5, to_confirm = 4, far = 64;
   if (!asked()) return true;
   bool taken = iterations >= next_newton_;
@@ -104,7 +104,7 @@ bool VelocityError::solve_on(int iterations, double& error_square, const std::fu
   // far enough, as impulses that just do are as far from doing once they are measured again
   const double wanted = std::sqrt(error_square) * accuracy_ / (16 * bound_);
   const bool better = newton_.solve_on(iterations, error_square, wanted, measure);
-  if (!better) next_points_ = int(std::min(patience * iterations, 1e9)); // what gets on goes on
+  if (!better) next_points_ = int(std::min(patience * iterations, 1e9)); // progress goes on
   return better;
 }
 

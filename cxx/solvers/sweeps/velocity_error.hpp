@@ -12,27 +12,26 @@
 
 namespace cairn {
 
-// |v - v*|_M / max(|v*|_M, |h g|_M). While the error fell to a quarter or less, velocities changed by |dv|_M: per
-// change of the error that is a slope, which with the error at hand tells what is left. It is not the same all the way:
-// of the last two the larger counts, fourfold (measured: what is left is between 1/30 and 2.4 of that where it is below
-// 1e-2). A cluster that gives way slowly is not seen so: in a hopper velocities were off by 9e-3 at an error of 9e-7,
-// and 12,000 sweeps went by before both fell; in a drum of wet grains two errors a quarter apart told 1e-5 of 1.6e-3.
-// So the estimate alone is no proof. One of three things is:
-// - The linear system of Newton's method, singular as it nearly is where something gives way. Its steps have the last
-//   word: once they bring the error down, which tells that they know what sticks, slips and opens, or once they were
-//   small and are so after four times as many sweeps.
-// - Where such steps turn in circles, proximal points around them, found from the impulses at hand: at an error that is
-//   smaller by decades velocities are known.
-// - An error so small that the slowest cluster that was ever seen to give way would not matter: see `reach`. Laws
-//   with a local solution of their own have this alone.
+// Error of velocities, |v - v*|_M / max(|v*|_M, |h g|_M). While the error of impulses fell to a quarter or less,
+// velocities changed by |dv|_M: the ratio is a slope, which times the error at hand estimates the rest. Of the last two
+// slopes the larger counts, fourfold, as they vary.
+// A cluster that moves slowly is not seen so: in a hopper velocities were off by 9e-3 at an error of 9e-7 for 12,000
+// sweeps. So the estimate alone is no proof. It needs one of three:
+// - The linear system of Newton's method, nearly singular where a cluster moves. Its steps prove a small error once
+// they bring the error down, which shows that they know which contacts stick, slip and open; or once they are small,
+// and again so after four times as many sweeps.
+// - Proximal points around Newton's method, where its steps cycle, found from the impulses at hand: at an error smaller
+// by decades velocities are known.
+// - An error so small that the slowest cluster ever observed would not matter: see `reach`. Laws with a local solution
+// of their own have this alone.
 class VelocityError {
 public:
-  // options.accuracy: what is asked for; infinity: nothing, and nothing is measured
+  // options.accuracy: the accuracy asked for; infinity: none, and nothing is measured
   VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                 const SolverOptions& options);
   // Told of each error of the impulses at hand, records up to date.
   void follow(double error);
-  // Of the error that a step ends with.
+  // Ends with the final error of a step.
   void end(double error);
   // Told of what another solver's last steps changed of velocities.
   void told(const Refinement&);
@@ -42,10 +41,10 @@ public:
   double value() const { return std::isnan(value_) ? bound_ : value_; }
   // Only rounding is left of the error, and velocities are not known to be so exact.
   bool exhausted() const { return exhausted_; }
-  // Whether Newton's method shall be asked although the error did not fall on.
+  // True if Newton's method shall be tried although the error did not fall further.
   bool due(int iterations) const { return asked() && worth_asking(iterations) && iterations >= next_newton_; }
-  // Whether it is small enough, or will not become so. Where a step of Newton's method brings the error down it is
-  // taken: the error then falls, with records up to date. measure: its square.
+  // True if the velocity error is small enough, or will not become so. A step of Newton's method that brings the error
+  // down is taken: the error then falls, with records up to date. measure: its square.
   bool holds(int iterations, double& error_square, const std::function<double()>& measure);
   // The error at which it may hold, below the one at hand.
   double wanted(double error) const;
@@ -70,8 +69,8 @@ private:
   bool known_ = false, confirmed_ = false, holds_ = false;
   bool alone_ = false;                    // Newton's method has no word
   bool tiny_ = false, exhausted_ = false; // the error, to velocities; and to rounding alone
-  // Of velocities in |.|_M, over what the impulses of contacts miss in the same norm: in some 60 steps of hoppers and
-  // drums of seven laws 2e5 at most (an error of 5e-9 that 400,000 sweeps left there), mostly below 100.
+  // Largest ratio of the velocity error in |.|_M to the error of contact impulses in the same norm, with a margin: in
+  // hoppers and drums of seven laws it was 2e5 at most, mostly below 100.
   static constexpr double reach = 0x1p20;
   static constexpr double fall = 4; // of the error, from one slope to the next
 };
