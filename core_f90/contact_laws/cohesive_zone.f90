@@ -237,10 +237,9 @@ contains
     whole = tangent <= below
   end subroutine stay_whole
 
-  !> Velocity consistent with both an impulse and a velocity, each of which has errors of solver and rounding. Springs that are
-  !> stiff in a step open by less than these errors, which would count as stress and cause damage. The contact is therefore solved
-  !> by itself from r and u, with bodies heavier than its own: an error of u shrinks to heavier/(W K) of it. Lighter bodies would
-  !> hold a softened contact.
+  !> Velocity consistent with an impulse and a velocity that both have errors of solver and rounding. Springs that are stiff in a
+  !> step open by less than these, which would count as stress and damage. So the contact is solved by itself from r and u, with
+  !> bodies heavier than its own: an error of u shrinks to heavier/(W K) of it. Lighter bodies would hold a softened contact.
   subroutine settle_velocity(c, own, damage, square, p, gives, r, old, area, at, u)
     integer(c_int32_t), intent(in) :: c          !< components
     integer, intent(in)            :: own        !< parameters
