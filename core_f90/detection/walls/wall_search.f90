@@ -1,4 +1,5 @@
-!> Broad phase of walls: contactors near an unbounded one, by a test of all, or near a long one, which the grid took for a disk.
+!> Broad phase of walls: tests all contactors against an unbounded wall, and the grid's candidates against a long one, which the
+!> grid took for a disk.
 module wall_search
   use, intrinsic :: iso_c_binding, only: c_double, c_int16_t, c_int32_t, c_int64_t
   implicit none
