@@ -36,9 +36,8 @@ struct BulkMaterialInfo {
   cairn_bulk_material* kernel = nullptr;
   // Routine of a user's library; takes any number of parameters, and states of its own beside those of the call.
   UmatRoutine* umat = nullptr;
-  bool plane_stress =
-      false;             // routine for plane stress: two direct stresses, and it finds the strain across the thickness
-  double time_limit = 0; // of a call in a process of its own [s]; 0: it is called in this one
+  bool plane_stress = false; // routine for plane stress: two direct stresses; finds the strain across
+  double time_limit = 0;     // of a call in a process of its own [s]; 0: it is called in this one
   std::string library;
 };
 // References stay valid.

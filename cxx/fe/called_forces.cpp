@@ -148,8 +148,7 @@ void CalledForces::add(const double* value, double* to) const {
 
 BulkResult CalledForces::evaluate(const MeshMotion& at, double* force, double* tangent) {
   if (!broken_.empty()) throw Error("the mesh '" + mesh + "': " + broken_);
-  constexpr double none =
-      std::numeric_limits<double>::quiet_NaN(); // NaN shows the entries that the other code left unwritten
+  constexpr double none = std::numeric_limits<double>::quiet_NaN(); // marks entries that were not written
   double energy = none, dissipated = none;
   std::fill_n(force, pattern_.n, none);
   if (tangent) std::fill(value_.begin(), value_.end(), none);

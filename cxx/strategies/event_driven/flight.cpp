@@ -12,8 +12,7 @@ namespace cairn::events {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity(), rounding = std::numeric_limits<double>::epsilon();
-constexpr int most_passes =
-    200; // most iterations for the time of an impact; a grazing pair halves its distance in each
+constexpr int most_passes = 200; // iterations for the time of an impact; a grazing pair halves its distance in each
 
 struct PairKind {
   Shape a, b;
@@ -190,8 +189,7 @@ double EventDriven::time_of_impact(const Simulation& s, const Pair& p, double fr
       change[k] = acceleration_[nd * std::int64_t(p.body_a) + k] - acceleration_[nd * std::int64_t(p.body_b) + k];
     const double pull = flat ? std::max(0.0, -at.push) : norm(change, dim);
     if (at.gap <= at.blur && (at.speed < 0 || (!(at.speed > 0) && at.push < 0))) return t; // it strikes, or rests
-    const double gap =
-        std::max(at.gap, at.speed > 0 ? 0.0 : at.blur); // a separating pair: up to a gap that exceeds rounding
+    const double gap = std::max(at.gap, at.speed > 0 ? 0.0 : at.blur); // separating pair: until the gap is visible
     if (!(pull > 0) && !(at.speed < 0)) return infinity;
     const double way = pull > 0
                            ? (at.speed >= 0 ? (at.speed + std::sqrt(at.speed * at.speed + 2 * pull * gap)) / pull

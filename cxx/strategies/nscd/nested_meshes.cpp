@@ -88,8 +88,7 @@ private:
   std::map<std::int32_t, Shell> shells_; // by their bodies
   std::string told_;                     // the first one
   std::int64_t more_ = 0;
-  std::vector<std::vector<std::int32_t>> points_,
-      sides_; // materials of the points and sides of each mesh that can touch
+  std::vector<std::vector<std::int32_t>> points_, sides_; // materials of contact points and sides of each mesh
   std::vector<std::optional<ClosedSurface>> surface_;
   std::vector<std::int8_t> tried_;                        // surfaces that were made, or are none
   std::vector<std::vector<double>> below_;                // of each mesh, see below_surface
