@@ -142,8 +142,8 @@ contains
     end do
   end subroutine repeat_last
 
-  !> Bonds that soften take a share of their change: a stress that falls as the bond opens lets its neighbours open, which
-  !> presses it together again, and whole changes send them round in circles.
+  !> Under-relaxation of softening bonds: a stress that falls as the bond opens lets its neighbours open, which compresses it again,
+  !> so that full changes would oscillate.
   subroutine take_share(n, c, status, share, old, r)
     integer, value                 :: n         !< contacts
     integer, value                 :: c         !< components
