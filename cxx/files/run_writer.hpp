@@ -1,6 +1,6 @@
 // Writes a run: one .vtkhdf file that ParaView and PyVista open, with Cairn's own groups beside.
 //
-// Layout, version 1.1:
+// Layout, version 1.2:
 //
 //   /VTKHDF                MultiBlockDataSet, with Steps for the times
 //     bodies, contacts     UnstructuredGrid over time: a vertex per body and per contact, PointData its fields

@@ -45,8 +45,7 @@ struct StepReport {
   std::int64_t step = 0;
   double time = 0, time_detection = 0, h = 0;
   std::int64_t contacts = 0;
-  double way =
-      0; // longest displacement of a body in the step / size of its smallest contactor; 0 where margins are given
+  double way = 0; // largest displacement of a body in the step / size of its smallest contactor; 0 if margins are given
   std::int64_t unresolved_rotations =
       0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
