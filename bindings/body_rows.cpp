@@ -15,8 +15,8 @@ struct Sizes {
   std::int64_t contacts;
 };
 
-// Of rows (contacts, 2, dofs, dim), which say what both bodies (contacts, 2) give to a contact; bodies count from 0,
-// -1: one that does not move.
+// Sizes from rows (contacts, 2, dofs, dim), the maps from a contact to both of its bodies (contacts, 2); bodies count
+// from 0, -1: fixed.
 Sizes sizes_of(const Bodies& body, const Numbers& rows, std::int64_t bodies) {
   if (rows.ndim() != 4 || rows.shape(1) != 2 || body.ndim() != 2 || body.shape(1) != 2 ||
       body.shape(0) != rows.shape(0) || (rows.shape(3) != 2 && rows.shape(3) != 3) ||
@@ -53,8 +53,8 @@ py::array_t<double> impulses(const Bodies& body, const Numbers& rows, const Numb
   return p;
 }
 
-// Adds H answer H' to blocks (n, dofs, dofs) in place: those of bodies at diagonal, those of contacts at place
-// (contacts, 2) of the blocks (B, A) and (A, B), -1 of those that are not kept.
+// Adds H answer H' to blocks (n, dofs, dofs) in place. diagonal: indices of the blocks of bodies; place (contacts, 2):
+// of the blocks (B, A) and (A, B) of each contact, -1 where the pattern has none.
 void add_stiffness(const Bodies& body, const Numbers& rows, const Numbers& answer, const Places& diagonal,
                    const Places& place, py::array_t<double, py::array::c_style> blocks) {
   const Sizes s = sizes_of(body, rows, diagonal.size());

@@ -8,7 +8,7 @@ using cairn::CalledForces;
 
 namespace {
 
-// What a call of a Python object is made by; they take the lock that a step gives away, and what Python raises goes
+// Wraps a Python object that the core calls. Calls acquire the GIL, which a step releases; Python exceptions pass
 // through.
 struct Caller {
   py::object object;
@@ -121,7 +121,7 @@ std::shared_ptr<CalledForces> by_library(const cairn::PluggedRoutine& routine, c
                           pattern_of(start, row));
 }
 
-// Forces (dofs), values of the fitted triangle or None, what is wrong or None, energy, dissipated.
+// Returns forces (dofs), values of the fitted triangle or None, error text or None, energy, dissipation.
 py::tuple evaluate(CalledForces& forces, const Input<double>& u, const Input<double>& v, double time, double step,
                    double rate, std::int64_t values) {
   if (u.size() != v.size()) throw cairn::Error("displacement and velocity have different sizes");

@@ -61,7 +61,7 @@ py::array_t<double> ring_masses(const std::string& cell, const Input<double>& x,
   throw cairn::Error("there is no flat element for cells of kind " + cell);
 }
 
-// Stiffness of bars (n, 2 dim, 2 dim) and beams (n, 6 | 12, 6 | 12), x (n, 2, dim), numbers of each (n,).
+// Stiffness of bars (n, 2 dim, 2 dim) and beams (n, 6 | 12, 6 | 12). x: end points (n, 2, dim); properties: (n,).
 py::array_t<double> bars(const Input<double>& x, const Input<double>& young, const Input<double>& area) {
   const py::ssize_t n = x.shape(0), dim = x.shape(2);
   if (young.size() != n || area.size() != n) throw cairn::Error("bars need one modulus and one area each");

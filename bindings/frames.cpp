@@ -35,8 +35,8 @@ std::shared_ptr<FrameModel> frame_of(int dim, const std::string& kinematics, con
   return std::make_shared<FrameModel>(std::move(cells));
 }
 
-// Forces (dofs), values of the fitted triangle, what is wrong or None, energy. begin: displacements where forces are by
-// energy, or None.
+// Returns forces (dofs), values of the fitted triangle, error text or None, energy. begin: displacements at the begin
+// of the step where forces derive from energy, or None.
 py::tuple evaluate(FrameModel& frame, const Input<double>& u, std::int64_t values, const py::object& begin) {
   py::array_t<double> force(u.size()), tangent(values);
   std::fill_n(tangent.mutable_data(), values, 0.0);
@@ -48,8 +48,8 @@ py::tuple evaluate(FrameModel& frame, const Input<double>& u, std::int64_t value
   return py::make_tuple(force, tangent, py::none(), found.energy);
 }
 
-// What cells bear at displacements, from the rotations of the last step on, which stay: forces on their second ends,
-// and of beams moments on both, (m, 3 | 9), and the rotations of nodes found, (nodes, 3, 3), columns first.
+// Cell forces at given displacements, starting from the rotations of the last step, which are kept. Returns forces on
+// the second ends and for beams moments on both (m, 3 | 9), and rotations of nodes (nodes, 3, 3), columns first.
 py::tuple borne(FrameModel& frame, const Input<double>& u) {
   const auto other = std::dynamic_pointer_cast<FrameModel>(frame.another());
   other->take_history(frame.history());

@@ -145,7 +145,7 @@ cairn::MeshModel model_of(const py::dict& d) {
   return m;
 }
 
-// Forces of the last step that a body has of what it was.
+// Forces of the last step that a mesh takes over from the body it replaces.
 template <class Values>
 void take_forces(Values& to, const py::dict& d, const char* name) {
   if (!d.contains(name)) return;

@@ -5,7 +5,7 @@
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Cairn's object layer; defaults and checks of a user's words are in the Python package.";
   static const py::handle error = py::register_exception<cairn::Error>(m, "Error", PyExc_ValueError);
-  py::register_exception_translator([](std::exception_ptr thrown) { // what the core refuses is an error of Cairn, too
+  py::register_exception_translator([](std::exception_ptr thrown) { // std::invalid_argument of the core: an Error
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const std::invalid_argument& refused) { PyErr_SetString(error.ptr(), refused.what()); }

@@ -133,7 +133,7 @@ std::optional<Network>& slot(Simulation& s, const std::string& kind) {
   return kind == "electrical" ? s.networks->electrical : s.networks->thermal;
 }
 
-// A network in the place of the one that there is: what that one remembers stays.
+// Sets a network; the memory of the one it replaces is kept.
 void set_network(Simulation& s, const std::string& kind, const py::dict& d) {
   Network n;
   n.kind = kind == "electrical" ? Network::Kind::electrical : Network::Kind::thermal;

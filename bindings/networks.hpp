@@ -1,4 +1,4 @@
-// What networks add to the report of a simulation.
+// Terms of networks in the report of a simulation.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -1,4 +1,4 @@
-// Rigid bodies made deformable in a run, and back: what of it Python's bodies need of the core.
+// Rigid bodies made deformable in a run, and back: the core's part behind Python's bodies.
 #include "strategies/reshaping.hpp"
 
 #include "strategies/contact_loads.hpp"
@@ -95,7 +95,8 @@ cairn::MeshBody& placed(Simulation& s, std::size_t which) {
   return s.meshes.meshes.at(which);
 }
 
-// Of the nodes of a mesh: mass, centre, momentum with the angular one about the centre, kinetic and stored energy.
+// Motion of the nodes of a mesh: mass, centre, momentum and angular momentum about the centre, kinetic and stored
+// energy.
 py::dict motion_of_mesh(Simulation& s, std::size_t which) {
   cairn::MeshBody& mesh = placed(s, which);
   std::vector<double> x, v;
@@ -121,8 +122,8 @@ py::tuple velocity_of(int dim, double mass, const Input<double>& momentum, const
   return py::make_tuple(array_of({py::ssize_t(velocity.size())}, velocity), kinetic);
 }
 
-// Of the last step: largest forces (n) [N] and mean stresses (n) [Pa] of rigid bodies, by their volumes; largest forces
-// (m) [N] of meshes, by their places among those of the simulation.
+// Contact loads of the last step: largest forces (n) [N] and mean stresses (n) [Pa] of rigid bodies, by their volumes;
+// largest forces (m) [N] of meshes, by their indices in the simulation.
 py::tuple contact_loads(Simulation& s, const Input<std::int64_t>& bodies, const Input<double>& volume,
                         const Input<std::int64_t>& meshes) {
   const std::vector<std::size_t> which(meshes.data(), meshes.data() + meshes.size());

@@ -259,13 +259,13 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
   s.report.solve = report;
 }
 
-// Whether what is assigned is motion, so that what integrators keep of it and states belong to another one. Loads are
-// none: forces, and temperatures that stretch meshes.
+// True if an assigned field is a state of motion, so that histories of integrators and states of contacts become
+// invalid. Loads (forces, and temperatures that strain meshes) are not.
 bool moves_bodies(const std::string& name) {
   return name != "force" && name != "damping" && name != "temperature" && name != "potential";
 }
 
-// A field of bodies or nodes, and what follows from it.
+// Assigns a field of bodies or nodes and tells the strategy.
 void assign(const py::object& self, bool nodes, const std::string& name, const py::array& values) {
   self.attr("scene").attr(nodes ? "assign_node" : "assign_body")(name, values);
   if (!moves_bodies(name)) return;

@@ -1,5 +1,6 @@
-# What other programs need: library, headers, Fortran module, find_package(Cairn), pkg-config. The headers keep the layout of the
-# sources below include/cairn, because they include each other by it: C cairn/cairn.h, C++ cairn/cxx/simulation/simulation.hpp.
+# Installation for other programs: library, headers, Fortran module, find_package(Cairn), pkg-config. The headers keep
+# the layout of the sources below include/cairn, because they include each other by it: C cairn/cairn.h, C++
+# cairn/cxx/simulation/simulation.hpp.
 include(CMakePackageConfigHelpers)
 
 add_library(cairn_fortran INTERFACE)
@@ -21,7 +22,7 @@ install(FILES python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATA
 install(DIRECTORY python/cairn/plugs/include/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
         FILES_MATCHING PATTERN "*.h" PATTERN "rows.h" EXCLUDE)
-# this one reads the lists beside it, which are one folder down once installed
+# rows.h includes the lists beside it, which are one folder down once installed
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core_f90/include/cairn/rows.h)
 file(READ core_f90/include/cairn/rows.h text)
 string(REPLACE "#include \"../../" "#include \"core_f90/" text "${text}")

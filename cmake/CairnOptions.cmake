@@ -1,4 +1,4 @@
-# What a build can choose, and the flags that follow from it.
+# Options of the build, and the flags that follow from them.
 option(BUILD_SHARED_LIBS "Build libcairn as a shared library" OFF)
 option(CAIRN_PYTHON "Build the Python module cairn._core" ON)
 option(CAIRN_TESTS "Build the C++ tests" ${PROJECT_IS_TOP_LEVEL})
@@ -34,7 +34,7 @@ endif()
 
 find_package(OpenMP REQUIRED COMPONENTS CXX Fortran)
 
-# Flags of Cairn's own code, not of what it includes; not handed on to who links with it.
+# Flags of Cairn's own code, not of included libraries; programs that link with Cairn do not inherit them.
 add_library(cairn_flags INTERFACE)
 target_link_libraries(cairn_flags INTERFACE OpenMP::OpenMP_CXX OpenMP::OpenMP_Fortran)
 
@@ -47,8 +47,9 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
 else()
   set(march "")
 endif()
-# A fused multiply-add commutes with powers of two, so contraction keeps the bits of a rescaled scene. Nothing here lets the
-# compiler reorder a sum. In C++ nothing is fused: which products would be hangs on what is compiled together (CAIRN_UNITY).
+# A fused multiply-add commutes with powers of two, so contraction keeps the bits of a rescaled scene. No flag here lets
+# the compiler reorder a sum. In C++ nothing is fused: the choice of products would depend on which files are compiled
+# together (CAIRN_UNITY).
 if(NOT CAIRN_CONTRACT MATCHES "^(fast|off)$")
   message(FATAL_ERROR "CAIRN_CONTRACT is '${CAIRN_CONTRACT}': give fast or off")
 endif()

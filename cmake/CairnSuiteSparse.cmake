@@ -1,8 +1,8 @@
 # Libraries of linear algebra. LAPACK and BLAS (BSD) factorise dense and banded matrices. Of SuiteSparse, by licence:
 #   bsd   AMD: order of elimination of the solvers that factorise matrices of contacts
 #   lgpl  and CHOLMOD's simplicial factors of sparse systems of equations
-#   gpl   and CHOLMOD's supernodal factors, and UMFPACK for what is not symmetric
-# Eigen (MPL2, headers alone) does what CHOLMOD and UMFPACK would, where they are not.
+#   gpl   and CHOLMOD's supernodal factors, and UMFPACK for unsymmetric matrices
+# Eigen (MPL2, headers alone) replaces CHOLMOD and UMFPACK where they are missing.
 set(CAIRN_SUITESPARSE AUTO CACHE STRING "gpl, lgpl, bsd or off: parts of SuiteSparse by their licence; AUTO: all that is found")
 set_property(CACHE CAIRN_SUITESPARSE PROPERTY STRINGS AUTO gpl lgpl bsd off)
 string(TOLOWER "${CAIRN_SUITESPARSE}" wanted)
@@ -23,7 +23,7 @@ function(cairn_suitesparse part header)
     endif()
   endforeach()
   if(found)
-    list(REVERSE libraries) # what calls before what is called, once each
+    list(REVERSE libraries) # callers before the libraries they call, once each
     list(REMOVE_DUPLICATES libraries)
     list(REVERSE libraries)
     set(CAIRN_HAS_${part} 1 PARENT_SCOPE)

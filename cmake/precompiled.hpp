@@ -1,4 +1,5 @@
-// What most files of cxx include, read once where CAIRN_PRECOMPILE is on. Files name all they use: others do without.
+// Headers that most files of cxx include, precompiled where CAIRN_PRECOMPILE is on. Files still name all that they use,
+// for builds without it.
 #pragma once
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
-!> The return to Mises' yield surface about a back stress at large strains: F = Fe Fp, energies of Hencky's elastic strain and of
-!> the plastic one, H/3 |ln Vp|^2, whose derivative is the back stress 2 H/3 ln Vp in axes of the relaxed material (Lion 2000;
-!> Montans & Bathe 2005; Vladimirov, Pietryga & Reese 2008 without recovery). It is known from Fp'Fp, and no state of its own.
-!> The flow has no plastic spin and is integrated by the exponential, Fp = exp(change) Fp (Weber & Anand 1990), at the stresses of
-!> the end of the step; axes of stress, back stress and flow need not be the same. The sum of energies and dissipation is least
-!> there (Ortiz & Stainier 1999), and convex along geodesics of positive tensors: there is one such flow.
-!> Symmetric tensors as vectors count their shear by the root of two, so that products of vectors are those of tensors.
+!> Return mapping to Mises' yield surface about a back stress at large strains: F = Fe Fp, energies of Hencky's elastic strain and
+!> of the plastic one, H/3 |ln Vp|^2. The derivative of the latter is the back stress 2 H/3 ln Vp in axes of the relaxed material
+!> (Lion 2000; Montans & Bathe 2005; Vladimirov, Pietryga & Reese 2008 without recovery), a function of Fp'Fp without a state of its
+!> own. The flow has no plastic spin and is integrated by the exponential, Fp = exp(change) Fp (Weber & Anand 1990), at the stresses
+!> of the end of the step; axes of stress, back stress and flow may differ. The flow minimises the sum of energies and dissipation
+!> (Ortiz & Stainier 1999), which is convex along geodesics of positive tensors, so it is unique.
+!> Symmetric tensors as vectors have their shear times the root of two, so that products of vectors are those of tensors.
 module finite_back_stress
   use, intrinsic :: iso_c_binding, only: c_double
   use tensor_functions, only: symmetric_eigen, inverse, to_strain, to_stress, from_strain, first_index, second_index, &
@@ -114,7 +114,7 @@ contains
     fault = 2
   end subroutine find_flow
 
-  !> What Fp = exp(change) Up leaves of the flow rule: (deviator of the stress) - back stress - (yield stress along the flow).
+  !> Residual of the flow rule for Fp = exp(change) Up: (deviator of the stress) - back stress - (yield stress along the flow).
   pure subroutine look(shear, law, accumulated, trial, before, change, at)
     real(c_double), intent(in)      :: shear, accumulated, trial(3, 3), before(3, 3), change(3, 3)
     type(hardening_law), intent(in) :: law
@@ -269,7 +269,7 @@ contains
     end do
   end subroutine give
 
-  !> What drives the flow, in its axes, where F changes by the product of two directions, a b', b' seen through F^-1.
+  !> Derivative of the driving stress of the flow, in its axes, by a change of F along a dyad a b', b' seen through F^-1.
   pure function drive(shear, at, a, b) result(by)
     real(c_double), intent(in)   :: shear, a(3), b(3) !< in axes of the elastic stretch
     type(flow_state), intent(in) :: at
@@ -327,7 +327,7 @@ contains
     if (abs(x) > 0) y = sinh(x)/x
   end function sinh_ratio
 
-  !> Of 1 + a: principal values of half the logarithm, and axes.
+  !> Half the logarithm of 1 + a: principal values and axes.
   pure subroutine half_logarithm(a, value, axes)
     real(c_double), intent(in)  :: a(3, 3)
     real(c_double), intent(out) :: value(3), axes(3, 3)
@@ -338,7 +338,7 @@ contains
     end do
   end subroutine half_logarithm
 
-  !> Of a vector, wherever its square is.
+  !> Norm of a vector without overflow of its square.
   pure function magnitude(v) result(size)
     real(c_double), intent(in) :: v(:)
     real(c_double) :: size, unit

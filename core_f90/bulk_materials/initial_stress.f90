@@ -1,6 +1,6 @@
-!> Stress of a body before it moves: as it lies there a law finds it at a symmetric stretch U0, and sees Fe = F U0 at large
-!> strains, eps + eps0 at small ones, so that yield, tangent and energy are those of the whole stress (Hoger 1997). Energies are
-!> of the volume that it has there, 1/det U0 of the law's.
+!> Initial stress of a body: in the initial configuration the law sees a symmetric stretch U0 that gives this stress. At large
+!> strains it sees Fe = F U0, at small ones eps + eps0, so that yield, tangent and energy are those of the total stress (Hoger
+!> 1997). Energies are per volume of the initial configuration, 1/det U0 of the law's.
 module initial_stress
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: determinant, inverse
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine cairn_with_prestretch
 
-  !> And back: the stress that is conjugate to F, its derivative, and what is counted by volumes of the reference state.
+  !> The inverse: stress conjugate to F, its derivative, and energies per reference volume.
   pure subroutine cairn_without_prestretch(large, n, stretch, piola, want, by_gradient, energy, dissipated) bind(c)
     integer(c_int32_t), value     :: large                !< 1: large strains
     integer(c_int64_t), value     :: n                    !< points

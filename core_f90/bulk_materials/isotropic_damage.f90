@@ -48,10 +48,10 @@ contains
     end do
   end subroutine cairn_bulk_isotropic_damage
 
-  !> Stress of n cells that have one damage each, which grows with the root of the mean square of what stretches their points: with
-  !> that of the energy that they give up, so that a crack takes as much of it as where the strain is the same all over the cell.
-  !> The derivative of the stress is that of damage as it is; what damage adds to the derivative of the forces of a cell by its
-  !> displacements is -growth forces (sum over points of volume drive by strain).
+  !> Stress of n cells with a single damage variable each, driven by the root mean square of the tensile strain of their points, and
+  !> so by the energy release, such that a crack takes the same energy as under uniform strain. The derivative of the stress is that
+  !> at constant damage; damage adds -growth forces (sum over points of volume drive by strain) to the derivative of the nodal
+  !> forces of a cell by its displacements.
   pure subroutine cairn_damage_of_cells(points, n, params, length, volume, strain, state_begin, state, stress, tangent, drive, &
                                         growth, energy, dissipated, status) bind(c)
     integer(c_int32_t), value   :: points             !< of a cell
@@ -98,7 +98,7 @@ contains
     end do
   end subroutine cairn_damage_of_cells
 
-  !> Of strain, beyond the first damage, in a cell of a size.
+  !> Decay strain beyond the onset of damage in a cell of the given length.
   pure subroutine find_decay(params, length, decay, status)
     real(c_double), intent(in) :: params(parameters), length
     real(c_double), intent(out) :: decay
@@ -112,7 +112,7 @@ contains
     decay = max(decay, 1e-6_c_double*first)
   end subroutine find_decay
 
-  !> The norm of what is stretched, and its derivative by the strain times it.
+  !> Norm of the tensile part of strain, and its derivative by strain times the norm.
   pure subroutine stretched(strain, reached, direction)
     real(c_double), intent(in) :: strain(6)
     real(c_double), intent(out) :: reached, direction(6)
@@ -123,13 +123,13 @@ contains
     direction = to_stress(matmul(q*spread(x, 1, 3), transpose(q)))
   end subroutine stretched
 
-  !> What a step spends, of stress times strain at its end without damage: exact along a strain that keeps its direction, since what
-  !> is given up grows with the square of the largest stretch, however long the step is.
+  !> Dissipation of a step over undamaged stress times strain at its end. Exact in steps of any length along a strain of constant
+  !> direction, since the energy release grows with the square of the largest stretch.
   pure real(c_double) function share_spent(before, now, first, decay)
     real(c_double), intent(in) :: before, now, first, decay !< largest stretches at both ends of the step
     share_spent = max(0.5_c_double*first*(left(max(before, first)) - left(now))/now**2, 0.0_c_double)
   contains
-    !> Of the energy that is to be given up, from a largest stretch on.
+    !> Energy still to be released from a largest stretch on.
     pure real(c_double) function left(largest)
       real(c_double), intent(in) :: largest
       left = exp(-(largest - first)/decay)*(largest + 2*decay)

@@ -8,8 +8,8 @@ module jaumann_rate
   public :: cairn_step_strain, cairn_stress_of_rate
 contains
 
-  !> Of n points: L = 2 (F1 - F0) (F1 + F0)^-1, its symmetric part, and the rotation (1 - W/2)^-1 (1 + W/2) of its other part W,
-  !> which is F1 F0^-1 itself where that is a rotation. Half a turn in a step gives no finite numbers.
+  !> Strain increments and rotations of n points: L = 2 (F1 - F0) (F1 + F0)^-1, its symmetric part, and the rotation (1 - W/2)^-1 (1
+  !> + W/2) of its other part W, which is F1 F0^-1 itself where that is a rotation. Half a turn in a step gives no finite numbers.
   pure subroutine cairn_step_strain(n, begin, end, change, rotation, status) bind(c)
     integer(c_int64_t), value   :: n                !< points
     real(c_double), intent(in)  :: begin(3, 3, n), end(3, 3, n) !< gradients of displacement, F - 1 [-]

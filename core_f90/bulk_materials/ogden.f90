@@ -62,8 +62,8 @@ contains
     state = state_begin
   end subroutine cairn_bulk_ogden
 
-  !> Energy, principal second Piola-Kirchhoff stresses and their derivatives by half the eigenvalues of C, of small strains to their
-  !> own precision: powers less 1, and of their sum what is beyond that of their exponents, which is 0.
+  !> Energy, principal second Piola-Kirchhoff stresses and their derivatives by half the eigenvalues of C. Small strains keep their
+  !> relative precision: powers less 1, and the sum of powers less that of exponents, which is 0.
   pure subroutine principal(params, x, log_stretch, energy, s, by)
     real(c_double), intent(in)  :: params(parameters), x(3), log_stretch(3)
     real(c_double), intent(out) :: energy, s(3), by(3, 3)

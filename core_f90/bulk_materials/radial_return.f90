@@ -19,7 +19,7 @@ contains
     y = law%yield*(1 + strain/law%swift_strain)**law%swift_power + law%isotropic*strain
   end function yield_stress
 
-  !> Of the yield stress by the accumulated plastic strain [Pa].
+  !> Derivative of the yield stress by the accumulated plastic strain [Pa].
   pure function hardening_slope(law, strain) result(slope)
     type(hardening_law), intent(in) :: law
     real(c_double), intent(in)      :: strain

@@ -143,7 +143,7 @@ contains
     j = determinant(f)
   end function volume_ratio
 
-  !> Of eigenvalues 1 + x of C.
+  !> Principal strain of a measure for an eigenvalue 1 + x of C.
   pure elemental function strain_of(measure, x) result(e)
     integer, intent(in)        :: measure
     real(c_double), intent(in) :: x

@@ -1,9 +1,9 @@
-!> The attraction of wet, with what it may have beside: static and kinetic friction, another force once it was torn, a bond that is
-!> made at the start alone, a spring and a dashpot under it (see elastic_contact), or Newton's restitution. LMGC90's IQS_WET_DS_CLB,
-!> GAP_WET_DS_CLB, xQS_WET_DS_CLB, RST_WET_CLB, ELASTIC_REPELL_WET_CLB, IQS_SGR_CLB_WEAR.
+!> The attraction of wet, with optional additions: static and kinetic friction, a weaker force once torn, a bond made at the start
+!> alone, a spring and a dashpot in series (see elastic_contact), or Newton's restitution. LMGC90's IQS_WET_DS_CLB, GAP_WET_DS_CLB,
+!> xQS_WET_DS_CLB, RST_WET_CLB, ELASTIC_REPELL_WET_CLB, IQS_SGR_CLB_WEAR.
 !> Parameters: force [N], reach [m], friction, kinetic friction [-], force once torn [N], once, k [N/m], eta [N s/m], recovers,
-!> normal and tangential restitution [-], closing, within [m], touching (0: the attraction ends at the touch, and what closes within
-!> its reach stops there; LMGC90's VISCO_ELASTIC_REPELL_WET).
+!> normal and tangential restitution [-], closing, within [m], touching (0: the attraction ends at the touch, and a contact that
+!> closes within its reach stops there; LMGC90's VISCO_ELASTIC_REPELL_WET).
 module adhesive_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -23,7 +23,7 @@ contains
 
   include "cone_slots.inc"
 
-  !> The pull of this step; bias and compliance of what bears it.
+  !> Attraction of this step; bias and compliance of the spring under it.
   subroutine cairn_law_adhesive_contact_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -80,7 +80,7 @@ contains
     if (s(s_torn) > 0) strength_of = min(p(1), p(5))
   end function strength_of
 
-  !> Torn is what its attraction did not hold; whether it slid.
+  !> Marks contacts whose attraction did not hold as torn, and records sliding.
   subroutine cairn_law_adhesive_contact_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -103,7 +103,7 @@ contains
     end do
   end subroutine cairn_law_adhesive_contact_commit
 
-  !> The attraction has stored -F (reach - gap), the spring its own; what is torn has lost the difference.
+  !> Energy: the attraction stores -F (reach - gap), the spring its own; a torn contact loses the difference.
   subroutine cairn_law_adhesive_contact_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

@@ -1,7 +1,7 @@
-!> Linear spring and dashpot with an attraction in touch, f_n = k delta - 2 zeta sqrt(k m) u_n - gamma sqrt(R delta), and a friction
-!> that is viscous up to its limit, |f_t| = min(c |u_t|, mu (f_n + F)), F = gamma^2 R/4k the most that the attraction holds; a c
-!> that would turn the slip of two spheres back in a step is less in it, c/(1 + h c W_TT).
-!> It ends where the gap opens: no neck. LMGC90's MD_JKRs.
+!> Linear spring and dashpot with an attraction in touch, f_n = k delta - 2 zeta sqrt(k m) u_n - gamma sqrt(R delta), and viscous
+!> friction up to a limit, |f_t| = min(c |u_t|, mu (f_n + F)), with the largest attraction F = gamma^2 R/4k. A c that would reverse
+!> the slip of two spheres within a step is reduced in it to c/(1 + h c W_TT).
+!> The contact ends where the gap opens: no neck. LMGC90's MD_JKRs.
 module adhesive_spring
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context

@@ -1,6 +1,6 @@
-!> One contact whose impulse along the normal is not negative and allows others up to limits that grow with it, each by itself: a
-!> force along the tangents, |r_T| <= mu_1 r_N + k_1, a moment about the normal (twisting) and one across it (rolling), each against
-!> its own velocity. Components: n, t, then the rotation in the plane; n, t, s, then rotations about n, t and s in space.
+!> Local solver of a contact with r_N >= 0 and friction in blocks, each bounded by its own limit that grows with r_N: a force along
+!> the tangents, |r_T| <= mu_1 r_N + k_1, a moment about the normal (twisting) and a moment across it (rolling). Components: n, t,
+!> then the rotation in the plane; n, t, s, then rotations about n, t and s in space.
 module block_cones
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
@@ -34,9 +34,9 @@ contains
     end if
   end subroutine places_of
 
-  !> What sticks in all blocks at once; else normal and blocks in turn, each exactly, until nothing changes but last digits. Their
-  !> coupling is mostly one motion, sliding against rolling, along which changes shrink by one ratio: every third turn goes on by
-  !> what that ratio foretells (Irons and Tuck 1969), as long as changes shrink from one such turn to the next.
+  !> Tries sticking in all blocks first; else solves normal and blocks in turn, each exactly, until only last digits change. Mostly
+  !> a single motion couples them (sliding against rolling), along which changes shrink geometrically: every third turn extrapolates
+  !> by that ratio (Irons and Tuck 1969), as long as changes shrink from extrapolation to extrapolation.
   pure subroutine solve_blocks(c, plane, w, q, mu, k, r)
     integer(c_int32_t), intent(in) :: c       !< components
     logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation

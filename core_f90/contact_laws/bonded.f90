@@ -19,7 +19,7 @@ contains
     real(c_double), intent(in)          :: gap(n)           !< [m]
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, 1)     !< friction where there is no bond [-]
-    real(c_double), intent(inout)       :: state(n, 2)      !< 0 no bond, 1 one that begins, 2 a bond, 3 one behind a step
+    real(c_double), intent(inout)       :: state(n, 2)      !< 0 no bond, 1 new bond, 2 bond, 3 bond behind a step
     !< that did not converge; gap at which it bonded [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]

@@ -73,7 +73,7 @@ contains
     r(1) = r(1) + h*k*(p(4) - h*(free(1) + dot_product(block(1, :), r)))
   end subroutine one_contact
 
-  !> What is in the spring, as long as it acts.
+  !> Energy of the spring while it acts.
   subroutine cairn_law_brittle_coating_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -92,7 +92,7 @@ contains
     end do
   end subroutine cairn_law_brittle_coating_commit
 
-  !> A spring that begins to act brings what is in it, which is told as released less.
+  !> Energy: a spring that begins to act brings its own, which counts as negative release.
   subroutine cairn_law_brittle_coating_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

@@ -1,8 +1,6 @@
-!> Capillary bridges between spheres, or a sphere and a plane (Rabinovich, Esayanur & Moudgil 2005): made when two grains touch,
-!> drawing
-!> them with F = 4 pi R g cos(t) (1 - D/sqrt(D^2 + B)), B = V/(pi R), with the effective radius R, surface tension g, contact angle
-!> t,
-!> volume V and distance D, until D reaches (1 + t/2) V^(1/3) (Lian, Thornton & Adams 1993). Beside that, Signorini-Coulomb.
+!> Capillary bridges between spheres, or a sphere and a plane (Rabinovich, Esayanur & Moudgil 2005), made when two grains touch.
+!> Attraction F = 4 pi R g cos(t) (1 - D/sqrt(D^2 + B)), B = V/(pi R), with the effective radius R, surface tension g, contact angle
+!> t, volume V and distance D, until D reaches (1 + t/2) V^(1/3) (Lian, Thornton & Adams 1993). In touch Signorini-Coulomb.
 module capillary
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -61,7 +59,7 @@ contains
     end do
   end subroutine cairn_law_capillary_commit
 
-  !> Of the surface of the liquid, against that of a bridge about to break. What is gained when a bridge begins is spent in it.
+  !> Energy of the liquid's surface, relative to that of a bridge about to break. The gain when a bridge forms is released at once.
   subroutine cairn_law_capillary_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

@@ -27,8 +27,8 @@ contains
     if (n > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
   end function length
 
-  !> Damage by a curve: never less than there was. What it spends is that of the curve between the opening where beta begins to
-  !> fall, in the mode of the end of the step, and that end.
+  !> Damage by a curve; it never decreases. The dissipation is that of the curve from the opening where beta begins to fall, in the
+  !> mode at the end of the step, to the opening there.
   pure subroutine damage_along(curve, p, normal, tangent, old, beta, spent)
     procedure(cohesive_curve)             :: curve
     real(c_double), intent(in)            :: p(*)            !< parameters
@@ -59,7 +59,7 @@ contains
       end if
     end do
     call curve(p, share, high, found, begun)
-    if (found < old/2) found = old ! a curve that ends with a step spends what was stored before it
+    if (found < old/2) found = old ! a zone that breaks within the step also spends its stored energy
     stiffness = (1 - share)*p(c_n) + share*p(c_t)
     spent = max(0.0_c_double, work - stiffness*beta*opening**2/2 - (begun - stiffness*found*high**2/2))
   end subroutine damage_along

@@ -1,4 +1,4 @@
-!> What cohesive zones keep from step to step (see cohesive_zone): damage and openings, and the energy that springs hold and spend.
+!> History of cohesive zones (see cohesive_zone): damage and openings, and the stored and dissipated energy of their springs.
 module cohesive_history
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -27,7 +27,7 @@ contains
     end do
   end subroutine opening_velocity
 
-  !> Damage, openings and slips at the end of the step; whether what was broken at its begin slid.
+  !> Damage, openings and slips at the end of the step; records if contacts broken at its begin slid.
   subroutine cohesive_commit(n, c, own, context, damage, square, opens, u, r, params, state)
     integer(c_int32_t), intent(in)      :: n            !< contacts
     integer(c_int32_t), intent(in)      :: c            !< components
@@ -91,7 +91,7 @@ contains
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(inout)  :: opening      !< [m]
     real(c_double), intent(inout)  :: slip(c - 1)  !< to keep [m]
-    real(c_double), intent(out)    :: bears(c - 1) !< what springs bear of it [m]
+    real(c_double), intent(out)    :: bears(c - 1) !< part of the slip that springs bear [m]
     real(c_double), intent(inout)  :: beta         !< [-]
     real(c_double), intent(inout)  :: spent        !< [J/m2]
     real(c_double) :: p(own + 1), at(c), impulse(c), v(c)
@@ -109,7 +109,7 @@ contains
     slip = slip_kept(state(i, s_area)*intensity(square, beta)*p(c_t)*h**2, mass, slip, bears)
   end subroutine settle
 
-  !> Whether a contact that was broken at the begin of the step slid, where that is asked for.
+  !> Records if a contact that was broken at the begin of the step slid, for laws with a state for that.
   subroutine note_slip(n, c, own, i, mass, u, r, params, state)
     integer(c_int32_t), intent(in) :: n       !< contacts
     integer(c_int32_t), intent(in) :: c       !< components
@@ -129,7 +129,7 @@ contains
     state(i, slides) = slid(c, mass, mu, impulse(1), impulse, velocity)
   end subroutine note_slip
 
-  !> What the springs hold, and what went into them and into damage since the begin of the step.
+  !> Stored energy of the springs, and the work done on them and on damage since the begin of the step.
   subroutine cohesive_energy(n, c, square, params, before, after, energy)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components

@@ -1,14 +1,14 @@
-!> What cohesive zones have in common (Raous, Cangemi & Cocou 1999; Monerie & Acary 2001): a contact that is sound holds its bodies
-!> together by springs whose stiffness damage takes away, beside unilateral contact with friction,
+!> Common part of cohesive zones (Raous, Cangemi & Cocou 1999; Monerie & Acary 2001): springs join the bodies of an intact contact;
+!> damage reduces their stiffness. Beside them acts unilateral contact with friction,
 !>   r = r_c - h S phi(beta) (c_N d_N n + c_T d_T),   0 <= d_N + (r_c)_N >= 0,   |r_c_T| <= mu (1 - beta)^p r_c_N,
 !> with the intensity of adhesion beta from 1 to 0, which never grows, the opening d = (d_N, d_T) at the end of the step and the
-!> area S; a pressure in the crack adds h S p (1 - beta)^a n once there is damage. Unloading follows the secant through the origin.
-!> Damage is solved with the impulse: with beta held, the springs make of W and the free velocity (1 + W K)^-1 times them, and
+!> area S. A pressure in the crack adds h S p (1 - beta)^a n once there is damage. Unloading follows the secant through the origin.
+!> Damage is solved with the impulse: at constant beta, the springs turn W and the free velocity into (1 + W K)^-1 times these, and
 !> Coulomb's cone gives r_c; beta is the largest that its own opening allows.
 !> Parameters of all: stiffnesses [Pa/m], friction, power p, share of an overlap that is recovered in a step, gap up to which bodies
-!> that come in together are held; then those of the law; pressure in the crack [Pa] and its power a, friction of what is broken and
-!> slid in the step before, the last of them. What is broken stays a pair under pressure, with an adhesion that is nothing.
-!> A plastic law has an opening that stays, d_p: springs pull by d - d_p, and push where d_N is less than that.
+!> that come in together are bonded; then those of the law; pressure in the crack [Pa] and its power a, and last the friction of a
+!> broken contact that slid in the step before. A broken contact stays a pair under pressure, with negligible adhesion.
+!> A plastic law has a permanent opening d_p: springs pull by d - d_p, and push where d_N is less than that.
 module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -25,10 +25,10 @@ module cohesive_zone
   integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
   integer, parameter, public :: slides_behind = 1, missed_behind = 2 !< places behind s_slip + c
   integer, parameter, public :: rest_behind = 1 !< and behind s_slip + 2 c
-  real(c_double), parameter, public :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
+  real(c_double), parameter, public :: broken = 2.0_c_double**(-40) !< a smaller share of adhesion counts as none
 
   abstract interface
-    !> The intensity of adhesion that an opening leaves, and what that took for good.
+    !> Intensity of adhesion at an opening, and the energy dissipated by its fall.
     pure subroutine cohesive_damage(p, h, normal, tangent, old, beta, spent)
       import :: c_double
       real(c_double), intent(in)            :: p(*)    !< parameters
@@ -58,8 +58,8 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, *)     !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m],
-    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid, what springs do not bear of
-    !< the slip [m]; of plastic laws what stays [m]
+    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid, part of the slip without spring
+    !< [m]; of plastic laws the permanent opening [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< [-]
@@ -237,10 +237,9 @@ contains
     whole = tangent <= below
   end subroutine stay_whole
 
-  !> The velocity that an impulse and a velocity, each with what a solver and rounding leave, say together. Springs that are stiff
-  !> in a step open by less than that: taken for an opening, it would be a stress, and damage. The contact is solved by itself
-  !> instead, with bodies heavier than its own, from r and u: where both obey the law they stay as they are, and of what u is off
-  !> heavier/(W K) is left. Lighter bodies would hold what has softened.
+  !> Velocity consistent with an impulse and a velocity that both have errors of solver and rounding. Springs that are stiff in a
+  !> step open by less than these, which would count as stress and damage. So the contact is solved by itself from r and u, with
+  !> bodies heavier than its own: an error of u shrinks to heavier/(W K) of it. Lighter bodies would hold a softened contact.
   subroutine settle_velocity(c, own, damage, square, p, gives, r, old, area, at, u)
     integer(c_int32_t), intent(in) :: c          !< components
     integer, intent(in)            :: own        !< parameters
@@ -264,19 +263,19 @@ contains
     call solve_contact(c, own, damage, square, p, w, q, old, area, at, impulse, u)
   end subroutine settle_velocity
 
-  !> Whether springs are so stiff that what a velocity misses would be a stored energy.
+  !> True if springs are so stiff that an error in velocity would count as stored energy.
   elemental logical function stiff_in_step(stiffness, mass)
     real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
     real(c_double), intent(in) :: mass      !< effective mass [kg]
     stiff_in_step = mass > 0 .and. stiffness > 1024*mass
   end function stiff_in_step
 
-  !> The slip that a zone keeps is where its bodies went, so that what a solver leaves is made good in the step after, but for
-  !> springs so stiff that an impulse has no digit for it.
+  !> Slip that a zone keeps: by the actual velocity, so that the next step corrects the error of a solver; towards settle_velocity's
+  !> where springs are so stiff that an impulse cannot resolve that error.
   elemental real(c_double) function slip_kept(stiffness, mass, went, settled)
     real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
     real(c_double), intent(in) :: mass      !< effective mass [kg]
-    real(c_double), intent(in) :: went, settled !< slip by the velocity, and by what settle_velocity makes of it [m]
+    real(c_double), intent(in) :: went, settled !< slip by the velocity, and by that of settle_velocity [m]
     real(c_double), parameter  :: most = 2.0_c_double**36
     slip_kept = went
     if (stiffness > most*mass) slip_kept = settled + (most*mass/stiffness)*(went - settled)
@@ -329,9 +328,10 @@ contains
     end do
   end subroutine solve_contact
 
-  !> What an opening allows grows with the adhesion, so that following it down from the begin of the step passes no beta that holds:
-  !> to a beta that allows more than itself, or to one that is its own (0 too), whose impulse and velocity are then there. Under a
-  !> large free velocity beta = 0 allows itself, and a contact that holds would break if the search began there.
+  !> Searches for beta downward from its value at the begin of the step. The beta that an opening allows grows with beta itself, so
+  !> this passes no solution: it ends at a beta that allows more than itself, or at a fixed point (0 included) with its impulse and
+  !> velocity. Under a large free velocity beta = 0 is a fixed point, too, and a contact that holds would break if the search began
+  !> there.
   subroutine find_below(c, own, damage, square, p, w, q, old, area, at, above, f_above, below, f_below, r, u)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
@@ -484,7 +484,7 @@ contains
   end function crack_push
 
   pure real(c_double) function effective_friction(mu, exponent, beta)
-    real(c_double), intent(in) :: mu       !< of what is broken [-]
+    real(c_double), intent(in) :: mu       !< of broken contacts [-]
     real(c_double), intent(in) :: exponent !< [-]
     real(c_double), intent(in) :: beta     !< [-]
     effective_friction = mu
@@ -549,7 +549,7 @@ contains
     call natural_map(n, c, rho, mu, spring, pull, u, r, f, weight, status)
   end subroutine cohesive_residual
 
-  !> What springs leave of an impulse against its projection onto the cone; status of contacts that nothing holds.
+  !> Natural map of Coulomb's cone for the impulse without its spring part; status of contacts that are not held.
   subroutine natural_map(n, c, rho, mu, spring, pull, u, r, f, weight, status)
     integer(c_int32_t), intent(in)    :: n            !< contacts
     integer(c_int32_t), intent(in)    :: c            !< components

@@ -139,7 +139,7 @@ contains
     end do
     a = high
     do i = 1, 200
-      if (abs(f) <= 4*epsilon(f)) exit ! what barely slips has an a that rounding hides
+      if (abs(f) <= 4*epsilon(f)) exit ! rounding hides the a of a contact that barely slips
       next = a - f/slope
       if (.not. (next > low .and. next < high)) next = low + (high - low)/2
       if (next <= low .or. next >= high .or. abs(next - a) <= epsilon(a)*a) exit

@@ -1,9 +1,8 @@
-!> Bodies within a reach move together at their contact, along the normal, the tangents or both, pushed and pulled without limit:
-!> LMGC90's COUPLED_DOF, NORMAL_COUPLED_DOF, TANGENTIAL_COUPLED_DOF. Beyond it they pass through each other.
-!> It is the velocity that is coupled: a gap that is there stays.
-!> With a limit of the impulse along the normal it yields in a step in which it would pull with more, the tangents still held
-!> (PLASTIC_COUPLED_DOF), or breaks: bodies pass through each other from the step after one in which it pushed with more
-!> (BROKEN_DOF).
+!> Bilateral constraint between bodies within a reach: equal velocities along the normal, the tangents or both, with unlimited
+!> impulse: LMGC90's COUPLED_DOF, NORMAL_COUPLED_DOF, TANGENTIAL_COUPLED_DOF. Beyond the reach bodies do not interact.
+!> Velocities are coupled, not positions: an initial gap stays.
+!> With a limit of the impulse along the normal, the normal yields in a step whose tension would exceed it, with the tangents still
+!> held (PLASTIC_COUPLED_DOF), or the constraint breaks from the step after a larger compression (BROKEN_DOF).
 module coupled_motion
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
@@ -59,7 +58,7 @@ contains
     status = 2
   end subroutine one_contact
 
-  !> What pushed with more than it bears is broken.
+  !> Breaks constraints whose compression exceeded the limit.
   subroutine cairn_law_coupled_motion_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n               !< contacts
     integer(c_int32_t), value           :: c               !< components

@@ -15,7 +15,7 @@ module critical_voigt
   real(c_double), parameter :: circle = 2*acos(-1.0_c_double)
 contains
 
-  !> As a problem on Coulomb's cone, with a compliance.
+  !> Local problem on Coulomb's cone, with a compliance.
   subroutine cairn_law_critical_voigt_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

@@ -14,7 +14,7 @@ contains
     if (slides > 0) friction_of = min(static, kinetic)
   end function friction_of
 
-  !> 1 if a contact slid, else 0: where it did, r_T - m u_T is out of the cone by m |u_T|, whatever is left of a solver's error.
+  !> 1 if a contact slid, else 0. In sliding r_T - m u_T is outside the cone by m |u_T|, more than the error of a solver.
   pure real(c_double) function slid(c, mass, mu, normal, r, u)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: mass   !< effective mass [kg]

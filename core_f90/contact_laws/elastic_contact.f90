@@ -1,6 +1,6 @@
-!> A contact that gives way as a spring and a dashpot beside it, f_N = -k g - eta u_N, never pulling, under Coulomb's friction, with
-!> the force of the end of the step. LMGC90's ELASTIC_REPELL_CLB, ELASTIC_REPELL_CLB_g0, VISCO_ELASTIC_REPELL_CLB (closing = 0: what
-!> does not touch at the begin of a step is open in it).
+!> Contact on a spring with a dashpot in parallel, f_N = -k g - eta u_N, without tension, under Coulomb's friction, with the force
+!> at the end of the step. LMGC90's ELASTIC_REPELL_CLB, ELASTIC_REPELL_CLB_g0, VISCO_ELASTIC_REPELL_CLB (closing = 0: a contact that
+!> does not touch at the begin of a step stays open in it).
 !> Parameters: k [N/m], eta [N s/m], friction, kinetic friction [-], closing, from_start, within [m].
 module elastic_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
@@ -14,7 +14,8 @@ module elastic_contact
   integer, parameter :: s_started = 1, s_first = 2, s_slides = 3
 contains
 
-  !> What a spring asks: r_N e = -(u_N + b). Rigid where k is infinite; open where nothing resists, or the gap may not close.
+  !> Bias b and compliance e of a spring and dashpot: r_N e = -(u_N + b). Rigid where k is infinite; open where nothing resists, or
+  !> the gap may not close.
   pure subroutine spring_and_dashpot(h, k, eta, closing, g, b, e)
     real(c_double), intent(in)  :: h       !< step [s]
     real(c_double), intent(in)  :: k, eta  !< [N/m], [N s/m]
@@ -45,7 +46,7 @@ contains
     if (g < 0 .and. k < huge(k)) spring_energy = k*g*g/2
   end function spring_energy
 
-  !> As a problem on Coulomb's cone, with a compliance.
+  !> Local problem on Coulomb's cone, with a compliance.
   subroutine cairn_law_elastic_contact_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -79,7 +80,7 @@ contains
     if (s(s_started) > 0) counted = gap - s(s_first)
   end function counted
 
-  !> Whether it slid.
+  !> Records sliding.
   subroutine cairn_law_elastic_contact_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -98,7 +99,7 @@ contains
     end do
   end subroutine cairn_law_elastic_contact_commit
 
-  !> Spring and dashpot while they press; a spring that is let go loses what it has.
+  !> Energy of spring and dashpot in compression; a spring that is released loses its energy.
   subroutine cairn_law_elastic_contact_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

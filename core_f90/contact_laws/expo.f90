@@ -1,6 +1,6 @@
-!> Cohesive zone whose stress falls exponentially from the strength, to the share `rest` of it, where it breaks; breaking in a fixed
-!> mode takes G_I/G_1 + G_II/G_2 = 1 less what the tail would have taken. The stiffness of a mixed mode is the one that stresses and
-!> openings have: (1 - share) c_N + share c_T.
+!> Cohesive zone whose stress falls exponentially from the strength to the share `rest` of it, where it breaks. Breaking in a fixed
+!> mode takes G_I/G_1 + G_II/G_2 = 1 less the work of the omitted tail. Stiffness in a mixed mode: (1 - share) c_N + share c_T,
+!> consistent with stresses and openings.
 module expo
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context

@@ -7,7 +7,7 @@ module frictionless
   public :: cairn_law_frictionless_prepare
 contains
 
-  !> As a problem on the cone of zero width.
+  !> Local problem on a cone of zero width.
   subroutine cairn_law_frictionless_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

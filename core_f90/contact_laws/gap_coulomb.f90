@@ -8,7 +8,7 @@ module gap_coulomb
   public :: cairn_law_gap_coulomb_prepare
 contains
 
-  !> As a problem on Coulomb's cone.
+  !> Local problem on Coulomb's cone.
   subroutine cairn_law_gap_coulomb_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

@@ -1,9 +1,8 @@
-!> Joints: two frames that their bodies carry, some components of whose relative velocity vanish. Errors of the frames that are
-!> blocked are undone within the step. One component more, the coordinate of the joint, may be between limits, and driven by a
-!> motor whose force is bounded:
-!>   u + error/h = 0 of what is blocked,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed,
-!> beside a spring with a dashpot, whose force is that at the theta-mean of the step, so that theta 1/2 keeps its energy.
-!> Across a bar that bears more tension than steps follow as the string that it is, r + drag (u - u_begin) = 0 beside these.
+!> Joints: two frames fixed in their bodies, some components of whose relative velocity vanish. Drift of the blocked components is
+!> corrected within the step. Another component, the coordinate of the joint, may have limits, and a motor of bounded force:
+!>   u + error/h = 0 of blocked components,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed,
+!> beside a spring with a dashpot, whose force is that at the theta-mean of the step, so that theta 1/2 preserves its energy.
+!> Across a bar under more tension than the step can resolve as a string, r + drag (u - u_begin) = 0 beside these.
 !> It breaks at the end of a step whose force reaches its strength.
 !> Components: 2D n, t, rotation; 3D n, t, s, rotations about them. n is the axis of the joint.
 module joint
@@ -63,7 +62,7 @@ contains
     end do
   end subroutine cairn_law_joint_prepare
 
-  !> Of what is blocked the impulses follow from that along the coordinate, so that one equation is left.
+  !> Condenses the impulses of blocked components (Schur complement), which leaves a single equation along the coordinate.
   subroutine cairn_law_joint_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
     integer(c_int32_t), value     :: n                  !< contacts
     integer(c_int32_t), value     :: c                  !< components
@@ -104,10 +103,10 @@ contains
     end do
   end subroutine cairn_law_joint_solve
 
-  !> Impulse along the coordinate: the motor's, what keeps it between its limits, and the spring's.
+  !> Impulse along the coordinate: of the motor, the limits and the spring.
   pure real(c_double) function along_coordinate(q, s, p, h, state) result(r)
     real(c_double), intent(in) :: q        !< velocity without it [m/s]
-    real(c_double), intent(in) :: s        !< what a unit of it adds [1/kg]
+    real(c_double), intent(in) :: s        !< velocity per unit of it [1/kg]
     real(c_double), intent(in) :: p(*)     !< parameters
     real(c_double), intent(in) :: h        !< step [s]
     real(c_double), intent(in) :: state(*) !< see prepare
@@ -129,7 +128,7 @@ contains
     end if
   end function along_coordinate
 
-  !> F of what is blocked: each component by its own part of W. Of the coordinate: what its own equation gives beside it.
+  !> Residual F: of each blocked component by its own diagonal entry of W; of the coordinate by its own equation.
   subroutine cairn_law_joint_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
     integer(c_int32_t), value           :: n                  !< contacts
     integer(c_int32_t), value           :: c                  !< components
@@ -180,7 +179,7 @@ contains
       f = nint(params(i, p_free))
       state(i, s_driven) = 0
       if (f > 0 .and. state(i, s_held) > 0) then
-        ! what is beyond the motor's effort is a limit's
+        ! the force beyond the motor's effort belongs to a limit
         most = context%h*params(i, p_effort)
         motor = min(max(r(i, f) + state(i, s_drag)*u(i, f) + state(i, s_pull), -most), most)
         state(i, s_driven) = motor*(u(i, f) + state(i, s_begin))/2
@@ -189,7 +188,7 @@ contains
     end do
   end subroutine cairn_law_joint_commit
 
-  !> Of the spring; that of a joint that broke is spent.
+  !> Energy of the spring; a joint that breaks releases it.
   subroutine cairn_law_joint_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components
@@ -223,7 +222,7 @@ contains
     end do
   end subroutine cairn_law_joint_energy
 
-  !> Of a bar or a rope that holds, along t and s. [kg]
+  !> Drag of a bar or a rope that holds, along t and s [kg].
   pure real(c_double) function drag_across(c, k, spans, held, across) result(drag)
     integer(c_int32_t), intent(in) :: c      !< components
     integer, intent(in)            :: k      !< component

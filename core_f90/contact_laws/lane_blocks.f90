@@ -153,7 +153,7 @@ contains
     end do
   end subroutine pushed_velocities
 
-  !> Of a strip: (1 + W K)^-1 (q - W pull), and columns of (1 + W K)^-1 W.
+  !> Solves a strip of contacts with springs: (1 + W K)^-1 (q - W pull), and columns of (1 + W K)^-1 W.
   pure subroutine sprung_columns(n, c, first, w, q, spring, pull, columns, x)
     integer(c_int32_t), intent(in) :: n                        !< contacts
     integer(c_int32_t), intent(in) :: c                        !< components, 3 or 6

@@ -1,4 +1,4 @@
-!> What a law may ask about the step beside its own contacts; its C twin stands in cairn/core.h.
+!> Data of the step that a law may read beside its own contacts; its C twin is in cairn/core.h.
 module law_context
   use, intrinsic :: iso_c_binding, only: c_double, c_ptr
   implicit none

@@ -1,6 +1,6 @@
-!> Signorini-Coulomb with stops: once a contact would have slid by more than a limit while it is pressed, it holds its tangents fast
-!> in that step, also where that lifts it. What does not touch slides on nothing. LMGC90's IQS_CLB_nosldt, and GAP_SGR_CLB_nosldt
-!> with recovers = 1.
+!> Signorini-Coulomb with stops: a contact that would slide by more than a limit under compression blocks its tangents in that step,
+!> even if that lifts it. Motion while open does not count as slip. LMGC90's IQS_CLB_nosldt; with recovers = 1 its
+!> GAP_SGR_CLB_nosldt.
 module limited_slip
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
@@ -16,7 +16,7 @@ contains
 
   include "own_solution_slots.inc"
 
-  !> As Signorini-Coulomb.
+  !> Local problem of Signorini-Coulomb.
   subroutine cairn_law_limited_slip_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

@@ -15,7 +15,7 @@ module mac
   logical, parameter :: square = .true. !< whether springs go with beta^2
 contains
 
-  !> By implicit Euler; what it spends is the integral of beta (c_N d_N^2 + c_T d_T^2) over beta.
+  !> Implicit Euler for beta; the dissipation is the integral of beta (c_N d_N^2 + c_T d_T^2) over beta.
   pure subroutine damage(p, h, normal, tangent, old, beta, spent)
     real(c_double), intent(in)            :: p(*)            !< parameters
     real(c_double), intent(in)            :: h               !< step [s]

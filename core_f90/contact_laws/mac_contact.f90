@@ -1,6 +1,6 @@
-!> The cohesive zone of mac with another contact beside: an attraction within a reach once it is broken (see wet), sides that give
-!> way as a spring under pressure, with a limit of what they give, and a gap that damage takes from them. LMGC90's IQS_WET_CZM,
-!> ELASTIC_REPELL_MAC_CZM, postGAP_IQS_MAC_CZM.
+!> The cohesive zone of mac with additions: an attraction within a reach once it is broken (see wet), a compliant surface that acts
+!> as a spring under pressure up to a largest overlap, and a gap left by damage. LMGC90's IQS_WET_CZM, ELASTIC_REPELL_MAC_CZM,
+!> postGAP_IQS_MAC_CZM.
 !> Parameters: those of mac as far as its viscosity; force [N], reach [m], k [N/m], overlap at which the spring is hard [m], gap
 !> that breaking takes [m]; pressure in the crack [Pa], its power, kinetic friction.
 module mac_contact
@@ -19,7 +19,7 @@ module mac_contact
   integer, parameter :: pull_behind = rest_behind !< place of the pull [N] behind s_slip + 2 c
 contains
 
-  !> As mac; on a spring while it is pressed.
+  !> Prepares as mac; adds the compliance of the spring under pressure.
   subroutine cairn_law_mac_contact_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -30,7 +30,7 @@ contains
     real(c_double), intent(inout)       :: state(n, *)      !< see cohesive_zone; pull [N]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< [1/kg]
-    real(c_double), intent(out)         :: mu(n)            !< friction of what is broken [-]
+    real(c_double), intent(out)         :: mu(n)            !< friction of broken contacts [-]
     integer :: i
     call cohesive_prepare(n, c, own, context, gap, u_begin, params, state, bias, compliance, mu)
     do i = 1, n
@@ -86,7 +86,7 @@ contains
     r(:, 1) = r(:, 1) - pull
   end subroutine cairn_law_mac_contact_solve
 
-  !> Of the impulse without the pull.
+  !> Residual of the impulse without the attraction.
   subroutine cairn_law_mac_contact_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
     integer(c_int32_t), value           :: n                  !< contacts
     integer(c_int32_t), value           :: c                  !< components
@@ -127,7 +127,7 @@ contains
     call cohesive_commit(n, c, own, context, damage, .true., opens, u, shifted, params, state)
   end subroutine cairn_law_mac_contact_commit
 
-  !> Those of the zone, of the spring, and of the attraction, which has stored -F (reach - gap) once the zone is broken.
+  !> Energy of the zone, of the spring, and of the attraction, which stores -F (reach - gap) once the zone is broken.
   subroutine cairn_law_mac_contact_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components
@@ -173,7 +173,7 @@ contains
     if (springs(k, gap)) held = k*min(most, -gap)**2/2
   end function held
 
-  !> What an attraction gives on the way to a gap; to it from the touch where its reach has no end.
+  !> Work of an attraction up to a gap [J]; from the touch on where its reach is infinite.
   pure real(c_double) function attracted(f, far, gap)
     real(c_double), intent(in) :: f, far, gap !< [N], [m]
     attracted = 0

@@ -6,7 +6,7 @@ module mixed_mode
   public :: mixed_length, mixed_work, parabola, mean_decay, onset_of_strengths
 contains
 
-  !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; none where one of them is none.
+  !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; 0 unless both are above 0.
   pure real(c_double) function mixed_length(share, one, two)
     real(c_double), intent(in) :: share    !< tangential part of the opening's square
     real(c_double), intent(in) :: one, two !< of mode I and mode II [m]
@@ -16,7 +16,8 @@ contains
     if (share > 0) mixed_length = two/sqrt((two/one)**2*(1 - share) + share)
   end function mixed_length
 
-  !> Of laws whose first parameters are two stiffnesses [Pa/m], and whose own begin with two strengths [Pa]: see cohesive_onset.
+  !> Onset of damage (see cohesive_onset) for laws whose first parameters are two stiffnesses [Pa/m], and whose own begin with two
+  !> strengths [Pa].
   pure subroutine onset_of_strengths(n, p, limit)
     integer(c_int32_t), intent(in) :: n           !< contacts
     real(c_double), intent(in)     :: p(n, *)     !< parameters
@@ -59,7 +60,7 @@ contains
     if (.not. length > 0) return
     x = min((opening - first)/length, 1.0_c_double)
     if (x < 1) beta = (first/opening)*(1 - x)*(1 + x)
-    work = work + k*first*min(opening - first, length)*(1 - x*x/3) ! whatever is left of the work
+    work = work + k*first*min(opening - first, length)*(1 - x*x/3) ! all of the remaining work at x = 1
   end subroutine parabola
 
   !> Mean of exp(-x) from 0 on, with all digits where it hardly falls.

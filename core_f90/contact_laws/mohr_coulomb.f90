@@ -48,7 +48,7 @@ contains
     end do
   end subroutine cairn_law_mohr_coulomb_prepare
 
-  !> What has reached a limit is broken, and slides where that was the shear's; whether what was broken slid.
+  !> Breaks bonds that have reached a limit (those that failed in shear count as sliding), and records sliding of broken contacts.
   subroutine cairn_law_mohr_coulomb_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

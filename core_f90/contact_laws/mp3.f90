@@ -1,6 +1,6 @@
-!> Cohesive zone that is sound to a stress s, which then falls as 1 - ((d - d_i)/d_k)^2: d_i = s/k, d_k = 3/2 (w/s - d_i/2), so that
-!> breaking takes w [J/m2] in every mode, k the stiffness along the opening (Monerie & Acary 2001, Perales et al. 2010). Where w is
-!> less than what is stored at s, it breaks there.
+!> Cohesive zone without damage up to a stress s, which then falls as 1 - ((d - d_i)/d_k)^2: d_i = s/k, d_k = 3/2 (w/s - d_i/2), so
+!> that breaking takes w [J/m2] in every mode, k the stiffness along the opening (Monerie & Acary 2001, Perales et al. 2010). It
+!> breaks at s if w is less than the energy stored there.
 module mp3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context

@@ -10,7 +10,7 @@ module newton_restitution
   public :: cairn_law_newton_restitution_prepare
 contains
 
-  !> As a problem on Coulomb's cone.
+  !> Local problem on Coulomb's cone.
   subroutine cairn_law_newton_restitution_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

@@ -2,8 +2,8 @@
 !> b = radius x 2 R, R the effective radius, whose springs take tension, shear, bending and twist beside rigid contact with
 !> friction,
 !>   r = r_c - h K (d + h u),   K = diag(k_n A, k_t A, k_n I, k_t J).
-!> Springs that are stiffer than `stiffest` times what inertia resists in a step hold as fast as numbers tell, and are that stiff:
-!> what velocities round off would be larger forces than any that the bond bears.
+!> Springs stiffer than `stiffest` times the inertia in a step are rigid within rounding, so their stiffness is limited to that:
+!> rounding of velocities would otherwise exceed any force that the bond bears.
 !> A bond breaks at the end of a step whose stress reaches a strength: k_n (d_N + b |bend|) or k_t (|d_T| + b |twist|).
 module parallel_bond
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
@@ -31,7 +31,7 @@ contains
     real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
     real(c_double), intent(in)          :: params(n, own)   !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< held, first gap, radius, stretch [m], twist [rad], slip [m], bend
-    !< [rad]; what springs do not bear of twist, slip and bend
+    !< [rad]; parts of twist, slip and bend that springs do not bear
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< friction [-]
@@ -80,7 +80,7 @@ contains
     end do
   end subroutine cairn_law_parallel_bond_solve
 
-  !> Those of a strip that slide with friction beside their springs.
+  !> Solves the contacts of a strip that slide with friction beside their springs.
   subroutine solve_strip(n, c, axes, first, w, u_free, friction, spring, pull, r)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
@@ -164,7 +164,7 @@ contains
     pull(:, 1) = 0
   end subroutine springs_of_all
 
-  !> Of the springs along the normal and the tangents [N/m].
+  !> Largest stiffness of the springs along normal and tangents [N/m].
   pure real(c_double) function largest_stiffness(c, p, radius)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters
@@ -172,7 +172,7 @@ contains
     largest_stiffness = max(p(1), p(2))*merge(2*radius, pi*radius**2, c == 3)
   end function largest_stiffness
 
-  !> What is left of the stiffness, 1 of nearly all.
+  !> Share of the stiffness that the limit leaves; 1 for nearly all bonds.
   elemental real(c_double) function share_of(c, normal, tangential, radius, h, mass)
     integer(c_int32_t), intent(in) :: c                  !< components
     real(c_double), intent(in)     :: normal, tangential !< [Pa/m]
@@ -256,7 +256,7 @@ contains
     end do
   end subroutine cairn_law_parallel_bond_residual
 
-  !> Openings at the end of the step; what they stress beyond a strength is broken.
+  !> Openings at the end of the step; breaks bonds whose stress exceeds a strength.
   subroutine cairn_law_parallel_bond_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components
@@ -311,7 +311,7 @@ contains
     end do
   end subroutine stretched
 
-  !> Whether a stress reaches its strength.
+  !> True if a stress reaches its strength.
   pure logical function stressed(c, p, h, mass, s)
     integer(c_int32_t), intent(in) :: c    !< components
     real(c_double), intent(in)     :: p(*) !< parameters
@@ -327,8 +327,8 @@ contains
     stressed = tension >= p(3) .or. shear >= p(4)
   end function stressed
 
-  !> The velocity that impulse and velocity tell together. Springs that are stiff in a step open by less than a solver leaves to
-  !> velocities, and would break of that, or store it. Of what a velocity is off, 1/(1 + W h^2 K) is left.
+  !> Velocity consistent with both impulse and velocity. Springs that are stiff in a step open by less than the error of a solver,
+  !> which would break or load them. An error in velocity shrinks to 1/(1 + W h^2 K) of it.
   pure subroutine settle_velocity(c, p, h, mass, opened, r, was, u)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters
@@ -345,14 +345,14 @@ contains
     axes = merge(2, 3, c == 3)
     u(1) = u(1) + opened/h
     do k = 1, c
-      if (k > 1 .and. k <= axes .and. p(5) > 0 .and. r(1) > 0) cycle ! what friction bears is not known apart
+      if (k > 1 .and. k <= axes .and. p(5) > 0 .and. r(1) > 0) cycle ! the share of friction in the impulse is unknown
       heavy = merge(mass, mass*was(s_radius)**2, k <= axes)
       u(k) = u(k) - (r(k) + spring(k)*u(k) + pull(k))/(spring(k) + heavy)
     end do
     u(1) = u(1) - opened/h
   end subroutine settle_velocity
 
-  !> Of the springs; that of a bond that broke is spent.
+  !> Energy of the springs; a bond that breaks releases it.
   subroutine cairn_law_parallel_bond_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components
@@ -398,7 +398,7 @@ contains
     last = merge(1, 3, c == 3)
   end function last
 
-  !> Of each component [N/m, N m].
+  !> Stiffness of each component [N/m, N m].
   pure function stiffness(c, p, radius, h, mass) result(k)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters

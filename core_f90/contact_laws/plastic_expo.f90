@@ -1,11 +1,11 @@
-!> The cohesive zone of expo with an opening that stays, and a spring in series with it: LMGC90's EXPO_CZM_P, EXPO_CZM_SPRING and
+!> The cohesive zone of expo with a permanent opening, and a spring in series with it: LMGC90's EXPO_CZM_P, EXPO_CZM_SPRING and
 !> EXPO_CZM_SPRING_P.
-!> A share of the work is that of damage, the rest of an opening that stays: d = d_e + d_p, where the elastic part follows the curve
-!> of expo with the work w, and the whole opening one of the work w/share, so that past its begin d_e grows by the ratio of their
-!> rates of d's growth, d_p by the rest, along the opening. Unloading follows beta c to d_p; what closes further is pushed apart by
-!> the same springs as far as the sides.
-!> The spring of stiffness K S bears what the zone bears, the impulse of contact included: a compliance 1/(h^2 K S); under pressure
-!> it is what yields.
+!> A share of the work goes into damage, the rest into a permanent opening: d = d_e + d_p. The elastic part follows the curve of
+!> expo with the work w, the whole opening that of the work w/share. Past the onset d_e grows by the ratio of their rates with d,
+!> d_p by the rest, along the opening. Unloading follows beta c to d_p; the same springs resist further closure down to the
+!> surfaces.
+!> The spring of stiffness K S bears the whole impulse of the zone, contact included: a compliance 1/(h^2 K S); under pressure the
+!> spring yields.
 !> Parameters: those of expo as far as its rest; share; stiffnesses K of the spring [Pa/m]; pressure in the crack [Pa], its power,
 !> kinetic friction.
 module plastic_expo
@@ -25,7 +25,8 @@ module plastic_expo
   integer, parameter :: spring_n = first_own + 6, spring_t = first_own + 7
 contains
 
-  !> As expo; the spring's compliance, and what it has along the tangents. Where it yields, an overlap is its own.
+  !> Prepares as expo; adds the compliance of the spring and its tangential length. Where it yields, an overlap belongs to the
+  !> spring.
   subroutine cairn_law_plastic_expo_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -36,7 +37,7 @@ contains
     real(c_double), intent(inout)       :: state(n, *)      !< see cohesive_zone; the spring's length [m], along the tangents [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< [1/kg]
-    real(c_double), intent(out)         :: mu(n)            !< friction of what is broken [-]
+    real(c_double), intent(out)         :: mu(n)            !< friction of broken contacts [-]
     real(c_double), pointer, contiguous :: geometry(:, :)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
@@ -177,7 +178,7 @@ contains
     end if
   end subroutine opened
 
-  !> Damage, what stays, and what the spring has.
+  !> Damage, permanent opening, and length of the spring at the end of the step.
   subroutine cairn_law_plastic_expo_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components
@@ -258,7 +259,7 @@ contains
     state(i, s_slip + c + missed_behind:s_slip + 2*c) = went - slip
   end subroutine open_zone
 
-  !> Those of the zone, and of the spring.
+  !> Energy of the zone and of the spring.
   subroutine cairn_law_plastic_expo_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

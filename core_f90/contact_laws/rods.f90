@@ -1,9 +1,8 @@
-!> What rods and wires have in common (LMGC90's ELASTIC_ROD, VOIGT_ROD, ELASTIC_WIRE, VOIGT_WIRE, RIGID_WIRE, BRITTLE_ELASTIC_WIRE):
+!> Common part of rods and wires (LMGC90's ELASTIC_ROD, VOIGT_ROD, ELASTIC_WIRE, VOIGT_WIRE, RIGID_WIRE, BRITTLE_ELASTIC_WIRE):
 !> bodies that came in within `within` of each other, at a gap L, are joined along the normal by a force
 !>   N = E A/L (g - (1 + prestrain) L) + eta/L dg/dt,   g the gap at the end of the step,
-!> infinitely stiff where E A is infinite. A wire only pulls. Where N exceeds the strength it is gone from the next step on. Beside
-!> a
-!> wire, and where there is none, bodies obey Signorini-Coulomb.
+!> infinitely stiff where E A is infinite. A wire bears tension alone. If N exceeds the strength it is gone from the next step on.
+!> Beside a wire, and without one, bodies obey Signorini-Coulomb.
 !> Parameters: E A [N], prestrain, eta [N s], strength [N], friction, within [m].
 module rods
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
@@ -122,7 +121,7 @@ contains
     end do
   end subroutine rods_residual
 
-  !> What pulled more than its strength is gone.
+  !> Removes rods whose tension exceeded their strength.
   subroutine rods_commit(n, c, h, r, params, state)
     integer(c_int32_t), intent(in) :: n       !< contacts
     integer(c_int32_t), intent(in) :: c       !< components

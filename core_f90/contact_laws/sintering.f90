@@ -13,7 +13,7 @@ module sintering
   integer, parameter :: s_sound = 1, s_area = 2, s_gap = 3, s_dose = 4, s_seen = 5, states = 5
 contains
 
-  !> Parameters of mohr_coulomb: one friction of what is broken, whose kinetic one it asks a state for that is another here.
+  !> Parameters for mohr_coulomb, which reads a second friction if a state asks for it; that state has another meaning here.
   pure subroutine bond_of(n, params, bond)
     integer(c_int32_t), intent(in) :: n                  !< contacts
     real(c_double), intent(in)     :: params(n, own)     !< see laws.def

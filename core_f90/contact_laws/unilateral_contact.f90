@@ -1,6 +1,6 @@
-!> Signorini-Coulomb with what it may have beside: a static and a kinetic friction, Newton's restitution, a gap that counts from
-!> another place (shift), or from where the bodies came in, and overlap that is taken back in a step. LMGC90's IQS_DS_CLB,
-!> GAP_SGR_DS_CLB, VEL_SGR_DS_CLB, RST_DS_CLB, IQS_CLB_g0, GAP_SGR_CLB_g0, preGAP_SGR_CLB.
+!> Signorini-Coulomb with optional additions: static and kinetic friction, Newton's restitution, a gap measured from another place
+!> (shift) or from where the bodies came in, and recovery of overlap in a step. LMGC90's IQS_DS_CLB, GAP_SGR_DS_CLB, VEL_SGR_DS_CLB,
+!> RST_DS_CLB, IQS_CLB_g0, GAP_SGR_CLB_g0, preGAP_SGR_CLB.
 !> Parameters: friction, kinetic friction [-], shift [m], from_start, recovers, normal and tangential restitution [-], closing, see
 !> newton_restitution, within [m].
 module unilateral_contact
@@ -14,7 +14,7 @@ module unilateral_contact
   integer, parameter :: s_started = 1, s_first = 2, s_slides = 3
 contains
 
-  !> As a problem on Coulomb's cone, of g = gap + shift - first gap.
+  !> Local problem on Coulomb's cone, with g = gap + shift - first gap.
   subroutine cairn_law_unilateral_contact_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -50,7 +50,7 @@ contains
     end do
   end subroutine cairn_law_unilateral_contact_prepare
 
-  !> Whether it slid.
+  !> Records sliding.
   subroutine cairn_law_unilateral_contact_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components

@@ -10,7 +10,7 @@ module wear
   integer, parameter :: own = 3 !< parameters
 contains
 
-  !> As Signorini-Coulomb with the gap that wear left.
+  !> Local problem of Signorini-Coulomb, with the worn gap.
   subroutine cairn_law_wear_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components
@@ -18,7 +18,7 @@ contains
     real(c_double), intent(in)          :: gap(n)           !< [m]
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, own)   !< see laws.def
-    real(c_double), intent(inout)       :: state(n, 2)     !< depth worn [m]; what it took [m3]
+    real(c_double), intent(inout)       :: state(n, 2)     !< depth worn [m]; volume worn [m3]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< friction [-]
@@ -41,7 +41,7 @@ contains
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
     real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own) !< see laws.def
-    real(c_double), intent(inout)       :: state(n, 2)   !< depth worn [m]; what it took [m3]
+    real(c_double), intent(inout)       :: state(n, 2)   !< depth worn [m]; volume worn [m3]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: volume
     integer :: i

@@ -39,7 +39,7 @@ contains
     end do
   end subroutine cairn_law_wet_prepare
 
-  !> The attraction has stored -F depth; what it had is of the gap at detection, the end of the last step.
+  !> Energy: the attraction stores -F depth; its energy before is by the gap at detection, the end of the last step.
   subroutine cairn_law_wet_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

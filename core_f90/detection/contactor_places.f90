@@ -42,7 +42,7 @@ contains
       trouble = trouble + (centre(1, i) - centre(1, i)) + (centre(2, i) - centre(2, i)) + (centre(dim, i) - centre(dim, i))
     end do
     not_finite = -1
-    if (abs(trouble) <= 0) return ! false for what is no number
+    if (abs(trouble) <= 0) return ! a NaN compares false and goes on
     do i = last - 1, first, -1
       if (.not. all(ieee_is_finite(centre(:, i)))) not_finite = i
     end do

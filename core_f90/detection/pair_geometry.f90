@@ -62,8 +62,8 @@ contains
     end do
   end subroutine cairn_pair_gather
 
-  !> Puts those of a batch of contacts that count one after the other: gap within the margin, or declared. What is written
-  !> past them is for the next batch to write over: no branch that is mispredicted.
+  !> Compacts a batch of contacts to those that count: gap within the margin, or declared. Entries past these are overwritten by the
+  !> next batch, which avoids mispredicted branches.
   pure subroutine cairn_pair_keep(dim, n, a, b, image, centre, gap, normal, point, status, constant, margin, a_out, b_out, &
                                   image_out, feature_out, gap_out, normal_out, point_out, kept, refused) bind(c)
     integer(c_int32_t), value :: dim                    !< 2 or 3
@@ -84,7 +84,7 @@ contains
     real(c_double), intent(inout) :: point_out(dim, 0:n - 1) !< [m]
     integer(c_int32_t), intent(out) :: kept             !< how many count
     integer(c_int32_t), intent(out) :: refused          !< first of those that count and were refused, from 0 on; -1: none
-    integer, parameter :: some = 256 !< at a time: which of them count is found side by side
+    integer, parameter :: some = 256 !< block size of the branch-free selection
     integer(c_int32_t) :: counts(some), begin, i, j, k
     logical :: near
 

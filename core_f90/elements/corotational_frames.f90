@@ -1,10 +1,10 @@
 !> Bars and beams whose ends move and turn as far as they like: energy, forces and their exact derivatives, in space.
 !>
-!> Bars: a force by the change of length (corotational), or by Green's strain and the second stress of Piola and Kirchhoff (total
-!> Lagrangian). Beams: corotational (Crisfield 1990; Felippa & Haugen 2005), the linear beam of Przemieniecki 1968 in what the
-!> triads of their ends see: each end bends by the rotation vector from the chord to its triad, in the axes of this triad, and
-!> the beam twists by that part of the rotation between both triads which is about the axis (swing and twist). All of it are
-!> products of vectors that turn with the beam, so that rigid motions of any size are none to it.
+!> Bars: force by the change of length (corotational), or by Green's strain and the second Piola-Kirchhoff stress (total
+!> Lagrangian). Beams: corotational (Crisfield 1990; Felippa & Haugen 2005), with the linear beam of Przemieniecki (1968) in the
+!> frames of their ends. Each end bends by the rotation vector from the chord to its triad, in the axes of this triad; the beam
+!> twists by the part about the axis of the rotation between both triads (swing and twist). All of these are products of vectors
+!> that rotate with the beam, so that rigid motions of any size cause no strain.
 module corotational_frames
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   implicit none

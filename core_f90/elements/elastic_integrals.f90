@@ -48,9 +48,9 @@ contains
     end do
   end subroutine cairn_elastic_stress
 
-  !> Stiffness and mass of up to as many elements as there are lanes, side by side; wrong is set to 1 where a Jacobian is not
-  !> positive. As the elasticity is the same all over an element, the integral is that of products of gradients, from which each
-  !> block of the stiffness then takes what it needs.
+  !> Stiffness and mass of as many elements as there are SIMD lanes; wrong is set to 1 where a Jacobian is not positive. Elasticity
+  !> is uniform over an element, so only products of gradients are integrated; each block of the stiffness is then a combination of
+  !> these.
   pure subroutine integrate(dim, nodes, points, gradient, value, weight, n, x, density, elasticity, stiffness, mass, wrong)
     integer, intent(in)         :: dim, nodes, points
     real(c_double), intent(in)  :: gradient(dim, nodes, points) !< of the shape functions at the Gauss points, in the parent element

@@ -1,7 +1,7 @@
-!> Cells of small strains under Hooke's isotropic law, eight side by side in the order of SIMD. What their stiffness needs of the
-!> shape functions are the integrals G(i, j) of d N_a/dx_i d N_b/dx_j alone:
-!>   K(a i, b j) = lambda G(i, j) + mu G(j, i) + mu 1(i, j) tr G,
-!> of which the half below the diagonal is made.
+!> Cells of small strains under Hooke's isotropic law, eight side by side in SIMD lanes. Their stiffness depends on the shape
+!> functions through the integrals G(i, j) of d N_a/dx_i d N_b/dx_j alone:
+!>   K(a i, b j) = lambda G(i, j) + mu G(j, i) + mu 1(i, j) tr G;
+!> only the lower triangle is computed.
 module linear_cells
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   implicit none
@@ -106,7 +106,7 @@ contains
     end do
   end subroutine in_space
 
-  !> Of a point: its stress, what it adds to energy and forces.
+  !> Stress at a point, and its contributions to energy and forces.
   pure subroutine stresses(dim, nodes, d, volume, moved, lambda, shear, across, s, stored, pushed)
     integer, intent(in)           :: dim, nodes
     real(c_double), intent(in)    :: d(lanes, dim, nodes), volume(lanes), moved(lanes, dim, nodes), lambda, shear, across

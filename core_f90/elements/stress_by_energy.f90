@@ -1,6 +1,7 @@
-!> Stress over a step whose work is the change of the stored energy, to rounding (Gonzalez 2000): with C0, C1 at both ends,
+!> Energy-conserving stress (discrete gradient, Gonzalez 2000): its work over a step is the change of the stored energy to rounding.
+!> With C0, C1 at both ends,
 !>   S = S(C) + 2 (W1 - W0 - S(C):(C1 - C0)/2)/|C1 - C0|**2 (C1 - C0),   C = (C0 + C1)/2,   P = (F0 + F1)/2 S.
-!> Linear and angular momentum are kept as well. The law is asked at the upper triangle R with R'R = C.
+!> Linear and angular momentum are conserved as well. The law is evaluated at the upper triangle R with R'R = C.
 module stress_by_energy
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: inverse, beyond_one
@@ -34,8 +35,8 @@ contains
     end do
   end subroutine cairn_middle_stretch
 
-  !> From what a law gives at R the stress P of the step, and twice its derivative by F1, but for what is of a higher order of the
-  !> step and not symmetric.
+  !> Stress P of the step from the law's at R, and twice its derivative by F1, without terms that are unsymmetric and of higher
+  !> order in the step.
   pure subroutine cairn_stress_by_energy(n, begin, end, middle, energy_begin, energy_end, want, piola, tangent) bind(c)
     integer(c_int64_t), value     :: n                      !< points
     real(c_double), intent(in)    :: begin(3, 3, n)         !< F - 1 at the begin of the step [-]

@@ -1,6 +1,6 @@
-!> Energy that bodies gain and lose over a step of the theta-method, term by term.
-!> With a mean velocity v = (v- + v+)/2 the change of kinetic energy is M (v+ - v-).v exactly, whatever theta: potential and
-!> external work follow the displacement h (theta v+ + (1 - theta) v-), and what lies between the two is D_theta.
+!> Terms of the energy balance of bodies over a step of the theta-method.
+!> With a mean velocity v = (v- + v+)/2 the change of kinetic energy is M (v+ - v-).v exactly, at any theta. Potential and external
+!> work follow the displacement h (theta v+ + (1 - theta) v-); the difference between both is D_theta.
 module energy
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
    use linear_scheme, only: cairn_scheme, most_history
@@ -66,7 +66,7 @@ contains
          if (present(driven)) is_free = is_free .and. driven(i) == 0
       end function
 
-      !> What add_body does for weight alone. Written out: loops as short as these would cost more than their work.
+      !> The same as add_body for weight alone, unrolled: loops as short as these would cost more than their work.
       subroutine add_free_body(i)
          integer(c_int64_t), intent(in) :: i
          real(c_double) :: twice, gain, fall, turn
@@ -148,8 +148,8 @@ contains
          end do
       end subroutine
 
-      !> Displacement, momentum given by forces and taken by drag, and what the integrator dissipates, with a history. What is
-      !> driven keeps none: forces act on it for all of the step.
+      !> Displacement, momentum given by forces and taken by drag, and dissipation of the integrator, with a history. Driven dofs
+      !> have none: forces act on them for the whole step.
       subroutine add_history(i, j, held, inertial, forces, mean, moved, drag, given, lost)
          integer(c_int64_t), intent(in) :: i
          integer, intent(in) :: j

@@ -1,12 +1,12 @@
-!> What one-step integrators have in common: a step as a linear map, filled in by the kernel of each. With q, v at the start, a
-!> history a_2, a_3, ... of time derivatives of the displacement from the second on, and p the impulses of contacts,
+!> Common form of one-step integrators: a step as a linear map, filled in by the kernel of each. With q, v at the start, a history
+!> a_2, a_3, ... of time derivatives of the displacement from the second on, and p the impulses of contacts,
 !>   M (v1 - v - sum velocity_k a_k) = impulse (F - C v_f - K q_f) - damping C (v1 - v) - stiffness K (v1 - v) + H p,
 !>   q_f = q + elastic_velocity v + sum elastic_k a_k,   v_f = v + sum damping_history_k a_k,
 !>   F = end_share F1 + (1 - end_share) F0,
 !>   q1 = q + h (1 - share) v + sum position_k a_k + h share v1 + position_1/h M^-1 H p.
-!> An impulse of contacts is a jump of velocity: it is no part of the history, so that accelerations do not ring at a rate of 1/h
-!> (Chen, Acary, Virlez & Bruls 2013). The last term of q1 is that of theirs which gives a jump half of the step: what rests has
-!> M^-1 H p = -h a_2 and stays where it is to rounding, and the sum over steps of what is left where loads change has a bound.
+!> An impulse of contacts is a jump of velocity and no part of the history, so that accelerations do not ring at a rate of 1/h
+!> (Chen, Acary, Virlez & Bruls 2013). The last term of q1 is theirs; it gives a jump half of the step: a body at rest has M^-1 H p
+!> = -h a_2 and keeps its position to rounding, and the drift accumulated where loads change is bounded.
 !> With s = v1 - v - sum velocity_k a_k - M^-1 H p,
 !>   a_j at the end = sum update(j, k) a_k + gain_j s.
 module linear_scheme
@@ -90,7 +90,7 @@ contains
     s%histories = 1
   end function alpha_scheme
 
-  !> What a derivative of the history adds to the velocity without contacts, and takes from it by drag; not of driven dofs.
+  !> Adds a derivative of the history to the velocity without contacts, less its drag; driven dofs are skipped.
   pure subroutine cairn_history_velocity(nd, nb, scheme, k, derivative, inverse_mass, velocity_free, damping) bind(c)
     integer(c_int32_t), value      :: nd                             !< dofs of a body
     integer(c_int64_t), value      :: nb                             !< bodies
@@ -110,9 +110,9 @@ contains
     end do
   end subroutine cairn_history_velocity
 
-  !> s of rigid bodies: what forces and drag gave them, without contacts; of driven dofs nothing, and none of their history is
-  !> kept: derivatives that are found from given velocities ring without end once these jump, and grow by 1.7 to 3 a step of Gear.
-  !> What drives is an impulse, as that of contacts, and the way the mean of the velocities at both ends.
+  !> Smooth change of velocity s of rigid bodies: by forces and drag, without contacts. Driven dofs have none and keep no history:
+  !> derivatives of given velocities ring without end once these jump, and grow by 1.7 to 3 a step of Gear. A drive acts as an
+  !> impulse, like contacts, and its displacement follows the mean of the velocities at both ends.
   pure subroutine cairn_smooth_change(dim, nd, nb, scheme, gravity, mass, inertia, velocity_begin, velocity, change, &
                                       a2, a3, a4, a5, force, damping, driven) bind(c)
     integer(c_int32_t), value      :: dim                            !< 2 or 3
@@ -156,8 +156,8 @@ contains
     end do
   end subroutine cairn_smooth_change
 
-  !> Displacement of the step beside that of the velocities at its ends: of the history, and of the impulses of contacts, which
-  !> are what is left of the change of velocity.
+  !> Displacement of the step beyond that of the velocities at its ends: by the history, and by the impulses of contacts, found as
+  !> the remainder of the change of velocity.
   pure subroutine cairn_history_way(nd, nb, scheme, velocity_begin, velocity, change, way, a2, a3, a4, a5) bind(c)
     integer(c_int32_t), value      :: nd                             !< dofs of a body
     integer(c_int64_t), value      :: nb                             !< bodies

@@ -165,8 +165,8 @@ contains
       q = p/length(p)
    end subroutine
 
-   !> Bodies that keep their spin, side by side: their roots and quotients take a quarter of the time that they take one by one.
-   !> Squares are stored before they are summed where a compiler shall not join the two into one rounding.
+   !> Bodies with constant spin, in SIMD lanes: roots and quotients take a quarter of the time of single ones. Squares are stored
+   !> before they are summed where a compiler must not fuse both into a single rounding.
    pure subroutine rotate_with_spins(nb, time, n, who, velocity, rotation)
       integer(c_int64_t), intent(in) :: nb !< bodies
       real(c_double), intent(in) :: time !< [s]

@@ -164,7 +164,7 @@ contains
     if (present(terms)) terms = terms + part
   end subroutine cairn_verlet_end
 
-  !> Kinetic energy of what can be moved, as the balance of cairn_verlet_end has it.
+  !> Kinetic energy of movable dofs, as in the balance of cairn_verlet_end.
   pure function cairn_verlet_kinetic(nd, first, last, inverse_mass, velocity) result(energy) bind(c)
     integer(c_int32_t), value  :: nd                    !< dofs of a body
     integer(c_int64_t), value  :: first, last           !< bodies first to last - 1
@@ -181,7 +181,8 @@ contains
     end do
   end function cairn_verlet_kinetic
 
-  !> What the drive has to add so that a dof ends at a velocity: from where its forces led it, or against them if nothing moves it.
+  !> Impulse of a drive that gives a dof the wanted velocity: from its free velocity, or the reaction to its forces if its mass is
+  !> infinite.
   pure function drive_impulse(inverse_mass, free, wanted, pushed) result(impulse)
     real(c_double), intent(in) :: inverse_mass, free, wanted, pushed
     real(c_double) :: impulse

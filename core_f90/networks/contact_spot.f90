@@ -1,4 +1,4 @@
-!> What kernels of conductance read of a contact, and the spot through which it conducts.
+!> Contact quantities that kernels of conductance read, and the spot through which the contact conducts.
 module contact_spot
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none

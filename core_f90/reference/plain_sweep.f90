@@ -1,5 +1,5 @@
-!> The textbook's Gauss-Seidel on disks or spheres with Coulomb friction: one contact after the other, in their order, nothing
-!> stored but the impulse. Slow and plain: what batches are checked against, and the yardstick of their speed.
+!> Textbook Gauss-Seidel on disks or spheres with Coulomb friction: contacts in their order, with no stored data but the impulse.
+!> The reference for results and speed of batches.
 module plain_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

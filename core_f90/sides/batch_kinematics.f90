@@ -1,4 +1,5 @@
-!> What every solver does with a batch: read the relative velocity of its contacts, give their bodies a change of impulse.
+!> Kinematics of a batch, common to all solvers: relative velocities of its contacts, and changes of impulse applied to their
+!> bodies.
 module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
@@ -35,7 +36,7 @@ module batch_kinematics
   end type batch_view
 contains
 
-  !> A packed batch is unpacked into the end of the workspace: what is changed there does not come back.
+  !> Unpacks a packed batch into the end of the workspace; changes there are not written back.
   subroutine open_batch(batch, sides, work, view)
     type(cairn_batch), intent(in) :: batch      !< see cairn/core.h
     type(cairn_side), intent(in)  :: sides(0:*) !< rows of sides.def
@@ -48,7 +49,7 @@ contains
     view%n = n
     view%c = c
     view%numbers = merge(6, record_size, batch%velocities == 3)
-    ! of what does not move the velocity alone is read
+    ! for fixed sides the velocity alone is read
     view%width_a = merge(sides(batch%side_a)%width, record_size, batch%moves_a /= 0)
     view%width_b = merge(sides(batch%side_b)%width, record_size, batch%moves_b /= 0)
     call c_f_pointer(batch%body_a, view%body_a, [n])
@@ -187,7 +188,7 @@ contains
     if (associated(view%rope)) call load_ropes(view%contacts, view%velocities, view%rope_body, record, view%rope)
   end subroutine load_bodies
 
-  !> What impulses did to the velocities of sides on bodies with a reach.
+  !> Adds the effect of impulses to the velocities of sides on bodies with a reach.
   subroutine add_reaches(view, body, node, weight, spin, v)
     type(batch_view), intent(in)   :: view
     integer(c_int32_t), intent(in) :: body(view%n), node(view%n, mapping_nodes)
@@ -199,7 +200,7 @@ contains
       v(1, view%dim + 1))
   end subroutine add_reaches
 
-  !> What the far parts of ropes add to u_N: the velocity at which their ends leave their pulleys.
+  !> Contribution of the far parts of ropes to u_N: the velocity at which their ends leave their pulleys.
   subroutine load_ropes(contacts, k, body, record, rope)
     integer, intent(in)            :: contacts
     integer, intent(in)            :: k                            !< velocities of a record

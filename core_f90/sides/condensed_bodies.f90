@@ -325,7 +325,7 @@ contains
     end do
   end subroutine add_edge
 
-  !> What an impulse p on a node does to the velocities of all, columns of the compliance side by side.
+  !> Adds the effect of an impulse p on a node to the velocities of all nodes, by columns of the compliance.
   pure subroutine add_columns(dim, node, p, v, compliance)
     integer, intent(in)            :: dim
     integer(c_int32_t), intent(in) :: node             !< from 0
@@ -412,8 +412,8 @@ contains
     end do
   end subroutine delassus_turning
 
-  !> w = w - H_a' S H_b - H_b' S H_a of contacts whose sides rest on one body. Where they rest on the same node, too, what both
-  !> bear there cancels: the shares are taken from each other first, since of their squares rounding would be left, and motion.
+  !> w = w - H_a' S H_b - H_b' S H_a for contacts whose sides rest on the same body. On a common node both contributions cancel:
+  !> their weights are subtracted first, since the difference of squares would leave rounding, and thus motion.
   subroutine delassus_shared(n, contacts, c, dim, frame, body_a, body_b, node_a, node_b, weight_a, weight_b, condensed, w)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies

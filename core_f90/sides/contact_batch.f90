@@ -1,5 +1,5 @@
-!> What a solver sweeps over: batches of mutually independent contacts, and the kinds of side they rest on.
-!> The C twins of these types, with the meaning of every member, stand in cairn/core.h.
+!> Data of a solver's sweep: batches of mutually independent contacts, and the kinds of side they rest on. The C twins of these
+!> types, with the meaning of every member, are in cairn/core.h.
 module contact_batch
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_funptr
   use law_context, only: cairn_law_context

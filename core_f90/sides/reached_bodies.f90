@@ -1,8 +1,8 @@
-!> Bodies that deform whose compliance S between their contact nodes would fill the memory: S = unit Z' Z is kept by its factor,
-!> L Z = B' of A = L L' (entries of a unit are powers of two), of which a column has numbers along the way from its node to the root
-!> of the tree of factors alone (its reach, Gilbert & Peierls 1988). What impulses did so far stands in y = unit Z H r, by the order
-!> of elimination, beside velocities that they found: the velocity of a node is the sum of its own and Z' y, and an impulse adds
-!> to y along the reach of its nodes. Sweeps are those over S, up to rounding, whatever the body rests on.
+!> Deformable bodies whose compliance S between contact nodes would exceed the memory. S = unit Z' Z is kept by its factor, L Z = B'
+!> of A = L L' (entries of a unit are powers of two). A column of Z is nonzero only along the path from its node to the root of the
+!> elimination tree (its reach, Gilbert & Peierls 1988). The effect of impulses is accumulated in y = unit Z H r, in the order of
+!> elimination: the velocity of a node is its own plus Z' y, and an impulse adds to y along the reach of its nodes. Sweeps equal
+!> those over S up to rounding.
 module reached_bodies
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_ptr
   use contact_batch, only: cairn_condensed, cairn_reach, mapping_nodes
@@ -143,7 +143,7 @@ contains
     total = ((s(1) + s(5)) + (s(3) + s(7))) + ((s(2) + s(6)) + (s(4) + s(8)))
   end function by_eights
 
-  !> What an impulse p on a node does: y = y + unit Z p.
+  !> Adds an impulse p on a node: y = y + unit Z p.
   subroutine add_reached(dim, body, node, p)
     integer, intent(in)               :: dim
     type(cairn_condensed), intent(in) :: body

@@ -37,8 +37,8 @@ contains
     end do
   end subroutine load_records
 
-  !> record(k, body(i)) = v(i, k) of the velocities, which alone change; no two contacts share a body. The lines are in the first
-  !> cache, where load_records has them from: written one by one, three or six numbers cost less than columns turned into lines.
+  !> record(k, body(i)) = v(i, k) for the velocities only; no two contacts share a body. The records are still in the first-level
+  !> cache from load_records: scalar writes of three or six numbers cost less than a transposition.
   subroutine store_records(n, contacts, velocities, body, v, record)
     integer(c_int32_t), value     :: n                        !< contacts, dummies included
     integer(c_int32_t), value     :: contacts                 !< contacts that are not dummies
@@ -62,7 +62,7 @@ contains
   subroutine add_to_hub(n, velocities, change, record)
     integer(c_int32_t), value     :: n                     !< contacts
     integer(c_int32_t), value     :: velocities            !< numbers of a record that are velocities
-    real(c_double), intent(in)    :: change(n, velocities) !< what each contact adds
+    real(c_double), intent(in)    :: change(n, velocities) !< change by each contact
     real(c_double), intent(inout) :: record(velocities)    !< velocity of the hub
     real(c_double) :: total
     integer :: i, k

@@ -131,7 +131,7 @@ contains
     if (present(terms)) terms = terms + part
   end subroutine cairn_gear_correct
 
-  !> What derivatives of the history add to the velocity until the middle of the step.
+  !> Contributions of derivatives of the history to the velocity at the middle of the step.
   pure function to_the_middle(h) result(factor)
     real(c_double), intent(in) :: h !< step [s]
     real(c_double) :: factor(most_history)

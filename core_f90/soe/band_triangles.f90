@@ -1,5 +1,5 @@
 !> Solutions with the Cholesky factor of a banded matrix, right sides eight side by side (the lanes) or alone. Each lane sees the
-!> same operations in the same order, whatever stands beside it.
+!> same operations in the same order, independent of the other lanes.
 module band_triangles
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

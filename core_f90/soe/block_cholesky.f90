@@ -1,6 +1,6 @@
-!> Factors L L' of a sparse symmetric matrix by dense blocks of columns, whose pattern is known: each block takes what earlier
-!> ones do to its columns, then is factorised by itself. No library of dense algebra is asked, whose speed differs by ten
-!> between one installation and the next.
+!> Factors L L' of a sparse symmetric matrix with a known pattern, by dense blocks of columns: each block subtracts the products of
+!> earlier ones, then is factorised by itself (supernodal Cholesky). No BLAS is called, since its speed differs tenfold between
+!> installations.
 module block_cholesky
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   use dense_products, only: take_block, take_one
@@ -128,7 +128,7 @@ contains
     failed = 0
     do k = 1, columns, beside
       end = min(k + beside - 1, columns)
-      do from = k, rows, at_once ! what columns before these do to them
+      do from = k, rows, at_once ! products of earlier columns
         to = min(rows, from + at_once - 1)
         do p = 1, k - 1, 8
           call take_block(to - from + 1, min(end, to) - k + 1, rows, l(from, p), rows, l(k, p), rows, l(from, k))

@@ -1,5 +1,5 @@
-!> Solutions with the triangles of a factorised sparse matrix, by columns or by dense blocks of columns. Right sides go eight
-!> side by side (the lanes) or alone; each lane sees the same operations in the same order, whatever stands beside it.
+!> Solutions with the triangles of a factorised sparse matrix, by columns or by dense blocks of columns. Right sides go eight side
+!> by side (the lanes) or alone; each lane sees the same operations in the same order, independent of the other lanes.
 module column_triangles
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

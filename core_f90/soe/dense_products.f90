@@ -1,5 +1,5 @@
-!> Products that factors of blocks of columns are made of, by eight terms at a time: four columns take four terms together, which
-!> halves what is fetched. An entry sees its terms one after the other, whatever stands beside it.
+!> Products within factors of blocks of columns, by eight terms at a time: four columns take four terms together, which halves the
+!> memory traffic. Terms of an entry are added in a fixed order, independent of the other entries.
 module dense_products
   use, intrinsic :: iso_c_binding, only: c_int64_t, c_double
   implicit none

@@ -1,6 +1,7 @@
 !> Solutions with the factor L of a sparse symmetric matrix for unit right sides, and their products, which are entries of the
-!> inverse. Right sides stand side by side (the lanes). Each lane, and each product of two, sees the same operations in the
-!> same order whatever stands beside it: terms are taken by eight columns of a block, which begin at a multiple of eight.
+!> inverse (selected inversion). Right sides are side by side (the lanes). Each lane, and each product of two, sees the same
+!> operations in the same order, independent of the others: terms are taken by eight columns of a block, which begin at a multiple
+!> of eight.
 module unit_fronts
   use, intrinsic :: iso_c_binding, only: c_int64_t, c_double
   use dense_products, only: take_block, take_one
@@ -10,7 +11,7 @@ module unit_fronts
   integer(c_int64_t), parameter :: at_once = 16 !< columns that stay in the nearest memory while their terms go by
 contains
 
-  !> L y = y of one block of columns, and what that takes off the rows below it.
+  !> Forward substitution L y = y of a block of columns, and its subtraction from the rows below.
   pure subroutine cairn_unit_front(lanes, leading, rows, columns, from, l, y) bind(c)
     integer(c_int64_t), value     :: lanes
     integer(c_int64_t), value     :: leading

@@ -10,7 +10,7 @@ extern "C" {
 
 int64_t cairn_simulation_contacts(const cairn_simulation* simulation) {
   if (!simulation) return 0;
-  // smooth contacts are placed where bodies are, which changes nothing of what the simulation does
+  // smooth contacts are first placed at the bodies, without effect on the simulation, hence the const_cast
   return cairn::contacts_to_read(const_cast<cairn_simulation*>(simulation)->simulation);
 }
 

@@ -1,4 +1,4 @@
-// The C API of deformable bodies (cairn/cairn.h): their matrices or elements, what of them touches, loads, results.
+// The C API of deformable bodies (cairn/cairn.h): their matrices or elements, their contact surface, loads, results.
 #include <algorithm>
 #include <cmath>
 
@@ -131,7 +131,7 @@ int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_
     try {
       mesh->draft.add_solid(element, counted(n), node, material, given, {values, given.size()}, density, kinematics,
                             plane, mean_dilatation != 0, thickness);
-      mesh->draft.bulk(); // refuses what does not fit together
+      mesh->draft.bulk(); // throws Error if the cells contradict each other
     } catch (...) {
       mesh->draft.cells.resize(cells);
       throw;
@@ -161,7 +161,7 @@ int32_t cairn_mesh_set_initial_stress(cairn_mesh* mesh, int64_t n, const double*
     try {
       d.set_initial_stress(n, stress);
       std::vector<double> force;
-      if (!d.bulk()) d.initial_force(force); // refuses what its material does not bear
+      if (!d.bulk()) d.initial_force(force); // throws Error if the material cannot have this stress
     } catch (...) {
       d.cells = before;
       throw;

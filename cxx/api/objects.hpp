@@ -1,4 +1,4 @@
-// What the files of the C API share: the objects behind the handles, and how what is thrown becomes a code.
+// Common parts of the C API: the objects behind the handles, and the conversion of exceptions to codes.
 #pragma once
 #include <atomic>
 #include <cmath>
@@ -20,7 +20,7 @@
 #include "../strategies/transforms.hpp"
 #include "cairn/cairn.h"
 
-// Materials, and what is known of pairs of them.
+// Materials and the rules between pairs of them.
 struct cairn_matter {
   // By numbers of materials, -1 and -1 for all, or by words where these are given.
   struct Rule {
@@ -47,8 +47,8 @@ struct cairn_scene {
 struct cairn_simulation {
   explicit cairn_simulation(cairn::Simulation made) : simulation(std::move(made)) {}
   cairn::Simulation simulation;
-  // What it is at: laws and bodies of the program are called while a step is made, and may look at it alone; its
-  // function of cairn_simulation_before_parts may give loads, too.
+  // Present activity. While a step is made, it calls laws and bodies of the program, which may only read; the function
+  // of cairn_simulation_before_parts may give loads, too.
   enum Work { nothing, step, loads };
   std::atomic<int> work{nothing};
   cairn::Transforms transforms{};
@@ -75,7 +75,7 @@ inline int32_t failed(cairn_error* error, int32_t code, const char* message) {
   return code;
 }
 
-// Runs body(); what it throws becomes a code and a message.
+// Runs body(); an exception becomes a code and a message.
 template <class Body>
 int32_t guarded(cairn_error* error, Body&& body) {
   try {
@@ -145,7 +145,7 @@ inline void check_speed(const char* name, const double* values, std::int64_t n) 
       throw cairn::Error(std::string(name) + "[" + std::to_string(i) + "]: " + cairn::too_fast);
 }
 
-// A text into room for `capacity` characters with the nought behind it; what does not fit is left out.
+// Copies a text, cut to `capacity` characters with the terminating nought.
 inline void copy_text(const std::string& from, std::int64_t capacity, char* text) {
   if (capacity < 1) throw Error("capacity is " + std::to_string(capacity) + "; a text needs room for 1 character");
   require(text, "text");

@@ -54,7 +54,7 @@ std::int32_t add_material(cairn_scene& scene, const char* name, const std::strin
   return std::int32_t(scene.matter.materials.size()) - 1;
 }
 
-// Whether a group is that of the nodes of a mesh, or of its sides.
+// True if a group is that of the nodes of a mesh; of_sides: of its sides.
 bool of_nodes(const cairn_matter& matter, const std::string& group) {
   return std::find(matter.meshes.begin(), matter.meshes.end(), group) != matter.meshes.end();
 }

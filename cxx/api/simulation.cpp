@@ -1,4 +1,4 @@
-// The C API of simulations (cairn/cairn.h): steps, options by name, what is read and changed between steps.
+// The C API of simulations (cairn/cairn.h): steps, options by name, reads and changes between steps.
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -51,7 +51,7 @@ private:
   std::vector<cairn::CalledForces*> taken_;
 };
 
-// change(strategy) of the one in use; what throws leaves it as it was.
+// Calls change(strategy) on a copy of the one in use, which stays as it was if that throws.
 template <class Change>
 void change_option(cairn_simulation& s, Change&& change) {
   auto changed = s.simulation.strategy().fresh();
@@ -157,7 +157,7 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     made->fingerprint = cairn::fingerprint(made->simulation.scene);
     GivenForces given;
     for (cairn::MeshModel mesh : scene->meshes) {
-      if (mesh.bulk) { // what it keeps is of one simulation
+      if (mesh.bulk) { // history variables belong to a single simulation
         mesh.bulk->mesh = mesh.name;
         mesh.bulk = given.of(mesh.bulk);
       }
@@ -380,8 +380,8 @@ int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* 
     require(simulation, "simulation");
     require(term, "term");
     require(value, "value");
-    // before the first step bodies are looked at, which changes nothing of what the simulation does; not within it,
-    // where they are asked for their forces already
+    // before the first step the energy is measured from the bodies, without effect on the simulation; not within a
+    // step, in which bodies are already asked for their forces
     const cairn::Energy energy = simulation->work == cairn_simulation::nothing
                                      ? cairn::told_energy(const_cast<cairn_simulation*>(simulation)->simulation)
                                      : simulation->simulation.energy;

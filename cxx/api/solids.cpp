@@ -1,5 +1,4 @@
-// The C API of what deformable bodies have beside matrices and cells: rigid parts, ties, pressures that follow, results
-// of cells.
+// The C API of deformable bodies beyond matrices and cells: rigid parts, ties, pressures that follow, results of cells.
 #include <algorithm>
 #include <cmath>
 

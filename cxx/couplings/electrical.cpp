@@ -62,11 +62,11 @@ void Network::advance_potential(Simulation& s, double h, const Network* thermal)
   settle_current(s, h + flown, potential_);
 }
 
-// What comes in, goes out and is dissipated.
+// Totals of the step: currents in and out, and dissipation.
 void Network::settle_current(const Simulation& s, double h, const std::vector<double>& x) {
   const Candidates& c = s.candidates;
   const std::size_t n = x.size();
-  x_.assign(n, 0.0); // what each body sends out
+  x_.assign(n, 0.0); // net current out of each body [A]
   double dissipated = 0;
   for (std::size_t e = 0; e < a_.size(); ++e) {
     x_[a_[e]] += through_[e];

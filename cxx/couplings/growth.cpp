@@ -27,7 +27,7 @@ void Network::separate_hulls(Scene& scene) {
   }
 }
 
-// Ends of joints are of what their body is made of.
+// Material of a contactor; the end of a joint has that of its body.
 const NetworkMaterial& Network::material_at(const Scene& scene, std::int64_t contactor) const {
   static const NetworkMaterial none;
   const auto material = std::size_t(*scene.contactors.material[contactor]);
@@ -152,7 +152,7 @@ void move_point(int dim, double factor, double expansion, const double* from, co
   }
 }
 
-// Whether the law of two contactors holds them fast: slips and turns too.
+// True if the law of two contactors is a full bond: no slip or rotation, either.
 bool holds_fast(const Simulation& s, std::int32_t a, std::int32_t b) {
   const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
   if (entry < 0) return false;
@@ -210,7 +210,7 @@ void Network::move_anchors(Simulation& s) const {
     for (int d = 0; d < dim; ++d) slip[d] = of_a[d] - of_b[d];
     to_body_axes(bodies, dim, *k.body[b], slip, slip);
     std::copy_n(anchor.normal, 3, normal);
-    if (fast) { // what is held fast has no slip that could tell: its point goes along
+    if (fast) { // a full bond has no slip to measure: its anchor moves along
       for (int d = 0; d < dim; ++d) along += slip[d] * normal[d];
       for (int d = 0; d < dim; ++d) anchor.b[d] += slip[d] - along * normal[d];
       continue;
@@ -292,7 +292,7 @@ double Network::coupling(const Simulation& s) const {
   return worst;
 }
 
-// What thermal stress does to meshes: forces on their nodes, or free strains that their materials see.
+// Thermal stress of meshes: forces on their nodes, or free strains that their materials see.
 void Network::load_meshes(Simulation& s) {
   const double* all = seen(values_of(s.scene.bodies.temperature, s.scene.nodes.temperature, warm_));
   for (const ThermalStress& from : stresses) {

@@ -1,4 +1,4 @@
-// What the contacts of a step give to the branches of a network.
+// Branches of a network from the contacts of a step.
 #include "../networks/network.hpp"
 
 #include <algorithm>
@@ -59,7 +59,7 @@ double NetworkMaterial::enthalpy_slope(double t) const {
   return capacity.at(t) + (latent > 0 && t >= melts && t < molten ? latent / (molten - melts) : 0);
 }
 
-// What belongs to bodies, when their order changed.
+// Data of bodies, renewed when their order changes.
 void Network::place(const Simulation& s) {
   const Bodies& b = s.scene.bodies;
   const Contactors& k = s.scene.contactors;
@@ -94,7 +94,7 @@ void Network::place(const Simulation& s) {
   }
 }
 
-// What draws two bodies presses their spot beside what their impulse says.
+// Adds the capillary attraction to the contact force, since it presses the spot as well.
 void Network::attract(const Simulation& s) {
   bool any = false;
   for (int e = 0; e < s.laws.entries(); ++e) any |= s.laws.entry(e).law == Law::wet;
@@ -120,7 +120,7 @@ void Network::gather(Simulation& s, double h) {
   attract(s);
   for (std::size_t i = 0; i < n; ++i) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    // of balls alone: bars touch along their sides, and what a hull has for a radius is that of a ball round it
+    // for balls alone: bars touch along their sides, and the radius of a hull is that of its bounding ball
     const auto curvature = [&](std::int32_t at) {
       const double r = *k.radius[at];
       const auto& shape = info(Shape(*k.shape[at]));
@@ -185,7 +185,7 @@ void Network::conduct(const Simulation& s, const double* temperature, std::vecto
     if (!(out[i] >= 0) || materials[*k.material[c.contactor_a[i]]].joint) out[i] = 0;
 }
 
-// Of a value per unknown that of what carries a contactor; in the middle of one that is mapped from nodes.
+// Value of the body that carries a contactor; value: per unknown; for a mesh contactor the mean over its nodes.
 double value_at(const Simulation& s, const double* value, std::int32_t contactor) {
   const std::int32_t body = *s.scene.contactors.body[contactor];
   if (body >= 0) return value[body];

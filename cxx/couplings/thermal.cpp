@@ -1,5 +1,5 @@
-// Temperatures of a step: d(enthalpy)/dt = what comes over branches, from sources and from contacts, by the
-// theta-method. Heat goes from the residual into the balance, so that what closes is the equation itself.
+// Temperatures of a step: d(enthalpy)/dt = heat over branches, from sources and from contacts, by the theta-method. The
+// balance takes heat from the residual, so that it closes to the residual of the equation itself.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -78,12 +78,12 @@ void Network::keep_impact_heat(Simulation& s) {
     if (std::abs(contact_heat_[i]) > 0) owed_.emplace_back(*s.scene.bodies.id[std::int64_t(i)], contact_heat_[i]);
 }
 
-// Flows out of each body over branches and to what is outside, at temperatures in two parts; positive out.
+// Adds heat flows out of each body over its branches [W]; positive out. Temperatures come in two parts, high and low.
 static void add_branches(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b,
                          const std::vector<double>& value, const std::vector<double>& t, const std::vector<double>& low,
                          std::vector<double>& out) {
   for (std::size_t e = 0; e < value.size(); ++e) {
-    if (std::isinf(value[e])) continue; // what joins perfectly has one temperature: see join_perfectly
+    if (std::isinf(value[e])) continue; // infinite conductance: both ends have one temperature, see join_perfectly
     const double q = value[e] * ((t[a[e]] - t[b[e]]) + (low[a[e]] - low[b[e]]));
     out[a[e]] += q;
     out[b[e]] -= q;
@@ -120,7 +120,7 @@ void Network::begin_heat(const Simulation& s) {
   }
 }
 
-// source_: what is left over of each body's equation at now_ [W]; returns the largest against the largest flow.
+// source_: residual of the equation of each body at now_ [W]; returns the largest relative to the largest flow.
 double Network::heat_residual(double h) {
   const auto n = source_.size();
   const double late = steady ? 1 : theta, early = 1 - late;
@@ -164,8 +164,8 @@ double Network::heat_residual(double h) {
   return largest > 0 ? worst / largest : 0;
 }
 
-// Bodies that perfect conductors join have one temperature from the begin of the step on: that of one that is held,
-// else the mean by what they store. Increments keep it so. False if two of them are held at different ones.
+// Gives bodies joined by perfect conductors a common temperature from the begin of the step on: that of a held body,
+// else the mean weighted by heat capacity. Increments preserve it. False if two held temperatures differ.
 bool Network::join_perfectly() {
   bool possible = true;
   const auto root = [&](std::int32_t i) {
@@ -203,7 +203,7 @@ bool Network::join_perfectly() {
   return possible;
 }
 
-// Through perfect conductors flows what their ends are short of.
+// Distributes heat flows over perfect conductors such that the balance closes at their ends.
 void Network::share_perfectly(double h) {
   if (joined_.empty()) return;
   slopes(h);
@@ -336,7 +336,7 @@ void Network::settle_heat(Simulation& s, double h) {
     step.stored += kept;
     step.given += h * given_[i];
     contact += contact_heat_[i];
-    step.held += held; // what it must be given besides
+    step.held += held; // heat that keeps the held temperature
     step.in_play += std::abs(kept) + h * std::abs(given_[i]) + std::abs(contact_heat_[i]) + std::abs(held);
   }
   for (std::size_t j = 0; j < sources.size(); ++j)

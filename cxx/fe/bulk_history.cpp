@@ -1,4 +1,4 @@
-// What stresses of a mesh of solids tell of themselves, and what they keep from step to step.
+// Descriptions and history variables of the stresses of a mesh of solids.
 #include "bulk_model.hpp"
 
 #include <algorithm>

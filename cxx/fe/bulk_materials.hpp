@@ -34,9 +34,9 @@ struct BulkMaterialInfo {
   std::vector<std::string> state;
   bool symmetric = true;
   cairn_bulk_material* kernel = nullptr;
-  // Of a user's library: as many parameters as are given, its own states beside those that the call itself needs.
+  // Routine of a user's library; takes any number of parameters, and states of its own beside those of the call.
   UmatRoutine* umat = nullptr;
-  bool plane_stress = false; // it is written for that: two direct stresses, and the strain across is its own to find
+  bool plane_stress = false; // routine for plane stress: two direct stresses; finds the strain across
   double time_limit = 0;     // of a call in a process of its own [s]; 0: it is called in this one
   std::string library;
 };

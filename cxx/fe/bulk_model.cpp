@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t lanes = 8;              // cells that cairn_linear_cells takes side by side
 constexpr std::int64_t chunk = 16 * bulk_tile; // cells that threads share before their matrices are added
 
-// Whether the stiffness is that of Hooke's isotropic law whatever the displacements.
+// True if the stiffness is that of Hooke's isotropic law at any displacement.
 bool is_linear(const BulkCells& c) {
   return c.kinematics == Kinematics::small && !c.mean_dilatation && c.material->name == "isotropic_elastic" &&
          !(c.element->dim == 2 && c.plane == Plane::axisymmetric);
@@ -157,7 +157,7 @@ void BulkModel::fit_once(std::span<const std::int64_t> start, std::span<const st
   row_.swap(lower.row);
 }
 
-// Of gradients in h_bar; where nodes swell the material sees what is beyond that.
+// Stress from the displacement gradients in h_bar; where nodes swell the material sees the remainder beyond that.
 void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                    bool want, Work& w) {
   if (swelling.empty()) return from_start_at_points(block, first, n, h, theta, want, w);
@@ -169,7 +169,7 @@ void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::i
                       w.energy.data(), w.dissipated.data());
 }
 
-// Of gradients in h_bar as the law sees them.
+// Calls the law for the gradients in h_bar.
 void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                               Work& w) {
   const BulkCells& c = cells_[block];
@@ -200,9 +200,9 @@ void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_
 
 namespace {
 
-// Strains across the thickness go where Newton's method has led from those before, or, where that leaves what lies
-// between a pressed and a pulled one, or takes long, to the middle of these: laws whose slope leaps at yield would send
-// it to and fro.
+// Safeguards Newton's method for the strain across the thickness: where an iterate leaves the bracket between a
+// compressed and a stretched one, or convergence is slow, it takes the middle of the bracket. Otherwise laws whose
+// slope jumps at yield would make it oscillate.
 void keep_between(int pass, std::int64_t points, const double* stress, double* strain, BulkAcross& a) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   constexpr int quick = 10;
@@ -318,8 +318,8 @@ bool BulkModel::find_gradients(std::size_t block, std::int64_t n, Work& w) {
   return std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
 }
 
-// Of cells whose gradients at the end are known: energies at both ends, then the stress and its derivative over the
-// step. Where strains are small it is that of their mean.
+// Stress by a discrete gradient for cells with known gradients at the end: energies at both ends, then the stress and
+// its derivative over the step. Where strains are small it is that of their mean.
 void BulkModel::stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& w) {
   const std::int64_t points = n * cells_[block].element->bulk_points;
   const auto size = std::size_t(points);

@@ -18,7 +18,7 @@ namespace cairn {
 enum class Kinematics { small, corotational, total_lagrangian, logarithmic }; // as cairn_strain_measure counts them
 enum class Plane { strain, stress, axisymmetric };
 
-// Cells of one element and one material.
+// Cells with a common element and material.
 struct BulkCells {
   const ElementInfo* element = nullptr;
   const BulkMaterialInfo* material = nullptr;
@@ -28,7 +28,8 @@ struct BulkCells {
   bool mean_dilatation = false;
   double thickness = 1;           // [m]
   std::vector<std::int32_t> node; // (nodes, cells)
-  // True stress before the body moves (6, points, cells), 11 22 33 12 13 23 [Pa]; empty: none.
+  // True stress before the body moves (6, points, cells) [Pa], components in Voigt order of the scene's axes (xx yy zz
+  // xy xz yz); empty: none.
   std::vector<double> initial_stress;
   std::int64_t count() const { return std::int64_t(node.size()) / element->nodes; }
 };
@@ -82,16 +83,16 @@ private:
   std::int64_t first_not_by_energy() const;
   struct Block {
     std::vector<double> value, gradient, weight; // of the shape functions at the points
-    // (nodes (nodes + 1) / 2, cells) of pairs of nodes, the first row of the later one in the first column of the
-    // earlier one; -1 - entry where the later one stands before the other in the cell
+    // (nodes (nodes + 1) / 2, cells): index into the lower triangle of the entry of each pair of nodes, first row of
+    // the later node in the first column of the earlier; -1 - entry where their order in the cell is reversed
     std::vector<std::int32_t> entry;
     std::int64_t first_state = 0, first_stress = 0;
     int states = 0;
-    bool silent = false;         // a routine of a user that has told no energy so far, stored or spent
+    bool silent = false;         // user's routine that has so far returned no energy, stored or dissipated
     std::vector<double> stretch; // (3, 3, points, cells) U0 - 1 at which the law has the initial stress; empty: none
   };
   struct Work;  // of a thread
-  struct Step { // what an evaluation was asked for
+  struct Step { // arguments of an evaluation
     const double *u, *begin;
     double h, theta;
     bool want;

@@ -3,7 +3,7 @@
 
 namespace cairn {
 
-// What an evaluation found. fault: 0 none, else of the first cell that has one; see cairn_bulk_material.
+// Result of an evaluation. fault: 0 none, else that of the first faulty cell; see cairn_bulk_material.
 struct BulkResult {
   int fault = 0;
   std::int64_t cell = -1, block = -1;

@@ -1,4 +1,4 @@
-// What a thread keeps of the points of some cells while their stresses are found.
+// Work arrays of a thread at the Gauss points of some cells while their stresses are found.
 #pragma once
 #include <algorithm>
 
@@ -19,7 +19,7 @@ inline std::int32_t mean_of(const BulkCells& c) {
   return (c.kinematics == Kinematics::small ? 1 : 2) + (linear_dilatation(c) ? 2 : 0);
 }
 
-// Of points, strains across the thickness: of the pass before, and those between which none has a stress.
+// Strain across the thickness at points: of the pass before, and the bracket that Newton's method has found.
 struct BulkAcross {
   Array<double> before, pressed, pulled;
 };

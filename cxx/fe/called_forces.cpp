@@ -92,7 +92,7 @@ std::string CalledForces::complaint() const {
   return text && *text ? ": " + std::string(text) : std::string();
 }
 
-// What another code throws names the mesh.
+// Adds the name of the mesh to exceptions of another code.
 template <class Call>
 void CalledForces::guarded(const char* what, const Call& call) const {
   try {
@@ -148,7 +148,7 @@ void CalledForces::add(const double* value, double* to) const {
 
 BulkResult CalledForces::evaluate(const MeshMotion& at, double* force, double* tangent) {
   if (!broken_.empty()) throw Error("the mesh '" + mesh + "': " + broken_);
-  constexpr double none = std::numeric_limits<double>::quiet_NaN(); // what is not written is found
+  constexpr double none = std::numeric_limits<double>::quiet_NaN(); // marks entries that were not written
   double energy = none, dissipated = none;
   std::fill_n(force, pattern_.n, none);
   if (tangent) std::fill(value_.begin(), value_.end(), none);
@@ -232,7 +232,7 @@ void CalledForces::commit() {
               "; the step stands, and what the code keeps of it is not known: go back to a checkpoint");
 }
 
-// In the course of another error: what fails here is told by the next call.
+// Called while another error propagates: a failure here is reported by the next call.
 void CalledForces::rollback() {
   if (!calls_.rollback) return;
   try {

@@ -15,7 +15,7 @@ public:
   // Calls whose context is at the start of its history, a new one for each simulation.
   using Open = std::function<cairn_body_calls()>;
   // from: who gives the forces ("librubber.so: rubber"). pattern of the tangent: a lower triangle, or all entries, of
-  // which the symmetric part counts. Throws Error naming what does not fit.
+  // which the symmetric part counts. Throws Error naming the mismatch.
   static std::shared_ptr<CalledForces> make(std::string from, int dim, SparseMatrix pattern, Open open);
   static std::shared_ptr<CalledForces> make(std::string from, int dim, SparseMatrix pattern,
                                             const cairn_body_calls& calls);

@@ -1,6 +1,6 @@
-// Damage that all points of a cell share, where shape functions are of second order: strains vary over such a cell, so
-// that points of their own would soften one after the other, some of them never, and a crack would take less or more
-// than its energy.
+// Damage common to all points of a cell with quadratic shape functions. Strains vary over such a cell: with damage of
+// their own, points would soften one after the other, some of them never, and the fracture energy of a crack would be
+// wrong.
 #include <algorithm>
 
 #include "bulk_model.hpp"
@@ -13,7 +13,7 @@ bool BulkModel::one_damage(std::size_t block) const {
   return cells_[block].element->order > 1 && cells_[block].material->name == "isotropic_damage";
 }
 
-// As the kernel of the material, of strains that were measured.
+// Stress of the damaged material from the measured strains; arguments as in the kernel of the material.
 void BulkModel::damage_cells(std::size_t block, std::int64_t first, std::int64_t n, Work& w) {
   const BulkCells& c = cells_[block];
   const Block& b = blocks_[block];
@@ -24,7 +24,8 @@ void BulkModel::damage_cells(std::size_t block, std::int64_t first, std::int64_t
                     w.growth.data(), w.energy.data(), w.dissipated.data(), w.status.data());
 }
 
-// What damage adds to the stiffness of cells whose forces are known: it grows with the strains of all of their points.
+// Adds the derivative of damage to the stiffness of cells whose forces are known: damage depends on the strains of all
+// points of the cell.
 void BulkModel::add_growth_of_damage(std::size_t block, std::int64_t n, Work& w, const double* force,
                                      double* stiffness) const {
   const BulkCells& c = cells_[block];

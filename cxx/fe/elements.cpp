@@ -1,4 +1,4 @@
-// What elements have besides their kernels: sides that can touch, lumped masses.
+// Contact sides and lumped masses of elements.
 #include "elements.hpp"
 
 #include <algorithm>
@@ -41,8 +41,8 @@ std::int32_t middle_of(std::int32_t corners, std::int32_t a, std::int32_t b) {
   return -1;
 }
 
-// Each corner with the middles beside it, and what is left between the middles; about the middle of the face if it has
-// a node.
+// Cuts each face into a piece at each corner, with the midside nodes beside it, and a remainder between the midside
+// nodes; into pieces about the middle of the face if it has a node.
 Sides cut(const Sides& faces, std::int32_t corners, const std::vector<std::int32_t>& face_middle) {
   Sides out;
   for (std::size_t f = 0; f < faces.size(); ++f) {

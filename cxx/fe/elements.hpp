@@ -38,8 +38,8 @@ struct ElementShape {
 // triangle, in the last two of an edge. Those of second order are cut along their middle nodes into flat ones.
 using CellSide = std::array<std::int32_t, 4>;
 const std::vector<CellSide>& sides_of(const ElementInfo& e);
-// A side as a whole, in the order of its shape functions: corners, the middles of edges, the middle; and what it is cut
-// into.
+// A whole side, its nodes in the order of its shape functions (corners, midside nodes, centre), and the pieces it is
+// cut into.
 struct WholeSide {
   std::vector<std::int32_t> node;
   std::vector<CellSide> pieces;

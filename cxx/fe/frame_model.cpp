@@ -432,7 +432,7 @@ BulkResult FrameModel::evaluate(const MeshMotion& at, double* force, double* tan
   return out;
 }
 
-// Of displacements alone, what rotations follow taken off: K_uu - K_ur K_rr^-1 K_ru.
+// Adds the tangent by static condensation of the rotations: K_uu - K_ur K_rr^-1 K_ru.
 void FrameModel::add_tangent(double* tangent) {
   const std::size_t dim = std::size_t(of_.dim), each = of_.beams ? 9 : 3, dofs = of_.reference.size();
   const std::size_t turns = dim == 2 ? 1 : 3, first_axis = dim == 2 ? 2 : 0;

@@ -29,11 +29,11 @@ class FrameModel final : public InternalForces {
 public:
   // Throws Error, naming the cell.
   explicit FrameModel(FrameCells cells);
-  // Lower triangle of what they couple, and the diagonal; values zero.
+  // Pattern of the tangent (lower triangle with the diagonal); values zero.
   SparseMatrix lower() const;
 
-  // Adds to a stiffness at rest that of each cell across its axis as it is along it: the sum is then no softer than
-  // corotational bars and slender beams wherever they turn, and by it explicit integrators bound their steps.
+  // Adds to a stiffness at rest the axial stiffness of each cell in the transverse directions. The sum bounds the
+  // stiffness of corotational bars and slender beams at any rotation, so explicit integrators take their step from it.
   void stiffen(SparseMatrix& stiffness) const;
   void fit(const SparseMatrix& lower) override;
   BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override;
@@ -48,10 +48,11 @@ public:
   std::shared_ptr<InternalForces> another() override;
   bool known_anywhere() const override { return true; }
   std::int64_t bytes() const override;
-  // Of each node (9), a column after the other, at the begin of the step; of bars none.
+  // Rotation matrix of each node (9) by columns, at the begin of the step; empty for bars.
   const std::vector<double>& rotations() const { return turned_begin_; }
   std::size_t count() const { return of_.node.size() / 2; }
-  // Of the last evaluation, on the second end of each cell [N] and, of beams, moments on both (3 | 9, n).
+  // Forces on the second end of each cell [N] in the last evaluation; for beams also moments on both ends [N m] (3 | 9,
+  // n).
   const std::vector<double>& cell_forces() const { return force_; }
 
 private:

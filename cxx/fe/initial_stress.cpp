@@ -23,7 +23,8 @@ std::string BulkModel::describe_stress(std::size_t block, std::int64_t point) co
          std::to_string(point / c.element->bulk_points) + " is (" + text + ") Pa, 11 22 33 12 13 23";
 }
 
-// What a mesh in the plane has no room for.
+// Throws Error unless the initial stress has six finite numbers for each point, and no component that a mesh in the
+// plane cannot have.
 void BulkModel::check_initial_stress(std::size_t block) const {
   const BulkCells& c = cells_[block];
   const std::int64_t points = c.count() * c.element->bulk_points;
@@ -67,8 +68,8 @@ void BulkModel::start_from_stress(std::size_t block) {
   state_begin_ = state_; // of a law that keeps a strain or a rate: it was strained before, and not by now
 }
 
-// What rounding may leave of a stress at a point: of large strains a law sees F, whose parts are of size 1 however
-// small the stress is, of small ones the strain alone.
+// Rounding error of a stress at a point [Pa]. At large strains the law sees F, with entries of order 1 however small
+// the stress; at small strains it sees the strain alone.
 static double rounding_of_law(bool large, const double* tangent, const double* stretch) {
   const auto largest = [](const double* of, int n) {
     double size = 0;
@@ -136,7 +137,8 @@ void BulkModel::find_stretches(std::size_t block, std::int64_t first, std::int64
   }
 }
 
-// Of gradients in h_bar, from the body as it lay at the start; the law sees them beyond its stretch there.
+// Stress from the gradients in h_bar, relative to the prestressed body at the start; the law sees them multiplied by
+// its initial stretch.
 void BulkModel::from_start_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                      bool want, Work& w) {
   const Block& b = blocks_[block];

@@ -1,5 +1,5 @@
-// What opposes the deformation of a mesh: forces on its nodes at displacements, their derivative, energy, and what is
-// kept from step to step; by materials of solids (bulk_model.hpp) or by another code (called_forces.hpp).
+// Internal forces of a mesh: nodal forces at given displacements, their derivative, energy, and history variables; by
+// materials of solids (bulk_model.hpp) or by another code (called_forces.hpp).
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -31,10 +31,11 @@ struct MeshMotion {
 class InternalForces {
 public:
   virtual ~InternalForces() = default;
-  // Where what they give stands in the values of a lower triangle. Throws Error for a pattern that does not hold it.
+  // Prepares the map from the pattern of the tangent to the values of a lower triangle. Throws Error if that pattern
+  // lacks an entry.
   virtual void fit(const SparseMatrix& lower) = 0;
-  // Forces (dofs) [N], and to the values of a lower triangle their derivative is added [N/m], if given. What is kept at
-  // the end of the step is found beside that at its begin.
+  // Nodal forces (dofs) [N]; if given, their derivative [N/m] is added to the values of a lower triangle. History at
+  // the end of the step is written beside that at its begin.
   virtual BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) = 0;
   virtual void commit() = 0; // the end of the step is the begin of the next
   virtual void rollback() {} // the step was undone
@@ -45,17 +46,17 @@ public:
   virtual std::string remedy_of(const BulkResult&) const {
     return "give a smaller dt, a finer mesh or a stiffer material";
   }
-  // Whether a shorter step may mend it; if not, nothing more is asked in this one.
+  // True if a shorter step may cure the fault; if not, the step is given up.
   virtual bool shorter_helps(const BulkResult&) const { return true; }
-  // The same with what helps, of a fault that does not tell so by itself.
+  // Description of a fault, with a remedy where a shorter step does not help.
   std::string told(const BulkResult& r) const { return describe(r) + (shorter_helps(r) ? "" : ": " + remedy_of(r)); }
   virtual std::string remedy() const { return "give a smaller dt or more newton_passes"; }
-  // Why no stress is known by its energy, of the mesh of that name; empty: it is.
+  // Reason why the stress of the named mesh cannot be found from its energy; empty if it can.
   virtual std::string not_by_energy(const std::string& mesh) const = 0;
-  // Whether energy and what is dissipated are told; else they are zero in results.
+  // True if energy and dissipation are reported; else they are zero in results.
   virtual bool knows_energy() const { return true; }
   virtual bool knows_dissipation() const { return true; }
-  // What is kept at the begin of the step, for a checkpoint, and whether it can be told.
+  // History variables at the begin of the step, for a checkpoint; tells_history(): they can be read.
   virtual bool tells_history() const { return true; }
   virtual std::vector<double> history() const = 0;
   virtual std::int64_t history_size() const = 0; // -1: any
@@ -63,13 +64,13 @@ public:
   virtual void forget_history() = 0;                     // as at the start
   virtual std::shared_ptr<InternalForces> another() = 0; // for another simulation, at the start
   virtual std::int64_t bytes() const = 0;
-  // Whether forces and their derivative may be asked for between steps, at any displacements.
+  // True if forces and tangent may be evaluated between steps, at any displacement.
   virtual bool known_anywhere() const { return false; }
   virtual BulkModel* solid() { return nullptr; } // of materials of solids
-  // What views show of the last evaluation, and no step begins from; empty: nothing.
+  // Fields for views of the last evaluation that no step starts from; empty: none.
   virtual std::span<double> shown() { return {}; }
-  std::string mesh = "mesh"; // the name of the mesh, for what is thrown
-  // Free strain of each node, by which its surroundings would be longer without a stress, all ways alike; empty: none.
+  std::string mesh = "mesh"; // name of the mesh, for error messages
+  // Isotropic free strain at each node (swelling); empty: none.
   std::vector<double> swelling;
 };
 

@@ -1,7 +1,7 @@
-// A user's routine for the stress of a point, as Abaqus calls it (UMAT): 11 22 33 12 13 23, twice the shear in strains,
-// in the plane 11 22 33 12, of a routine for plane stress 11 22 12. Axes are those of the scene. At large strains
-// STRESS is Cauchy's and comes turned with the rotation DROT of the step, as does STRAN; DSTRAN is the strain of the
-// step from its middle.
+// A user's routine for the stress at a point, with the interface of Abaqus (UMAT) in the axes of the scene. Components
+// are in Voigt order 11 22 33 12 13 23 with engineering shear strains; in the plane 11 22 33 12, in plane stress 11 22
+// 12. At large strains STRESS is Cauchy's; it and STRAN arrive rotated by DROT, and DSTRAN is the strain increment
+// about the middle of the step.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -30,7 +30,7 @@ template <class Call>
   return true;
 }
 
-// r t r', r by columns, of a symmetric tensor whose last three parts count `share` of what they stand for.
+// t = r t r' for a symmetric tensor in Voigt order whose shear components are stored times 1 / share; r by columns.
 void turn(const double* r, double share, double* t) {
   double full[3][3], half[3][3];
   for (int k = 0; k < 6; ++k) full[row[k]][column[k]] = full[column[k]][row[k]] = k < 3 ? t[k] : share * t[k];
@@ -50,7 +50,7 @@ bool all_untouched(const double* of, const double* end) {
   return std::all_of(of, end, [](double x) { return std::bit_cast<std::uint64_t>(x) == untouched; });
 }
 
-// What a routine reads and writes at a point.
+// Arguments of a routine at a point.
 struct Point {
   double stress[6], strain[6], change[6], tangent[36], gradient_begin[9], gradient[9], place[3];
   double elastic, plastic, creep, time[2];

@@ -17,15 +17,15 @@ inline constexpr int umat_writes_beyond = 5, umat_leaves = 6, umat_wants_less = 
 // Where XIT goes to; null outside a call.
 extern thread_local std::jmp_buf* umat_exit;
 
-struct UmatCall { // what all points have in common
+struct UmatCall { // arguments common to all points
   const BulkMaterialInfo& material;
   const std::vector<double>& params;
   bool large = false;          // strains: stresses are Cauchy's, turned with the rotation of the step
-  int direct = 3, shear = 3;   // in the plane 11 22 33 12, 11 22 12 of a routine for plane stress
+  int direct = 3, shear = 3;   // in the plane 3 and 1, for plane stress 2 and 1
   std::int64_t first_cell = 0; // of these points
   int points_of_cell = 1;
   double h = 1, time = 0; // of the step [s]; at its begin [s], not a number: that since the start
-  int place(int k) const { return k < direct ? k : 3 + k - direct; } // of the routine's among 11 22 33 12 13 23
+  int place(int k) const { return k < direct ? k : 3 + k - direct; } // of a component of the routine in Voigt order
 };
 
 struct UmatArrays {                                       // of the points
@@ -39,11 +39,11 @@ struct UmatArrays {                                       // of the points
 void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& arrays,
                       volatile std::int64_t* working_on = nullptr);
 
-// The same in a process of its own, for a material with a time limit [s]: where that ends by itself, or takes longer
-// and is stopped, the point it was at has the fault umat_ends, and a new process answers the next call.
+// The same in a process of its own, for a material with a time limit [s]: where that ends by itself, or exceeds the
+// limit and is stopped, the point it was at has the fault umat_ends, and a new process answers the next call.
 void call_umat_apart(const UmatCall& call, std::int64_t points, const UmatArrays& arrays);
 
-// How the process of a material ended last, and what it said: "ended its process (signal 11); it said: ...".
+// End of the last process of a material, with its last output: "ended its process (signal 11); it said: ...".
 std::string last_words(const BulkMaterialInfo& material);
 
 // The routine `symbol`, or that with an underscore, of a shared library, as a material of that name with so many states

@@ -267,7 +267,7 @@ private:
     stopped_ = true;
   }
 
-  // What the routine printed since, where it would have printed it; its end is kept.
+  // Copies the new output of the routine to its usual stream; keeps the end of it for messages.
   void pass_on() {
     char part[1024];
     ssize_t got = 0;
@@ -293,7 +293,7 @@ private:
   bool stopped_ = false;
 };
 
-// Of each material; they are asked one at a time.
+// Process of each material; they are called one at a time.
 Apart& apart(const BulkMaterialInfo& material) {
   static std::map<const BulkMaterialInfo*, Apart> known;
   return known.try_emplace(&material, material).first->second;

@@ -8,7 +8,7 @@ namespace cairn {
 
 void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states,
                bool plane_stress, double time_limit) {
-  Dl_info here{}; // what UMATs call is in this library, whose names others may not see until it is opened so
+  Dl_info here{}; // makes the utility routines that UMATs call visible to the library opened next
   if (dladdr(reinterpret_cast<const void*>(&bulk_material_named), &here) && here.dli_fname)
     dlopen(here.dli_fname, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
   void* opened = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);

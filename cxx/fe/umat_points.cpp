@@ -1,4 +1,4 @@
-// What users' routines are asked for at the Gauss points of some cells, and the stress of large strains from it.
+// Inputs of users' routines at the Gauss points of some cells, and the stress at large strains from their results.
 #include <cmath>
 
 #include "bulk_work.hpp"
@@ -61,7 +61,7 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
   }
 }
 
-// Of gradients in h_bar, by the strain and the rotation of the step.
+// Stress from the gradients in h_bar, by the strain increment and the rotation of the step.
 void BulkModel::rates_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, bool want, Work& w) {
   const Block& b = blocks_[block];
   const int each = cells_[block].element->bulk_points;
@@ -75,8 +75,8 @@ void BulkModel::rates_at_points(std::size_t block, std::int64_t first, std::int6
                        w.tangent.data());
 }
 
-// What a routine for plane stress is told of the stretch across, which it finds for itself: as Abaqus, one that keeps
-// the volume, so that its stress is that of the volume at the start, too.
+// Stretch across the thickness at large strains for routines for plane stress, which find that strain themselves:
+// isochoric as in Abaqus, so that their Cauchy stress equals that per initial volume.
 void BulkModel::keep_volume(std::int64_t points, Work& w) {
   for (std::int64_t p = 0; p < points; ++p) {
     double* h = &w.h_bar[std::size_t(9 * p)];

@@ -1,5 +1,5 @@
-// What Abaqus offers to user routines: invariants, principal values, directions and rotation of a stress or strain, and
-// the end of an analysis, which here ends the call alone. Fortran's names.
+// Abaqus's utility routines for UMATs, under their Fortran names: invariants, principal values and directions, rotation
+// of a stress or strain, and XIT, which here ends the call alone.
 #include <algorithm>
 #include <cmath>
 

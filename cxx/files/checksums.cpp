@@ -14,7 +14,7 @@ std::uint32_t word_at(const unsigned char* p) {
   return w;
 }
 
-// table[k][b]: what byte b does to the checksum k bytes later
+// table[k][b]: contribution of byte b to the checksum k bytes later
 constexpr std::array<std::array<std::uint32_t, 256>, 8> crc_tables() {
   std::array<std::array<std::uint32_t, 256>, 8> table{};
   for (std::uint32_t b = 0; b < 256; ++b) {

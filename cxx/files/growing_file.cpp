@@ -299,7 +299,7 @@ std::unique_ptr<GrowingFile> GrowingFile::whole(std::string path) {
 }
 
 GrowingFile::~GrowingFile() {
-  abandon(); // what was not committed was never there
+  abandon(); // discards rows that were not committed
 }
 
 void GrowingFile::abandon() {

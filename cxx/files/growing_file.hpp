@@ -1,18 +1,17 @@
 // An HDF5 file that grows, and is a complete HDF5 file at every instant.
 //
 // The HDF5 library changes its structures in place, so a program killed while it writes leaves a file that no reader
-// may open: in its mode for one writer and many readers, too, the flag "open for writing" stays behind, and plain
+// may open. In its mode for a single writer with many readers, too, the flag "open for writing" stays behind, and plain
 // readers (VTK's among them) refuse the file until a repair. Here nothing that the file on disk refers to is changed:
 //
-// - new rows of data go behind all that is there, or into space of the last chunk that no reader knows of yet;
-// - `commit` writes new copies of the headers and index nodes that changed behind the data, then replaces the
-//   superblock, 48 bytes in one write, which names the new root. Killed before it, the file is the old one; after it,
-//   the new one.
+// - new rows of data go behind all others, or into space of the last chunk that no reader knows of yet;
+// - `commit` writes new copies of the changed headers and index nodes behind the data, then replaces the superblock
+//   (48 bytes in one write), which points to the new root. A program killed before that leaves the old file, one killed
+//   after it the new file.
 //
-// Space of headers that were replaced is used again some commits later, so that a reader which opened the file in
-// between still finds what it looks for. A commit that syncs also withstands a loss of power, and leaves a second copy
-// of the superblock, from which `restore_superblock` can go back to that commit. Arrays carry "crc32", the checksum of
-// their rows.
+// Space of replaced headers is reused some commits later, so that a reader which opened the file in between still finds
+// its data. A commit that syncs also withstands a loss of power, and leaves a second copy of the superblock, from which
+// `restore_superblock` can go back to that commit. Arrays carry "crc32", the checksum of their rows.
 #pragma once
 #include <chrono>
 #include <deque>
@@ -104,7 +103,7 @@ private:
 };
 
 // A file that appears under its name with the first commit. Throws FileError if a file is there (unless it may be
-// replaced), if the folder cannot be written to, or later if the disk is full; what was committed before stays.
+// replaced), if the folder cannot be written to, or later if the disk is full; committed rows stay.
 class GrowingFile {
 public:
   enum class If { new_file, replace, go_on };
@@ -112,8 +111,8 @@ public:
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
 
-  // Written as a whole under another name, brought to the disk and renamed by the first commit: at every instant the
-  // file at the path is the old one or the new one.
+  // Atomic replacement: the file is written under another name, synced, and renamed by the first commit, so that at
+  // every instant the path holds either the old file or the complete new one.
   static std::unique_ptr<GrowingFile> whole(std::string path);
 
   Group& root() { return *root_; }
@@ -125,7 +124,7 @@ public:
   std::int64_t size() const { return std::int64_t(end_); }
   bool failed() const { return failure_ != nullptr; }
 
-  // For tests: called with address and bytes before each write; what it returns, unless 0, is the errno of the write.
+  // For tests: called with address and bytes before each write; a result other than 0 is the errno of the write.
   static std::function<int(std::uint64_t, std::span<const unsigned char>)> watch;
 
 private:

@@ -21,7 +21,7 @@ inline constexpr std::int64_t children =
     64; // of a B-tree node: twice the K that a superblock without extension implies
 inline constexpr unsigned char signature[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
 
-// Of a file whose root group's header is at `root` and whose last byte is before `end`.
+// Superblock of a file; root: address of the root group's header, end: end of the last byte.
 Bytes superblock(std::uint64_t root, std::uint64_t end);
 
 // A link of a group: to the header at an address, or a path.

@@ -308,7 +308,7 @@ Layout layout_of(const Image& image, Cursor& in) {
 std::uint64_t bytes_of(const Image& image, const Datatype& type, const std::vector<std::int64_t>& shape) {
   std::uint64_t total = type.size;
   if (std::find(shape.begin(), shape.end(), 0) != shape.end()) return 0;
-  // what is not stored reads as noughts: a little of that is no harm
+  // missing bytes read as zeros, of which a small amount is harmless
   const std::uint64_t most = image.size() + (1 << 20);
   for (const std::int64_t n : shape) {
     if (std::uint64_t(n) > most / total) image.damaged("an array is larger than the file");

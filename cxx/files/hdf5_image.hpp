@@ -1,4 +1,4 @@
-// The bytes of an HDF5 file that is read, and what is read of them without knowing groups or arrays.
+// Bytes of an HDF5 file that is read, and their parts below groups and arrays.
 #pragma once
 #include "hdf5_node.hpp"
 
@@ -25,7 +25,7 @@ private:
   std::uint64_t size_ = 0, root_ = 0;
 };
 
-// Reads one number after the other; what is not there is damage.
+// Reads consecutive numbers; a read beyond the end counts as damage.
 class Cursor {
 public:
   Cursor(const Image& image, const Bytes& bytes, std::size_t at = 0) : image_(&image), bytes_(&bytes), at_(at) {}

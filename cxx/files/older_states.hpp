@@ -14,7 +14,7 @@ std::vector<MeshParts> parts_of(const StoredValue& scene); // of the tree "scene
 // The state as it is written now, for a scene with meshes; none: it is.
 std::optional<StoredValue> state_as_now(const StoredValue& state, const Scene& scene);
 
-// Whether such a state is of this scene: bodies that both have are as heavy, and carry the same contactors.
+// True if an old state fits the scene: bodies in both have the same masses and contactors.
 bool is_older_state_of(const StoredValue& state, const Scene& scene);
 
 } // namespace cairn

@@ -52,7 +52,7 @@ struct Entry {
   double value;
 };
 
-// As SuiteSparse has it: nz -1 by columns, -2 by rows, else as many entries.
+// Entries of W in SuiteSparse's format: nz = -1 by columns, -2 by rows, else the number of triplets.
 std::vector<Entry> entries(const Hdf5Node& w, std::int64_t size) {
   if (whole(w, "m") != size || whole(w, "n") != size)
     refuse(w.path(), "W is no square matrix with dim rows for each contact");

@@ -45,7 +45,7 @@ StoredArray radii(const Scene& scene) {
   return StoredArray::of(out.data(), {scene.bodies.count});
 }
 
-// Of the first contactor of each body, or of each node; -1: none.
+// Material of the first contactor of each body, or of each node; -1: none.
 StoredArray materials(const Scene& scene, bool of_nodes) {
   const Contactors& c = scene.contactors;
   const std::int64_t n = of_nodes ? scene.nodes.count : scene.bodies.count;
@@ -54,7 +54,7 @@ StoredArray materials(const Scene& scene, bool of_nodes) {
   for (const std::int32_t i : scene.contactor_insertion_order()) {
     std::int32_t at = *c.body[i];
     if ((at < 0) != of_nodes) continue;
-    if (of_nodes) { // what touches there
+    if (of_nodes) { // a node with a contactor
       const MeshParts* of = scene.part(*c.part[i]);
       if (!of || !of->nodes) continue;
       at = scene.node(*c.part[i]);

@@ -1,4 +1,4 @@
-// What a run file says of a simulation: its scene, once, and bodies and contacts of each output.
+// Contents of a run file: the scene, once, and bodies and contacts of each output.
 #pragma once
 #include <deque>
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t format_version[2] = {1, 2}; // the first changes when older programs can no longer read the file
 constexpr std::int64_t vtk_version[2] = {2, 1};
-constexpr std::int64_t few = 256; // rows to a chunk of what has one row an output
+constexpr std::int64_t few = 256; // rows per chunk of arrays with a row per output
 
 const std::pair<const char*, const char*> units[] = {
     {"position", "m"},       {"point", "m"},     {"gap", "m"},        {"radius", "m"}, {"velocity", "m/s"},
@@ -352,7 +352,7 @@ void RunWriter::write_step(double time, double time_detection, std::int64_t step
                            const std::vector<RunField>& contacts, const RunCells* cells,
                            const std::vector<RunField>& nodes) {
   std::vector<Own> made;
-  made.reserve(bodies.size() + contacts.size() + nodes.size() + 2); // what they hold does not move
+  made.reserve(bodies.size() + contacts.size() + nodes.size() + 2); // pointers to the elements stay valid
   const auto [points, fields] = in_space("position", bodies, made, true);
   const auto [contact_points, contact_fields] = in_space("point", contacts, made, false);
   std::pair<RunField, std::vector<RunField>> at_nodes;
@@ -395,7 +395,7 @@ void RunWriter::write_history(double time, std::int64_t step, const std::vector<
   last_history_ = step;
 }
 
-// A column of the history; rows before its first value hold what stands for a missing one: NaN or -1.
+// A column of the history; rows before its first value hold the missing value: NaN or -1.
 RunWriter::Column& RunWriter::column(const std::string& name, bool words) {
   const auto found = columns_.find(name);
   if (found != columns_.end()) return found->second;

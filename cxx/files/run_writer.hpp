@@ -1,16 +1,17 @@
 // Writes a run: one .vtkhdf file that ParaView and PyVista open, with Cairn's own groups beside.
 //
-// Layout, version 1.1:
+// Layout, version 1.2:
 //
 //   /VTKHDF                MultiBlockDataSet, with Steps for the times
 //     bodies, contacts     UnstructuredGrid over time: a vertex per body and per contact, PointData its fields
-//     meshes               UnstructuredGrid over time: cells of bodies that deform, CellData their fields; if there are
-//     any Steps                time of each output Assembly             soft links to both blocks
+//     meshes               UnstructuredGrid over time: cells of bodies that deform, CellData their fields; if any
+//     Steps                time of each output
+//     Assembly             soft links to both blocks
 //   /cairn                 attributes format, version, dim
-//     scene, provenance    what was simulated, and by what: nested groups, text and arrays
-//     steps                a row per output: number of the step, both times, first row and number of bodies and
-//     contacts history              a row per step taken: time, step, contacts, iterations, error, energies ... bodies,
-//     contacts, meshes     soft links into /VTKHDF
+//     scene, provenance    the scene and the program that ran it: nested groups, text and arrays
+//     steps                a row per output: number of the step, both times, first row and number of bodies, contacts
+//     history              a row per step taken: time, step, contacts, iterations, error, energies ...
+//     bodies, contacts, meshes     soft links into /VTKHDF
 //
 // A field that did not change since the output before it (radius, material ...) is not written again: its offset is
 // repeated. In 2D z is 0. Texts have a fixed length, arrays the attribute crc32. VTK 9.4 and later (ParaView 5.13) read
@@ -60,8 +61,8 @@ public:
   // The numbers of one step taken; cheap, stored at the next flush.
   void write_history(double time, std::int64_t step, const std::vector<RunNumber>& numbers);
   std::int64_t last_history() const { return last_history_; } // step; -1: none
-  // What was written so far becomes part of the file; sync as in GrowingFile::commit. Does nothing if the last flush is
-  // less than `pace` seconds ago.
+  // Commits the outputs written so far; sync as in GrowingFile::commit. Does nothing if the last flush is less than
+  // `pace` seconds ago.
   void flush(std::optional<bool> sync = {}, double pace = 0);
   void close(); // flushes; calling it again does nothing
   const std::string& path() const { return file_->path(); }

@@ -207,8 +207,8 @@ std::string number_of(std::size_t mesh) {
 const char* const untold_history =
     "is of a code that keeps a history and does not give it: a checkpoint needs its state_size, save and load";
 
-// Of meshes whose stresses are a material's: states of its points, and what the next step begins with; of linear ones
-// in which order nodes came to touch, where numbers depend on it.
+// State of meshes. With stresses of a material: states of its points, and initial values of the next step; linear ones:
+// the order in which nodes came to touch, where numbers depend on it.
 StoredValue meshes_of(Simulation& s) {
   StoredValue out;
   for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
@@ -245,8 +245,8 @@ void take_meshes(Simulation& s, const StoredValue* from) {
   }
 }
 
-// Of the places where meshes are at rest, which bodies that were made deformable have from where they were then: states
-// of nodes are displacements from there.
+// Digest of the rest positions of all meshes, since states of nodes are displacements from there. A body made
+// deformable in the run takes them from its position at that time.
 std::string rest_of(const Simulation& s) {
   Blake2b digest(16);
   for (const MeshBody& mesh : s.meshes.meshes) {
@@ -272,8 +272,8 @@ void check_meshes(const StoredValue& content, const Simulation& s, const std::st
 
 } // namespace
 
-// What the integrator dissipates was called after the theta-method, when there was no other; files of before laws and
-// materials told what they spend, or growth what it gives, have no such terms.
+// Reads a term of the energy from files of any version. The dissipation of the integrator was named after the
+// theta-method at first; old files lack the terms of later features, which are 0.
 double energy_term(const StoredValue& energy, const std::string& term) {
   const bool later = term == "released" || term == "dissipated_material" || term == "dissipated_reshaping" ||
                      term == "work_growth" || term == "absorbed";

@@ -10,15 +10,16 @@ double energy_term(const StoredValue& energy, const std::string& term);
 
 StoredValue state_of(Simulation& s);
 
-// Throws std::invalid_argument that names the field and the value of what no simulation of this scene can have. A seal
-// tells damage by chance, this what is damaged and sealed again: the core takes numbers of bodies, materials and hulls
-// as they come. species: how many materials and groups there are.
+// Throws std::invalid_argument naming field and value if a state cannot belong to a simulation of this scene. A
+// checksum finds accidental damage; this check finds invalid states with a correct checksum, since the core does not
+// check indices of bodies, materials and hulls. species: number of materials and groups.
 void check_state(const StoredValue& state, std::int64_t species, const Simulation& now);
 
-// Of a state that was checked.
+// Takes over a state that check_state has passed.
 void take_state(Simulation& s, const StoredValue& state);
 
-// Tells scenes apart, by what does not change while they move: masses, inertias, contactors. Of a scene as it was made.
+// Digest by which scenes are told apart: masses, inertias and contactors, which stay constant in motion. Taken from the
+// scene as it was made.
 std::string fingerprint(const Scene& scene);
 
 // A checkpoint of a program in C or Fortran, and back: FileError if it is damaged or of another scene; a restart that

@@ -1,4 +1,4 @@
-// What no simulation can have written: see check_state.
+// Rejects states that no simulation can have written: see check_state.
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -105,7 +105,7 @@ void check_bodies(int dim, const StoredValue& bodies, std::int64_t end, const Bo
     wrong("bodies/rotation is missing");
 }
 
-// Those of a mesh stand one after the other.
+// Checks nodes; those of a mesh are consecutive.
 void check_nodes(const StoredValue& scene, const std::vector<MeshParts>& parts, Nodes& known) {
   std::int64_t due = 0;
   for (const MeshParts& p : parts) due += p.nodes ? p.count : 0;
@@ -274,7 +274,7 @@ void check_cell(const StoredValue& cell) {
     if (!periodic[std::size_t(k)]) continue;
     double length = 0;
     for (int i = 0; i < 3; ++i) length = std::max(length, std::abs(kept[n][i] = v[std::size_t(3 * k + i)]));
-    for (int m = 0; m < n && length > 0; ++m) { // what is left without those before
+    for (int m = 0; m < n && length > 0; ++m) { // remainder after projection on the vectors before
       double along = 0, square = 0;
       for (int i = 0; i < 3; ++i) {
         along += kept[m][i] * (kept[n][i] / length);

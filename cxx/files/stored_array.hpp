@@ -1,4 +1,4 @@
-// What a file holds: arrays with names, nested.
+// Contents of a file: arrays with names, nested.
 #pragma once
 #include <cstdint>
 #include <cstring>

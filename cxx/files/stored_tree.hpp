@@ -1,4 +1,4 @@
-// Nested names with what stands under them, as checkpoints and scenes hold it.
+// Trees of named values, the form of checkpoints and scenes in files.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,8 +9,8 @@ namespace cairn {
 
 struct StoredMember;
 
-// kind says what an array stands for: "array", "number" (of an array's type), "float", "flags" and "flag" (true and
-// false), "bytes", "json" and "texts" (JSON in bytes); empty: a tree.
+// kind: the meaning of an array: "array", "number" (of an array's type), "float", "flags" and "flag" (true and false),
+// "bytes", "json" and "texts" (JSON in bytes); empty: a tree.
 struct StoredValue {
   std::string kind;
   StoredArray array;
@@ -18,7 +18,7 @@ struct StoredValue {
 
   bool is_tree() const { return kind.empty(); }
   const StoredValue* find(const std::string& name) const; // null: none
-  // Throw std::invalid_argument that names what is missing or of another kind.
+  // Throw std::invalid_argument naming a value that is missing or of another kind.
   const StoredValue& at(const std::string& name) const;
   const StoredValue& tree(const std::string& name) const;
   std::int64_t whole(const std::string& name, std::int64_t most = std::int64_t(1) << 62) const; // from 0 to most - 1
@@ -50,10 +50,10 @@ void StoredValue::add_array(const std::string& name, const T* values, std::vecto
 template <class T>
 std::vector<T> numbers_of(const StoredArray& array, const std::string& name);
 
-// A file "cairn-checkpoint" with a checksum over names, types, shapes and bytes: what is damaged is refused. Bits come
-// back as they were: NaN with their payload, -0.0, subnormal numbers.
+// Writes a file "cairn-checkpoint" with a checksum over names, types, shapes and bytes; load_tree refuses a damaged
+// file. Bits are preserved: NaN with their payload, -0.0, subnormal numbers.
 void save_tree(const std::string& path, const StoredValue& tree);
-// what, given: of the words of errors ("a checkpoint", ".checkpoint.h5").
+// what, given: words for messages ("a checkpoint", ".checkpoint.h5").
 StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given);
 
 } // namespace cairn

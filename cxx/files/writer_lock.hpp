@@ -26,8 +26,9 @@ FileError being_written(const std::string& path);
 int create_part(const std::string& part, const std::string& path);
 // The same under a name `.<name>.*.part` beside the path that nobody has; those that killed writers left are removed.
 std::pair<int, std::string> create_part_beside(const std::string& path);
-// Writes a path, which is the old file or the new one at every instant, over a `.part` that one writer alone has: of a
-// name of its own (beside), so that several may come, or `<path>.part`, so that a second one is refused.
+// Writes a path that is the old file or the new one at every instant, over a `.part` file with a single writer. beside:
+// the `.part` has a unique name, so that several writers may come; else it is `<path>.part`, and a second writer is
+// refused.
 void write_whole(const std::string& path, std::string_view data, bool beside);
 void sync_folder_of(const std::string& path); // brings a new name itself to the disk
 

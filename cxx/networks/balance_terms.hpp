@@ -1,4 +1,4 @@
-// What the balance of a network holds, by name.
+// Terms of the balance of a network, by name.
 #pragma once
 #include "network.hpp"
 

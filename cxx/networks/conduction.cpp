@@ -30,7 +30,7 @@ bool Conduction::joins(const ConductionGraph& g, std::int64_t k) const {
   return std::isfinite(g.conductance[k]) && std::abs(g.conductance[k]) > 0 && of_[g.a[k]] != of_[g.b[k]];
 }
 
-// What perfect conductors join is one unknown.
+// Merges unknowns joined by perfect conductors.
 void Conduction::merge(const ConductionGraph& g) {
   of_.resize(std::size_t(g.n));
   std::iota(of_.begin(), of_.end(), 0);
@@ -148,7 +148,7 @@ void Conduction::lay_out(const ConductionGraph& g) {
   m.sum_diagonal();
 }
 
-// What is left over at each unknown, and the largest of it against what flows in its component.
+// Residual at each unknown; returns the largest relative to the flow in its component.
 double Conduction::residual(const ConductionGraph& g, const double* source) {
   const auto n = std::size_t(g.n);
   left_ = source_;
@@ -258,7 +258,7 @@ void Conduction::flows(const ConductionGraph& g, double* flow) const {
                   : 0;
 }
 
-// Through perfect conductors flows what their ends are short of.
+// Distributes flows over perfect conductors such that the balance closes at their ends.
 void Conduction::share(const ConductionGraph& g, const double* source, double* flow) {
   std::vector<double> unit(std::size_t(g.branches), 0.0), lack(source, source + g.n), x(std::size_t(g.n), 0.0);
   std::vector<double> through(std::size_t(g.branches));

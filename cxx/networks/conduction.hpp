@@ -15,7 +15,7 @@ namespace cairn {
 struct ConductionOptions {
   enum class Method { automatic, direct, multigrid };
   Method method = Method::automatic; // direct up to `direct_most` equations or where a conductance is negative
-  double tolerance = 1e-12;          // on what is left over at an unknown, against what flows in its component
+  double tolerance = 1e-12;          // on the residual at an unknown, relative to the flow in its component
   int max_iterations = 1000;         // of conjugate gradients in all
   std::int64_t direct_most = 2000;
 };

@@ -54,8 +54,8 @@ void LaplacianMatrix::sum_diagonal() {
   }
 }
 
-// Pairs along the strongest conductances first, and what is left with its strongest neighbour. Returns how many
-// aggregates there are.
+// Pairs unknowns along the strongest conductances first, then each remaining unknown with its strongest neighbour.
+// Returns the number of aggregates.
 std::int64_t Multigrid::pair(const LaplacianMatrix& a, std::vector<std::int32_t>& aggregate, bool leave_out) {
   aggregate.assign(std::size_t(a.n), -2);
   struct Edge {

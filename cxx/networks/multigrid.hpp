@@ -1,5 +1,6 @@
 // Conjugate gradients with aggregation multigrid for equations of conduction (Notay 2010: double pairwise aggregation,
-// K-cycle). Coarse equations are sums of conductances again, so that no digit of a weak one is lost in a strong one.
+// K-cycle). Coarse equations are sums of conductances again, so that a weak conductance keeps all digits beside a
+// strong one.
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -19,7 +19,7 @@ class Simulation;
 struct StepReport;
 struct Contactors;
 
-// What a row of networks.def declares.
+// Row of networks.def.
 struct ConductanceInfo {
   std::string name, python_name, parameters, reads, meaning;
   cairn_conductance* kernel = nullptr;
@@ -52,7 +52,7 @@ struct NetworkSource {
   bool electrode = false;          // its bodies are one conductor; `value` is shared by all of them
   std::vector<std::int64_t> ids;   // of bodies
   std::vector<double> coefficient; // of convection h A [W/K] and of radiation epsilon A [m2]
-  std::vector<double> value;       // [V | K], [A | W], of what is outside [K], [K/m]
+  std::vector<double> value;       // [V | K], [A | W], outside temperature [K], [K/m]
 };
 
 struct OxideFilm {
@@ -62,7 +62,7 @@ struct OxideFilm {
   double sliding = 0;     // speed beyond which it is rubbed away [m/s]
 };
 
-// Amounts since the start, with their signs: what is left of them is the closure.
+// Amounts since the start, with their signs: their sum is the closure error.
 struct NetworkBalance {
   double stored = 0, held = 0, given = 0, convection = 0, radiation = 0, friction = 0, joule = 0; // [J]
   double charge_in = 0, charge_out = 0, supplied = 0;                                             // [C], [C], [J]
@@ -84,13 +84,13 @@ struct NetworkReport {
   std::int64_t unfit = 0; // contacts that push and have no radius, which a kernel asks for
   std::int64_t branches = 0, rounds = 0, factorisations = 0, iterations = 0, broken = 0;
   double residual = 0; // of the last round, against the largest flow
-  double closure = 0;  // of the step: of charge, or of heat, against what is in play
+  double closure = 0;  // of charge or heat in the step, relative to in_play
   double power = 0;    // dissipated [W]
   // How far the temperatures that mechanics saw in the step are from those at its end: of the loads of meshes that
   // expand, or else of the temperatures, above the reference, the share that was not seen.
   double coupling = 0;
   int passes = 1;  // of the whole step, where it is repeated
-  double flow = 0; // what comes in at given values and sources [A | W]
+  double flow = 0; // inflow at held values and sources [A | W]
   const char* status = "none";
 };
 
@@ -129,7 +129,7 @@ public:
   // Films that are gone, by the keys of their contacts, for the next step and for a checkpoint.
   std::vector<ContactKey> broken_keys;
 
-  // Of a step that began in flight: the time before the contacts that it ended with [s].
+  // Time of free flight at the begin of the step, before its contacts [s].
   double flown = 0;
   // Heat of impacts before those contacts, from the candidates as they stand, is that of the next advance_temperature.
   void keep_impact_heat(Simulation& s);
@@ -186,7 +186,7 @@ private:
   std::vector<double> columns_, intact_, area_, lane_out_, force_, radius_, clean_, local_, sliding_, drawn_;
   std::vector<std::int8_t> broken_;
   std::vector<std::int32_t> side_a_, side_b_;
-  // per branch: those of contacts first, then given ones, then those between bodies of an electrode
+  // per branch: contacts first, then given branches, then those between bodies of an electrode
   std::vector<std::int32_t> a_, b_, of_contact_;
   std::vector<double> weight_, value_, through_;
   std::int64_t contact_branches_ = 0;
@@ -206,14 +206,14 @@ private:
   Scratch scratch_;
 };
 
-// Of a value per unknown that of what carries a contactor.
+// Value of the body or mesh node that carries a contactor; value: per unknown.
 double value_at(const Simulation& s, const double* value, std::int32_t contactor);
 
-// Of a simulation.
+// Networks of a simulation.
 struct Networks {
   std::optional<Network> electrical, thermal;
   void advance(Simulation& s, double h);
-  void keep_flight(Simulation& s, double time); // what flew that long touches from now on
+  void keep_flight(Simulation& s, double time); // bodies flew for that time; contacts act from now on
   void forget_flight();
   bool repeats() const { return thermal && thermal->coupling_tolerance < std::numeric_limits<double>::infinity(); }
   std::int64_t bytes() const;

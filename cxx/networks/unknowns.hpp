@@ -9,7 +9,7 @@ namespace cairn {
 
 inline std::int64_t unknowns(const Scene& scene) { return scene.bodies.count + scene.nodes.count; }
 inline std::int64_t unknown_of_node(const Scene& scene, std::int64_t node) { return scene.bodies.count + node; }
-// That of the body or node with this id; -1: it was removed.
+// Unknown of the body or node with this id; -1: it was removed.
 inline std::int32_t unknown_of_id(const Scene& scene, std::int64_t id) {
   const std::int32_t body = scene.find_body(id), node = body < 0 ? scene.find_node(id) : -1;
   return node < 0 ? body : std::int32_t(unknown_of_node(scene, node));

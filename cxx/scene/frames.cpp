@@ -105,7 +105,7 @@ FrameCells moving_cells(const MeshDraft& d, std::int64_t n, const std::int32_t* 
   return out;
 }
 
-// What a pull adds to a bar: to its displacements across it, of both ends against each other.
+// Geometric stiffness of a bar under axial force: acts on the relative transverse displacement of its ends.
 void add_across(int dim, const double* along, double rate, double* k) {
   const int size = 2 * dim;
   for (int j = 0; j < size; ++j)
@@ -130,7 +130,7 @@ void axes_of(int dim, const double* along, const double* up, double axes[3][3]) 
     axes[2][k] = axes[0][(k + 1) % 3] * axes[1][(k + 2) % 3] - axes[0][(k + 2) % 3] * axes[1][(k + 1) % 3];
 }
 
-// What a pull adds to the stiffness of a beam, by cubic deflections (Przemieniecki 1968).
+// Geometric stiffness of a beam under axial force, with cubic deflections (Przemieniecki 1968).
 void add_bent(int dim, const double axes[3][3], double pull, double size, double* k) {
   const double bent[4][4] = {{36, 3 * size, -36, 3 * size},
                              {3 * size, 4 * size * size, -3 * size, -size * size},
@@ -180,7 +180,7 @@ void solve_symmetric(std::size_t n, std::vector<double>& a, std::size_t columns,
   }
 }
 
-// Matrices of beams (dofs, dofs, n), and into `cells` what they are made of.
+// Stiffness matrices of beams (dofs, dofs, n); fills the properties of `cells`.
 std::vector<double> beam_matrices(const MeshDraft& d, std::int64_t n, const Sections& s, const Beams& of,
                                   const Bars& bars, FrameCells& cells) {
   const int dim = d.dim, dofs = 6 * dim - 6;

@@ -8,7 +8,7 @@
 
 namespace cairn {
 
-// Of each of n bars or beams; null: see Beams, none.
+// Properties of each of n bars or beams; null: see Beams, none.
 struct Sections {
   const double *young, *area, *density; // [Pa, m2, kg/m3]
   const double* initial_stress;         // along each before it moves, tension positive [Pa]

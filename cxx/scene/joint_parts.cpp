@@ -40,7 +40,7 @@ std::string told(double x) {
 
 double length(const double (&x)[3]) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
 
-// What was given by name, each name once and one that the kind has.
+// Numbers given by name; checks that each name comes once and exists for the kind.
 class Numbers {
 public:
   Numbers(const JointKind& of, const JointDraft& draft) : kind(of), given(draft.numbers) {
@@ -134,7 +134,7 @@ void check_end(const Scene& scene, const JointKind& kind, const char* side, std:
                 "; give the place of the node, which is where a mesh is joined");
 }
 
-// Nodes have no axes: what is of angles is nothing that a joint of one could hold.
+// Checks joints at nodes of meshes, which have no axes: a joint there cannot block rotations.
 void check_nodes(const Scene& scene, const JointKind& kind, const JointDraft& draft) {
   const MeshParts *a = scene.part(draft.a), *b = draft.b < 0 ? nullptr : scene.part(draft.b);
   if (a && b && is_rope(kind))

@@ -31,13 +31,11 @@ struct JointDraft {
       numbers; // lowest, highest, speed, effort, stiffness, damping, rest, strength; length and pulley, a body's id
 };
 
-// How many points a kind has: a Cable one on each body and at its pulley between them, a Distance one on each body,
-// all others one that both share. Throws Error for a kind that
-// there is not, naming those that there are.
+// Number of points of a kind: Cable has its ends and the pulley between, Distance a point on each body, all others a
+// shared point. Throws Error for an unknown kind, naming the known ones.
 int joint_points(const std::string& kind);
 
-// The law between the ends of a joint, and its parameters in this one. Throws Error, naming what is wrong and the
-// remedy.
+// The law between the ends of a joint, and its parameters. Throws Error naming the problem and the remedy.
 Law joint_law();
 std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft);
 

@@ -115,7 +115,7 @@ void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
   scene.add_contactors({n, Shape::facet, m.side_ids, materials, {}, {}, {}, hull});
 }
 
-// Refuses self-contact and mortars of a mesh without what these are between.
+// Throws Error if a mesh has self-contact or mortars without both contact nodes and sides.
 void check_contact(const MeshDraft& d, const std::string& name) {
   const std::string sides = d.dim == 2 ? "edges" : "faces", give = ": give both (touch_nodes, touch_sides)";
   if (d.self_contact && (d.side_nodes.empty() || (d.contact_nodes.empty() && d.point_nodes.empty())))

@@ -1,4 +1,4 @@
-// A deformable body before it is part of a scene: its matrices, given or from elements, and what of it can touch; and
+// A deformable body before it is part of a scene: its matrices, given or from elements, and its contact surface; and
 // how its nodes come into a scene, with the contactors that are mapped from them.
 #pragma once
 #include <memory>
@@ -59,22 +59,22 @@ struct MeshDraft {
                  const std::string& kinematics, const std::string& plane, bool mean_dilatation, double thickness);
   // The stresses of all cells, if those of one are a material's; else null.
   std::shared_ptr<BulkModel> bulk() const;
-  // True stress before the body moves (6, n) [Pa], 11 22 33 12 13 23: of each cell, or of each of their points, whose
-  // places are stress_points (dim, n) [m]. Throws Error.
+  // True stress before the body moves (6, n) [Pa], components 11 22 33 12 13 23: of each cell, or at each of
+  // stress_points() (dim, n) [m]. Throws Error.
   void set_initial_stress(std::int64_t n, const double* stress);
   std::vector<double> stress_points() const;
   // Its forces (dofs) [N] where all cells are linear, and the energy that it stores [J]; nothing without one.
   double initial_force(std::vector<double>& force) const;
   // Takes forces of another code; its mass on the pattern of the tangent, or of the nodes alone; one is null.
   void take_called(std::shared_ptr<CalledForces> forces, const double* on_pattern, const double* of_nodes);
-  // Of forces of another code: edges or faces (4, n) of the boundary, flat ones, which pressures press, and what these
-  // take edges for; the pattern of the tangent holds what they couple from then on. Throws Error.
+  // Boundary for pressures on a body of another code: flat edges or faces (4, n), and the plane that edges belong to.
+  // The pattern of the tangent then contains their couplings. Throws Error.
   void take_sides(std::span<const std::int32_t> sides, const std::string& plane, double across);
-  // Those that were given, or edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body
-  // left of an edge.
+  // Boundary sides (4, n): those given, else edges (2D) or faces (3D) of a single cell, anticlockwise from outside, the
+  // body left of an edge.
   std::vector<std::int32_t> boundary() const;
-  // Of pieces (4, n) of the boundary the sides of cells of second order that they are cut from (9, n), as a MeshModel
-  // has them; of other pieces themselves. Empty where no cell is of second order.
+  // Whole sides (9, n) of quadratic cells from which pieces (4, n) of the boundary are cut, as in a MeshModel; for
+  // other pieces the pieces themselves. Empty where all cells are linear in order.
   std::vector<std::int32_t> whole_sides(std::span<const std::int32_t> pieces) const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
   void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;

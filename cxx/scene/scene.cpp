@@ -369,8 +369,8 @@ bool Scene::meshes_in_order() const {
 
 void Scene::put_meshes_in_order() { reorder(as_it_is(bodies.count), nodes_together()); }
 
-// Where each contactor stands: at its body, and all of a deformable one behind rigid ones, at its first node; -1: its
-// body goes.
+// Order key of each contactor: that of its body; behind all rigid ones, that of the first node of its mesh; -1: its
+// body is removed.
 std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int32_t>& now,
                                                       const std::vector<std::int32_t>& node_order) const {
   std::vector<std::int32_t> out(std::size_t(contactors.count), -1), of_mesh(std::size_t(meshes_), -1);
@@ -430,7 +430,7 @@ void Scene::refresh_orders() {
   by_id(contactor_insertion_order_, contactors.id, contactors.count);
 }
 
-// What came in last has the largest ids.
+// New bodies have the largest ids, so they come last in the orders.
 void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor) {
   ++order_version_;
   const auto append_to = [](std::vector<std::int32_t>& order, std::int64_t first, std::int64_t count) {

@@ -1,4 +1,4 @@
-// What is simulated: bodies, their contactors, gravity, the periodic cell. Ids are global and never used twice.
+// The scene: bodies, their contactors, gravity, the periodic cell. Ids are global and never used twice.
 #pragma once
 #include <array>
 #include <span>
@@ -30,7 +30,7 @@ struct MeshParts {
   bool nodes = false;
 };
 
-// Those that hold a number, among ones by rising number; null: none.
+// The parts that contain the number `id`; parts are in rising order; null: none.
 const MeshParts* part_with(std::span<const MeshParts> parts, std::int64_t id);
 
 // n contactors of one shape to add.
@@ -81,8 +81,8 @@ public:
   // Bodies along a space-filling curve, deformable ones by their first nodes; contactors in the order of their bodies,
   // mapped ones behind. Depends on positions and ids alone.
   void renumber();
-  // Whether mapped contactors are behind all others, and nodes of a mesh together; to be so, in an order that stays
-  // else.
+  // True if mapped contactors are behind all others, and nodes of a mesh together; put_meshes_in_order() makes it so
+  // and keeps the order otherwise.
   bool meshes_in_order() const;
   void put_meshes_in_order();
 

@@ -32,13 +32,13 @@ struct Whole { // the side of a cell that a flat piece is a part of: corners, th
   }
 };
 
-struct Sample { // of an integral over what two sides have in common
+struct Sample { // Quadrature point on the overlap of two sides
   const Whole* lead = nullptr;
-  double lead_shape[most_side_nodes] = {}, shape[most_side_nodes] = {}; // of the side that follows: the basis of duals
+  double lead_shape[most_side_nodes] = {}, shape[most_side_nodes] = {}; // of the slave side: the dual basis
   double wide = 0;
 };
 
-struct Met { // of a piece that follows: its nodes, its size, and what it has in common with those that lead
+struct Met { // A slave piece: its nodes, its size, and its overlaps with master sides
   Side own{};
   const Whole* whole = nullptr;
   int nodes = 0;

@@ -1,4 +1,4 @@
-// What contacts of the last step are, by the names of contact_fields.def.
+// Fields of the contacts of the last step, by the names of contact_fields.def.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -19,7 +19,7 @@ struct ContactFieldInfo {
 // Throws Error with the names that there are.
 const ContactFieldInfo& contact_field_info(const std::string& name);
 
-// Whether contacts of the simulation have it, under its strategy.
+// True if contacts of the simulation have the field under its strategy.
 bool has_contact_field(const Simulation& s, const std::string& name);
 
 // Contacts that can be read now; those of a smooth strategy are placed where bodies are.
@@ -29,7 +29,7 @@ std::int64_t contacts_to_read(Simulation& s);
 void read_contact_field(Simulation& s, const ContactFieldInfo& field, double* out);
 void read_contact_field(Simulation& s, const ContactFieldInfo& field, std::int64_t* out); // of whole numbers alone
 
-// What contacts of that material with itself, of a joint, have stored [J].
+// Energy stored in the contacts of a joint, found by its material, which meets itself alone [J].
 double stored_between(Simulation& s, std::int32_t material);
 
 } // namespace cairn

@@ -24,10 +24,10 @@ struct HeldMotion {
 std::function<double(double t)> table_of(std::span<const double> time, std::span<const double> value);
 // From now on these dofs, which are held, move so, and no other way. Throws Error naming node and axis.
 void hold_by(Simulation& s, const MeshBody& mesh, HeldMotion motion);
-// Their velocities at the end of a step of h from the time at hand on: driven dofs have the value there; those of
-// displaced ones bring the displacement to where it says, with (1 - share) v0 + share v of the integrator, after two
-// steps at most, whatever it was. Throws Error naming node and axis where a function gives no number; nothing is
-// written then.
+// Sets the velocities of held dofs at the end of a step of h [s]. A driven dof takes the value of its function there. A
+// displaced dof takes the velocity that brings its displacement to that value with (1 - share) v0 + share v of the
+// integrator, after two steps at most from any start. Throws Error naming node and axis where a function gives no
+// number; nothing is written then.
 void move_held(Simulation& s, double h);
 
 } // namespace cairn

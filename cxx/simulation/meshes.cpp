@@ -87,7 +87,8 @@ NewtonSeconds Simulation::newton_seconds() const {
   return sum;
 }
 
-// The nodes of meshes count as points of mass in account(); what else they store and dissipate, here.
+// Adds the elastic energy and dissipation of meshes to the balance; account() already counts their nodes as point
+// masses.
 void Simulation::account_for_meshes() {
   if (meshes.empty()) return;
   for (MeshBody& mesh : meshes.meshes) {

@@ -1,4 +1,4 @@
-// What a step reports, by name: rows of report.def.
+// Report of a step by name: rows of report.def.
 #pragma once
 #include <span>
 #include <utility>

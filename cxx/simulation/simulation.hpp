@@ -1,4 +1,4 @@
-// A scene, the strategy that moves it, and what the last step did.
+// A scene, the strategy that moves it, and the report of the last step.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -34,7 +34,7 @@ struct Energy {
   double released = 0;             // by contact laws: damage, viscosity, wear
   double dissipated_material = 0;  // at the points of materials of deformable bodies
   double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps
-  double absorbed = 0;             // by bodies of another code or law, which does not tell what of it is stored
+  double absorbed = 0;             // by bodies of another code or law that does not report its stored energy
   double work_projection = 0;      // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
@@ -45,21 +45,21 @@ struct StepReport {
   std::int64_t step = 0;
   double time = 0, time_detection = 0, h = 0;
   std::int64_t contacts = 0;
-  double way = 0; // longest of a body in the step / size of its smallest contactor; 0 where margins are given
+  double way = 0; // largest displacement of a body in the step / size of its smallest contactor; 0 if margins are given
   std::int64_t unresolved_rotations =
       0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
-  int newton_passes = 0;            // of the last step, 0: all is linear
-  double newton_error = 0;          // what was left of the balance of the worst mesh [-]
-  int sub_steps = 1;                // parts that the step was made in; h, and what contacts show, is of the last one
-  double mesh_depth = 0;            // deepest overlap on a mesh before the step / size of a cell there
-  double mesh_way = 0;              // farthest way along a normal on a mesh in the step / that size; 0: none so far
-  std::string mesh_hint;            // what is wrong with them, empty: nothing
-  std::string mesh_within;          // what began wholly within a mesh, in the step that it came in with, or empty
-  std::string mesh_turned;          // which one turned though its displacements count as small, or empty
-  std::string unjoined;             // which bodies a law did not join, in the step that they came in with, or empty
-  double projection_error = 0;      // true error of the problem that project_positions solved
-  double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
+  int newton_passes = 0;       // of the last step, 0: all is linear
+  double newton_error = 0;     // residual of the balance of the worst mesh [-]
+  int sub_steps = 1;           // parts that the step was made in; h, and what contacts show, is of the last one
+  double mesh_depth = 0;       // deepest overlap on a mesh before the step / size of a cell there
+  double mesh_way = 0;         // farthest way along a normal on a mesh in the step / that size; 0: none so far
+  std::string mesh_hint;       // warning about contacts on meshes; empty: none
+  std::string mesh_within;     // bodies that began wholly within a mesh, in the step that they came in with, or empty
+  std::string mesh_turned;     // the mesh that turned though its displacements count as small, or empty
+  std::string unjoined;        // bodies that a law did not join, in the step that they came in with, or empty
+  double projection_error = 0; // true error of the problem that project_positions solved
+  double stable_step = 0;      // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start
   std::int64_t events = -1;         // impacts of the step, of EventDriven; -1 of others
   double persistent = 0;            // its part that NSCD made, where bodies rest on each other [s]
@@ -98,12 +98,12 @@ public:
   // Contacts can be read until bodies go, numbers change or a step is undone.
   bool contacts_known = false;
 
-  // What moves the scene. One of the class in use hands on its settings alone; contacts of any other mean nothing to it
-  // and are forgotten.
+  // Strategy that moves the scene. use() with another of the same class takes over its settings alone; any other class
+  // forgets contact memory.
   Strategy& strategy() { return *strategy_; }
   const Strategy& strategy() const { return *strategy_; }
   void use(std::unique_ptr<Strategy> strategy);
-  // Other laws from now on. What throws leaves those that there were.
+  // Replaces the laws; keeps the old ones if it throws.
   void use(LawTable table);
 
   // One step of length h, as the strategy makes it.
@@ -116,7 +116,7 @@ public:
   // Velocities of held dofs of meshes that are functions of time, written before each step and each of its parts.
   std::vector<HeldMotion> held_motions;
 
-  // Of potential and temperature; null: none. Advanced by the step of a strategy once what contacts do is known.
+  // Networks of potential and temperature; null: none. The strategy advances them in its step, after the contacts.
   std::unique_ptr<Networks> networks;
   void advance_networks(double h);
 
@@ -128,8 +128,8 @@ public:
   void forget_contacts();
   // All or nothing; a mesh goes with all of its bodies.
   void remove_bodies(std::span<const std::int64_t> ids);
-  // Between steps bodies took the place of others: what came to the kinetic energy and to what is stored [J]. What is
-  // lost of it is a term of the balance.
+  // Accounts for the kinetic and stored energy [J] gained when bodies replaced others between steps; a loss is a term
+  // of the balance.
   void account_for_reshaping(double kinetic, double stored);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
@@ -141,7 +141,7 @@ public:
   // Bodies back into a periodic cell, and the cell on its way over a duration [s].
   void wrap_into_cell();
   void advance_cell(double duration);
-  // What contacts remember, after bodies were moved by whole cells.
+  // Contact memory with its keys updated after bodies moved by whole cells.
   ContactMemory after_move(ContactMemory memory, const std::vector<std::array<int, 3>>& moved) const;
   // Internal number of a contactor, -1 if it is gone.
   std::int32_t contactor(std::int64_t id) const;
@@ -150,11 +150,11 @@ public:
   // Seconds of wall clock spent in each stage since the start, in the order of the stages.
   const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }
   NewtonSeconds newton_seconds() const; // of bodies whose stresses are a material's, since the start or their coming
-  NewtonSeconds pass_seconds;           // what of that no body knows: contacts and all
+  NewtonSeconds pass_seconds;           // time of Newton's method outside the bodies: contacts and the rest
   // Bytes held for bodies (with contactors and the solver's records) and for contacts.
   std::pair<std::int64_t, std::int64_t> bytes();
 
-  // Runs a stage and adds what it took to the seconds of its name.
+  // Runs a stage and adds its wall-clock time to that of its name.
   template <class Stage>
   void timed(const char* name, Stage&& stage) {
     const auto start = std::chrono::steady_clock::now();
@@ -176,7 +176,7 @@ private:
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };
 
-// What contacts remember, after cell vector k lost so many times vector i.
+// Contact memory with its keys updated after cell vector k was reduced by a multiple of vector i.
 ContactMemory after_lean(ContactMemory memory, int k, int i, int cells);
 
 } // namespace cairn

@@ -9,7 +9,8 @@
 namespace cairn {
 namespace {
 
-// Such a mesh is longer by half the square of its turn [rad]: 0.5 % here.
+// Largest rotation of a mesh of small displacements [rad]: it lengthens the mesh by half the square of the rotation, .5
+// % here.
 constexpr double widest_turn = 0.1;
 
 bool counts_as_small(const MeshModel& model) {

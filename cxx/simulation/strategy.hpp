@@ -1,4 +1,4 @@
-// How a scene moves: an object behind Simulation::step. A strategy is one page of this folder and one row of
+// How a scene moves: the interface behind Simulation::step. Each strategy is a page of cxx/strategies and a row of
 // strategies.def.
 #pragma once
 #include <array>
@@ -38,16 +38,17 @@ public:
   // Names of its stages, as the seconds that each took are kept.
   virtual std::vector<std::string_view> stages(const Simulation& s) const = 0;
 
-  // Settings, each with the place where it is kept; and what is wrong with them together, as Error.
+  // Settings, each with the place where it is kept. check_options() throws Error if they contradict each other.
   virtual std::vector<Option> options() = 0;
   virtual void check_options() const {}
   virtual std::vector<std::string> texts_of(std::string_view option) const; // that a text may be
-  // Of the same class and settings, without what it remembers.
+  // New strategy of the same class and settings, without memory.
   virtual std::unique_ptr<Strategy> fresh() const = 0;
-  // Takes the settings of a strategy of its own class, and goes on; false: it is of another.
+  // Takes over the settings of another strategy of the same class and goes on; false if the class differs.
   virtual bool take_settings(Simulation& s, const Strategy& other) = 0;
 
-  // What it cannot move, as Error: bodies and routines, as soon as it is chosen; laws, when it steps.
+  // Throw Error naming bodies and routines that the strategy cannot move, as soon as it is chosen, and laws, when it
+  // steps.
   virtual void check_scene(const Simulation&) const {}
   virtual void check_laws(const Simulation& s) const = 0;
   // The law has the slots that this strategy calls.
@@ -56,7 +57,7 @@ public:
   // Bodies, laws or numbers changed from outside; places: so did positions or velocities, and forces are not those of
   // the last step.
   virtual void changed(Simulation&, bool places) { (void)places; }
-  // What contacts remember from step to step, for a checkpoint.
+  // Contact memory between steps, for a checkpoint.
   virtual ContactMemory memory(const Simulation& s) const = 0;
   virtual void restore(Simulation& s, ContactMemory memory) = 0;
   virtual ContactMemory projection_memory() const { return {}; }

@@ -7,8 +7,8 @@
 
 namespace cairn {
 
-// `bodies` symmetric positive definite matrices of n unknowns each, n at most 24; LDL' factors, eight bodies side by
-// side. Bits as with any number of threads, and whatever stands beside a body.
+// LDL' factors of `bodies` symmetric positive definite matrices of n unknowns each, n at most 24, eight matrices side
+// by side in SIMD lanes. Bits are independent of the number of threads and of the neighbouring lanes.
 class BatchedSoe {
 public:
   struct Status : SoeStatus {
@@ -16,8 +16,8 @@ public:
   };
 
   BatchedSoe(std::int64_t bodies, int n);
-  // value (bodies, n, n): lower triangles are read. What a body that failed solves means nothing; the others are
-  // there in any case.
+  // value (bodies, n, n): lower triangles are read. Solutions of a body that failed are meaningless; those of all
+  // others are valid.
   Status factor(const double* value, int threads = 1);
   void solve(double* b, int threads = 1) const;     // b (bodies, n), in place
   void inverse(double* out, int threads = 1) const; // out (bodies, n, n), symmetric to the last bit

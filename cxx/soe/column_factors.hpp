@@ -7,7 +7,7 @@
 
 namespace cairn {
 
-// A view of the factors, with what has to be made of them: the places of columns, the pivots, the tree.
+// A view of the factors by columns, with derived data: ranges of columns, pivots, elimination tree.
 struct ColumnFactors {
   std::vector<std::int64_t> first, last; // of a column's entries below the diagonal
   const std::int32_t* row = nullptr;     // rising in a column

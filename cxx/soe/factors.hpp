@@ -1,5 +1,5 @@
-// What every storage of a system of equations does, behind Soe, which has scaled the matrix and taken held unknowns
-// out.
+// Interface of every storage of a system of equations, behind Soe, which has scaled the matrix and eliminated held
+// unknowns.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -22,7 +22,7 @@ struct SoeBlock {
   std::int32_t first = 0; // place of its first column
   std::int64_t columns = 1, below = 0;
   const std::int32_t* row = nullptr; // (below)
-  const double* value = nullptr;     // (columns + below, columns); of a column of L D L' what is below the diagonal
+  const double* value = nullptr;     // (columns + below, columns); of a column of L D L' the entries below the diagonal
   double pivot = 0;                  // D, and 0 of L L'
 };
 

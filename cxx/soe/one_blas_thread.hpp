@@ -1,4 +1,5 @@
-// While one lives, BLAS works in one thread, so that the bits of its sums do not depend on how many there are.
+// While an object of it lives, BLAS runs in a single thread, so that the bits of its sums do not depend on the number
+// of threads.
 #pragma once
 
 namespace cairn {

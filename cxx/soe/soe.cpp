@@ -149,9 +149,9 @@ SoeStatus Soe::gather(const double* value) {
   return {};
 }
 
-// Each unknown in a unit of its own, a power of two that brings its diagonal entry to between 1 and 4: no entry is out
-// of range, and a matrix in other units, or times a power of two, gives the same bits. For roots of odd powers of two
-// have other bits, that power which makes the first exponent even is taken out of the whole.
+// Scales each unknown by a power of two that brings its diagonal entry to between 1 and 4. No entry is then out of
+// range, and a matrix in other units, or times a power of two, gives the same bits. Square roots of odd powers of two
+// would change bits, so the whole matrix is first scaled such that the first exponent is even.
 SoeStatus Soe::scale_symmetric() {
   int odd = 0;
   for (std::int64_t j = 0; j < scaled_.n; ++j) {
@@ -200,7 +200,7 @@ SoeStatus Soe::factor(const double* value) {
 
 std::int64_t Soe::work_size() const { return sides_at_once * (scaled_.n + factors_->work_per_lane()); }
 
-// What held unknowns pull with.
+// Subtracts the contribution of held unknowns from the right side.
 void Soe::lift(double* b) const {
   for (std::size_t e = 0; e < pulled_.size(); ++e) b[unknown_[pulled_[e]]] -= pull_value_[e] * b[pull_[e]];
 }

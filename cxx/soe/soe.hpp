@@ -38,13 +38,13 @@ enum class SoeStorage {
   unsymmetric // UMFPACK; Eigen's SparseLU in a build without it. The pattern holds all entries.
 };
 
-// Of the sparse storage. Automatic is AMD's, and for large systems METIS' if that fills less.
+// Ordering of sparse factors. Automatic: AMD, and for large systems METIS if it gives less fill.
 enum class SoeOrder { automatic, amd, metis, natural };
 
-// Factors of CHOLMOD: simplicial ones are LDL' by columns (LGPL); supernodal ones LL' by dense blocks, in LAPACK (GPL).
-// Own: the same blocks factorised by a kernel of the core, nine times sooner than by the plain LAPACK and in half the
-// time of OpenBLAS, to bits that do not depend on the library; simplicial where the build has no blocks. Automatic has
-// own blocks where CHOLMOD finds at least 40 operations for an entry of L, and the build may.
+// Factors of CHOLMOD: simplicial LDL' by columns (LGPL), or supernodal LL' by dense blocks, in LAPACK (GPL). Own: the
+// same blocks factorised by a kernel of the core, nine times faster than plain LAPACK and twice as fast as OpenBLAS,
+// with bits independent of the library; simplicial where the build has no blocks. Automatic has own blocks where
+// CHOLMOD finds at least 40 operations for an entry of L, and the build may.
 enum class SoeBlocks { automatic, simplicial, supernodal, own };
 
 struct SoeOptions {
@@ -53,8 +53,8 @@ struct SoeOptions {
   SoeBlocks blocks = SoeBlocks::automatic;
   // (n), not zero: x is given there, not sought; empty: none. See Soe::solve.
   std::vector<std::uint8_t> held;
-  // (n), not zero: entries of the inverse will be asked for between these. Sparse factors eliminate them last, if that
-  // fills little more, so that what such entries need is the end of the factors alone. Empty: none.
+  // (n), nonzero: entries of the inverse will be requested between these. Sparse factors eliminate them last if that
+  // adds little fill, so that such entries need only the end of the factors. Empty: none.
   std::vector<std::uint8_t> last = {};
 };
 
@@ -72,34 +72,35 @@ class SoeFactors;
 class UnitFronts;
 struct UnitReaches;
 
-// Factors and solutions keep their bits under any number of threads, any number of columns at once, and when A or the
-// unit of an unknown changes by a power of two. One call at a time on one Soe; different ones may work at once.
+// Factors and solutions keep their bits under any number of threads or right sides, and when A or the unit of an
+// unknown changes by a power of two. One call at a time on an Soe; different objects may be used at once.
 class Soe {
 public:
-  // Analyses the pattern; its values are not read. Throws Error for what cannot be meant: a storage that does not fit,
-  // an order or blocks this build has not.
+  // Analyses the pattern; its values are not read. Throws Error for invalid options: a storage that does not fit, an
+  // order or blocks that this build lacks.
   static std::unique_ptr<Soe> make(const SparseMatrix& pattern, const SoeOptions& options = {});
   ~Soe();
 
   // `value` in the order of the pattern's. After anything but `done` there are no factors to solve with.
   SoeStatus factor(const double* value);
 
-  // x of A x = b in place of b, (columns, n) with the unknowns of a column side by side. Where x is held, b brings the
-  // given x: it stays, and what it pulls at the others with is taken off their right sides. Nothing is allocated, but
-  // when more threads are asked for than before.
+  // Solves A x = b in place of b, (columns, n) with the unknowns of a column contiguous. At held unknowns b contains
+  // the given x, which is kept; its contribution moves to the right sides of all others. Allocates only when more
+  // threads are requested than before.
   void solve(double* b, std::int64_t columns = 1, int threads = 1) const;
 
-  // out (m, m): entry (i, j) is that of the inverse of A at unknowns (indices[i], indices[j]), so that B A^-1 B' costs
-  // no full columns: of sparse factors only what the indices reach is gone through. Symmetric to the last bit. Zero
-  // where an unknown is held. May allocate.
+  // Selected inversion: out (m, m) holds entry (indices[i], indices[j]) of the inverse of A, so that B A^-1 B' needs no
+  // full columns; sparse factors are traversed only where the indices reach. Symmetric to the last bit. Zero for held
+  // unknowns. May allocate.
   void solve_units(std::span<const std::int32_t> indices, double* out, int threads = 1) const;
-  // The same of a symmetric A, to the same bits, where `known` of the indices were the list of the last call since the
-  // matrix was factorised, and their entries are in out (leading, m): of sparse factors it costs what is new.
+  // Extends the result of the last call for a symmetric A, to the same bits: the first `known` indices were the list of
+  // the last call since the factorisation, with their entries in out (leading, m). With sparse factors only new indices
+  // cost time.
   void add_units(std::span<const std::int32_t> indices, std::int64_t known, double* out, std::int64_t leading,
                  int threads = 1);
-  // Columns of the inverse factor of groups of `together` unknowns, a group after the other, added to `out` as groups
-  // of its own; how many numbers they would be, -1: these factors, which are not sparse ones of a symmetric matrix,
-  // have none. A number has the same bits whatever else is asked for.
+  // Columns of the inverse factor of groups of `together` unknowns, in order, appended to `out` as groups.
+  // reach_numbers: how many numbers that would be; -1 unless the factors are sparse ones of a symmetric matrix. Each
+  // number has the same bits in any request.
   void add_reaches(std::span<const std::int32_t> unknowns, int together, UnitReaches& out, int threads = 1) const;
   std::int64_t reach_numbers(std::span<const std::int32_t> unknowns, int together) const;
 
@@ -149,7 +150,7 @@ private:
   mutable std::vector<double> work_;
 };
 
-// What this build factorises with: "gpl", "lgpl", "bsd" or "off", as CAIRN_SUITESPARSE.
+// Licence of the sparse factors in this build: "gpl", "lgpl", "bsd" or "off", as CAIRN_SUITESPARSE.
 const char* soe_licence();
 
 } // namespace cairn

@@ -69,7 +69,7 @@ public:
     cholmod_start(&common_);
     common_.print = 0;
     common_.final_ll = 0;
-    common_.grow0 = 0; // exactly what is needed
+    common_.grow0 = 0; // allocate the exact size
     common_.grow2 = 0;
     common_.quick_return_if_not_posdef = 1;
     choose(options);
@@ -182,7 +182,7 @@ private:
     return out;
   }
 
-  // Of blocks that begin there.
+  // Longest of the supernodes whose starts are given.
   std::int64_t most_of(const void* starts) const {
     const auto* const start = static_cast<const std::int32_t*>(starts);
     std::int64_t most = 0;

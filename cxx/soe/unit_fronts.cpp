@@ -34,7 +34,7 @@ std::vector<std::int32_t> reached(const SoeTree& tree, const std::vector<UnitFro
   for (const std::int32_t i : rising)
     if (const std::int32_t p = tree.parent[std::size_t(i)]; p >= 0) size[std::size_t(p)] += size[std::size_t(i)];
   order.resize(rising.size());
-  std::vector<std::int32_t> end(tree.parent.size(), 0); // of what is left of a node's interval in the order
+  std::vector<std::int32_t> end(tree.parent.size(), 0); // end of the free part of a node's interval in the order
   std::int32_t left = std::int32_t(rising.size());
   for (auto i = rising.rbegin(); i != rising.rend(); ++i) {
     const std::int32_t p = tree.parent[std::size_t(*i)];
@@ -127,7 +127,7 @@ void UnitFronts::each_front(const SoeFactors& factors, const std::vector<Wanted>
   solve(factors, batch, false, nullptr, 0, threads, use);
 }
 
-// Of each node of the batch, in each earlier one.
+// Finds for each node of the batch the same node in each earlier batch.
 void UnitFronts::find_twins(std::int64_t nodes, const Batch& batch) {
   twin_.assign(batch.nodes.size() * batches_.size(), -1);
   if (batches_.empty()) return;
@@ -185,7 +185,7 @@ void UnitFronts::multiply(const SoeBlock& block, const Batch& batch, std::size_t
   }
 }
 
-// All at once: a heap that grows holds more than twice of what it needs.
+// Allocates the pending numbers at once: a heap that grows holds more than twice as many.
 void UnitFronts::make_room(const SoeFactors& factors, const Batch& batch) {
   const std::vector<std::int32_t>& parent = factors.tree()->parent;
   std::vector<std::pair<std::int32_t, std::int64_t>> handed; // who hands on how many numbers

@@ -65,7 +65,7 @@ private:
   std::vector<double> front_, pending_; // right sides by the rows of a node; what its children hand on, the last on top
   std::vector<Pending> stack_;
   std::vector<std::int64_t> row_; // of a place of elimination in the node at hand
-  // Of each node of the batch at hand, for each earlier batch, that one's node or -1.
+  // For each node of the present batch and each earlier batch: index of the same node there, or -1.
   std::vector<std::int32_t> twin_, number_;
 };
 

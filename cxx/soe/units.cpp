@@ -35,7 +35,7 @@ void Soe::add_fronts(UnitFronts& units, std::span<const std::int32_t> indices, s
   std::vector<UnitFronts::Wanted> fresh;
   for (const Wanted& w : wanted_of(indices))
     if (w.index >= known) fresh.push_back({w.index, w.place, right_[w.equation], left_[w.equation]});
-  for (std::int64_t c = known; c < m; ++c) // what is held keeps zeros
+  for (std::int64_t c = known; c < m; ++c) // held unknowns keep zeros
     for (std::int64_t r = 0; r < m; ++r) out[leading * c + r] = out[leading * r + c] = 0;
   units.add(*factors_, fresh, out, leading, threads);
 }
@@ -71,8 +71,8 @@ void Soe::take_diagonal(std::span<const std::int32_t> indices, double* out, std:
           right_[wanted[k].equation] * (left_[wanted[k].equation] / factors_->diagonal()[wanted[k].place]);
 }
 
-// Where factors are no tree all of each column is gone through. Of a symmetric matrix the column of the lower place
-// counts, whatever else is asked for.
+// Solves for whole columns where factors have no tree. For a symmetric matrix the column of the lower place counts, in
+// any request.
 void Soe::solve_columns(std::span<const std::int32_t> indices, double* out, std::int64_t leading, int threads) const {
   const std::int64_t m = std::int64_t(indices.size()), equations = scaled_.n, size = work_size();
   const std::vector<Wanted> wanted = wanted_of(indices);

@@ -1,4 +1,4 @@
-// What is not symmetric: LU factors by UMFPACK (Davis, 2004; GPL), or by Eigen's SparseLU (MPL2).
+// Unsymmetric matrices: LU factors by UMFPACK (Davis, 2004; GPL), or by Eigen's SparseLU (MPL2).
 #include <algorithm>
 #include <cmath>
 

@@ -11,7 +11,7 @@ namespace {
 
 // The largest size of an eigenvalue of a symmetric matrix, by rows, by Jacobi's rotations.
 double largest_principal_value(std::array<std::array<double, 3>, 3> a) {
-  constexpr int passes = 50; // each squares what is left off the diagonal: a dozen are enough
+  constexpr int passes = 50; // Jacobi sweeps; convergence is quadratic, a dozen are enough
   for (int pass = 0; pass < passes; ++pass) {
     const double off = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
     if (!(off > 1e-17 * (std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2])))) break;
@@ -71,7 +71,7 @@ void ContactLoads::read(Simulation& s, std::span<const std::int64_t> bodies, std
     add(s, c, s.candidates.contactor_a[c], false);
     add(s, c, s.candidates.contactor_b[c], true);
   }
-  // What is asked for twice has one slot.
+  // Bodies and meshes listed twice share one slot.
   for (std::size_t i = 0; i < bodies.size(); ++i)
     of_bodies[i] = of_bodies[std::size_t(slot_of_body_[std::size_t(s.scene.internal(bodies[i]))])];
   for (std::size_t i = 0; i < meshes.size(); ++i)

@@ -1,4 +1,5 @@
-// What contacts of the last step did to rigid bodies and to meshes, by which these are made deformable, or rigid again.
+// Mean contact forces and moments on rigid bodies and on meshes over the last step: criteria by which a body is made
+// deformable, or rigid again.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,7 +1,6 @@
 // Event-driven dynamics of disks and spheres: bodies fly on their parabolas, impacts are found in the order of time and
-// solved one after the other, those of one instant as one problem (Alder & Wainwright 1959; Lubachevsky 1991). A
-// contact that stays, or impacts that accumulate, end the flight: the rest of the step is one of NSCD, and the report
-// says so.
+// solved in turn, simultaneous impacts as a single problem (Alder & Wainwright 1959; Lubachevsky 1991). A contact that
+// stays, or impacts that accumulate, end the flight: the rest of the step is one of NSCD, and the report says so.
 #include <algorithm>
 #include <cmath>
 
@@ -38,7 +37,7 @@ const StepReport& EventDriven::step(Simulation& s, double h) {
     s.time += whole ? h : now_;
     persistent_.settings.solver.tolerance = settings_.tol;
     persistent_.settings.solver.max_iterations = settings_.max_iter;
-    persists_ = false; // what networks read first are the impacts
+    persists_ = false; // false: networks first read the impacts of the flight
     if (whole) {
       s.advance_networks(h);
     } else {
@@ -183,9 +182,9 @@ bool EventDriven::impact(Simulation& s, std::int32_t pair, double time) {
   return true;
 }
 
-// Pairs that are closed where the flight ends shall be so to NSCD, too: nothing rebounds any more, and by a rounding of
-// their places they overlap, and by what speeds within rounding part them until NSCD detects, since a gap above zero is
-// open to laws of restitution: the body would fall for all of the step.
+// Closes for NSCD, too, the pairs that are closed where the flight ends. Rounding of positions makes them overlap, and
+// rounding of velocities lets them separate until NSCD detects. A gap above zero is open to laws of restitution, so the
+// body would fall for the whole step.
 void EventDriven::settle(Simulation& s) {
   Bodies& b = s.scene.bodies;
   group_.clear();
@@ -270,11 +269,11 @@ void EventDriven::solve_impacts(Simulation& s, bool plastic) {
   report.error = std::max(report.error, solved.error);
 }
 
-// The balance of what was flown; contacts are the impacts of the step.
+// Energy balance of the flight; the contacts shown are the impacts of the step.
 void EventDriven::finish(Simulation& s) {
   Energy& e = s.energy;
   const double now = kinetic(s.scene.bodies);
-  double driven = 0; // what bodies that nothing moves gave in impacts, the other side of which moved
+  double driven = 0; // work that bodies with infinite inertia did on moving ones in impacts [J]
   Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const int dim = b.dim;

@@ -13,7 +13,7 @@
 namespace cairn {
 namespace {
 
-// Of the velocity at the end of the step in the way of held dofs, as the strategy moves meshes.
+// Share of the velocity at the end of the step in the displacement of held dofs, by the integrator of the strategy.
 double end_share(Strategy& strategy) {
   const std::string row = option_text(strategy, "integrator");
   Integrator made(row);
@@ -21,7 +21,7 @@ double end_share(Strategy& strategy) {
   for (std::size_t k = 0; k < parameters.size(); ++k)
     made.parameter(row, int(k)) = option_number(strategy, std::string(parameters[k].name));
   const cairn_scheme scheme = made.scheme(1.0);
-  return scheme.share + scheme.position[0]; // what drives is an impulse, which has that of the way as well
+  return scheme.share + scheme.position[0]; // a driven dof gets an impulse, which has a part in the position, too
 }
 
 std::string named(const MeshBody& mesh, std::int32_t dof) {

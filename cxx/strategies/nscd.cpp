@@ -1,4 +1,4 @@
-// Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): the step on one page, and what the strategy is to others.
+// Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): the step on one page, and the interface of a strategy.
 
 #include "nscd/nscd.hpp"
 #include <algorithm>
@@ -145,7 +145,7 @@ std::string Nscd::not_by_springs(const LawInfo& law) const {
   return {};
 }
 
-// What the strategy would drop of a law; empty: nothing.
+// Reason why the strategy cannot honour a law; empty if it can.
 std::string Nscd::dropped(const LawTable::Entry& entry) const {
   const LawInfo& law = law_infos()[std::size_t(entry.law)];
   if (std::string told = not_by_springs(law); !told.empty()) return told;

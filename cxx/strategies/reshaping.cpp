@@ -14,7 +14,7 @@
 namespace cairn {
 namespace {
 
-// In 2D what is remembered stands along the normal and the tangent, in 3D in space.
+// Impulses in the memory are in the frame (n, t) of the contact in 2D, in space axes in 3D.
 void turn_to_space(int dim, const double* normal, double* impulse) {
   if (dim == 3) return;
   const double n = impulse[0], t = impulse[1];
@@ -245,7 +245,7 @@ void PassedContacts::pass_one(int dim, std::size_t key, const Seen& from, const 
   }
 }
 
-// What the memory has of a key, but for its impulse where the contact is another.
+// Copies the memory of a key.
 void PassedContacts::keep(ContactMemory& to, std::size_t key) const {
   const auto components = std::size_t(memory_.impulse_components), states = std::size_t(memory_.state_components);
   const auto impulse = memory_.impulses.begin() + std::ptrdiff_t(components * key);

@@ -1,5 +1,4 @@
-// Bodies that take the place of others between steps, deformable ones of rigid ones and back: what their contacts
-// remember passes over.
+// Replacement of bodies between steps, rigid by deformable and back, and transfer of their contact memory.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -40,18 +39,17 @@ Rotation turn_of(int dim, const SparseMatrix& mass, std::span<const double> x, s
 std::vector<double> velocity_of(int dim, const NodesMotion& motion, const Rotation& axes,
                                 std::span<const double> inertia, double& kinetic);
 
-// Refuses bodies that go, or parts of meshes, one of which a bond holds to another: what takes their place touches at
-// other points, along other normals and by other areas, where what a bond has learnt is true for none. what: their
-// name.
+// Throws Error if a bond holds a body (or part of a mesh) that is to be replaced to another one: the new surface
+// touches at other points, along other normals and with other areas, so the state of the bond has no meaning there.
+// what: their name.
 void check_unbonded(const Simulation& s, std::span<const std::int64_t> ids, const std::string& what);
 
-// What contacts of bodies remember passes to those, of what comes in their place, that are nearest among the contacts
-// with the same others: a contact between two new ones is shared by its distances from them, so that sum and moment
-// stay. Made before the bodies go; of strategies other than NSCD nothing passes.
+// Transfer of contact memory to new bodies: each impulse goes to the nearest contacts of the new bodies with the same
+// neighbours. A contact between two new bodies is shared by its distances from them, so that force and moment are
+// preserved. Made before the old bodies are removed; strategies other than NSCD transfer nothing.
 class PassedContacts {
 public:
-  // ids: bodies that go, or parts of meshes; h: step by which contacts are looked for [s], 0: that of
-  // what they remember.
+  // ids: bodies to remove, or parts of meshes; h: step by which contacts are searched [s], 0: that of the memory.
   PassedContacts(Simulation& s, double h, std::span<const std::int64_t> ids);
   void pass_to(Simulation& s, std::span<const std::int64_t> ids);
 

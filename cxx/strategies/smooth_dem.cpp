@@ -195,14 +195,14 @@ void SmoothDem::kick(Simulation& s) {
                 "back to a checkpoint");
 }
 
-// Whether nothing but contacts and gravity moves the bodies of a tile of spheres.
+// True if contacts and gravity are the only forces on the bodies of a tile of spheres.
 bool SmoothDem::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
   const Bodies& b = s.scene.bodies;
   if (!records_ || b.force.active || b.damping.active) return false;
   return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
 }
 
-// What the balance of the first step begins from: motion, and springs as the first forces found them.
+// Initial energy balance: kinetic energy, and that of the springs under the first forces.
 void SmoothDem::begin_balance(Simulation& s) {
   if (!settings.energy) return;
   const Bodies& b = s.scene.bodies;

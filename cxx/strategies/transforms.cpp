@@ -74,7 +74,8 @@ void check_shape(const Scene& scene, const OtherShape& shape, const NodesMotion&
   if (probe.contactors.count == 0) throw Error("the shape has no contactors: a body of it would touch nothing");
 }
 
-// What came to the balance, which begins with the first step, from the bodies as they are then.
+// Accounts for the change of kinetic and stored energy [J]; the balance begins with the first step, from the bodies as
+// they are then.
 void account(Simulation& s, double kinetic, double stored) {
   if (s.steps > 0) s.account_for_reshaping(kinetic, stored);
 }
@@ -141,7 +142,7 @@ Transforms::Former Transforms::former_of(const Scene& scene, std::int64_t id) co
   return out;
 }
 
-// Adds the mesh to a scene of its own, and to the simulation for a look of its strategy, and asks what it is made of.
+// Adds the mesh to a temporary scene, and to the simulation while its strategy checks it.
 void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64_t id) const {
   Scene probe(s.scene.dim);
   probe.origin = s.scene.origin;
@@ -157,7 +158,7 @@ void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64
   meshes.pop_back();
 }
 
-// Refuses what is no mesh in the place of a body.
+// Throws Error unless the draft is a mesh that can replace a body.
 void Transforms::check_cells(const MeshDraft& d, std::int64_t id, int dim) {
   const bool ring = std::any_of(d.cells.begin(), d.cells.end(), [](const MeshDraft::Cells& c) {
     return c.solid.material && c.solid.plane == Plane::axisymmetric;

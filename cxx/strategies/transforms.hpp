@@ -35,12 +35,12 @@ public:
   // number among the meshes. Throws Error; the simulation is then as it was.
   std::size_t deform(Simulation& s, std::int64_t id, MeshDraft draft, const std::string& name,
                      std::int32_t node_material, std::int32_t side_material);
-  // What would be refused of that. Throws Error.
+  // Checks the arguments of deform() without any change. Throws Error.
   void check(const Simulation& s, std::int64_t id, const MeshDraft& draft) const;
-  // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Of another shape, which a
-  // mesh that was no body needs: a new one. Throws Error as above.
+  // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Given another shape, which
+  // a mesh that was never a rigid body needs: a new body. Throws Error as above.
   std::int64_t rigidify(Simulation& s, std::size_t mesh, const OtherShape* shape = nullptr);
-  // Of the body that a mesh was, -1: of none.
+  // Id of the rigid body that a mesh replaced, -1: none.
   std::int64_t former_id(const MeshBody& mesh) const;
 
   // Forces that bodies had, on their nodes in a step of h [s]; until the mesh has loads of its own.

@@ -1,7 +1,7 @@
-!> The normal, gap and nearest points of two convex shapes, from what they reach: guesses, bettered by Newton's steps until they
-!> can be proved. Where they cannot: the point of the set of differences nearest to 0 (Wolfe 1976; Gilbert, Johnson & Keerthi
-!> 1988); of bodies that overlap, directions in which a move takes them apart, each bettered by drawing them apart along it and
-!> looking for their nearest points, until the move is the shortest around.
+!> Normal, gap and nearest points of two convex shapes, from their support functions: separating axes from a list of guesses,
+!> improved by Newton's method until optimality is proved. Without proof: the point of the Minkowski difference nearest to 0 (Wolfe
+!> 1976; Gilbert, Johnson & Keerthi 1988). For overlapping bodies: local minima of the penetration depth, each improved by
+!> separating the bodies along the axis and finding their nearest points, until the translation is the shortest around.
 module convex_axis
   use, intrinsic :: iso_c_binding, only: c_double
   use convex_climb, only: climb
@@ -16,10 +16,10 @@ module convex_axis
 
   integer, parameter :: most_rounds = 40, most_draws = 20
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double)
-  !> Of the sizes together: the distance below which differences tell no direction; of the smaller size: how far bodies are drawn,
-  !> and what overlap is deep.
+  !> blind: distance below which differences define no direction, relative to the sum of sizes. drawn: distance by which bodies are
+  !> separated; deep: overlap that counts as deep; both relative to the smaller size.
   real(c_double), parameter :: blind = 1e-7_c_double, drawn = 0.02_c_double, deep = 0.03_c_double
-  !> Of the smaller size: how far what meets may be apart across the normal.
+  !> Largest offset across the normal of two points that meet, relative to the smaller size.
   real(c_double), parameter :: slack = 1e-10_c_double
   real(c_double), parameter :: nearly = 0.02_c_double !< sine: edges that lean by less may be where a body is touched
 
@@ -109,7 +109,7 @@ contains
     logical :: sharp
     integer :: round
     call meet_across(a, b, at, n, extent, room_of(a, b, extent), known, sharp, x, y)
-    known = known .and. (sharp .or. best > 1000*room_of(a, b, extent)) ! else what it is apart across counts
+    known = known .and. (sharp .or. best > 1000*room_of(a, b, extent)) ! else the offset across the normal matters
     if (known) then
       point_a = x
       point_b = y
@@ -136,7 +136,8 @@ contains
     end do
   end subroutine at_once
 
-  !> Of a polyhedron deep in a body with sides or faces the shortest move may be across any edge: a better one is known no more.
+  !> Climbs from every edge of a polyhedron deep in a body with sides or faces, since the shortest translation may be across any of
+  !> them. A better axis found so is no longer proved to be the best.
   subroutine beyond_edges(a, b, at, extent, limit, n, best, point_a, point_b, known)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit
@@ -170,7 +171,7 @@ contains
     end subroutine climb_all
   end subroutine beyond_edges
 
-  !> The same by all means, whatever it takes.
+  !> The same by exhaustive search, at any cost.
   subroutine search(a, b, at, extent, limit, n, flat, point_a, point_b)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit
@@ -242,7 +243,7 @@ contains
     separation_along = dot_product(n, at) - reach(a, -n) - reach(b, n)
   end function separation_along
 
-  !> The best of the line of the centres, axes, faces, and what is across axes; or the first that exceeds the limit.
+  !> Best separating axis among the line of centres, axes, faces, and cross products of axes; or the first that exceeds the limit.
   subroutine best_guess(a, b, at, limit, n, best)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), limit
@@ -304,9 +305,9 @@ contains
     end subroutine weigh
   end subroutine best_guess
 
-  !> Betters a normal: the largest separation is at a smooth top, or on a crest across a straight edge or side of one body, or
-  !> where the crests of both cross. Keeps what is better only, and the points reached, where these are the nearest.
-  !> known: they are, for certain.
+  !> Improves a normal: the largest separation is at a smooth maximum, on a crest across a straight edge or side of either body, or
+  !> where the crests of both cross. Keeps improvements only, with the support points if these are the nearest points; known: proved
+  !> to be.
   subroutine polish(a, b, at, extent, limit, n, best, point_a, point_b, known)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit

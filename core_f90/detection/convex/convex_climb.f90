@@ -15,11 +15,10 @@ module convex_climb
 
 contains
 
-  !> From `start`, which need not be of length 1, to the unit normal n from b to a, which stands at `at` from b; `best` is the
-  !> separation along it. Ends where that exceeds `limit`. On a crest, among normals across `edge`, unit, alone.
-  !> top: nothing more than rounding is to be gained, and the separation falls on all sides; what both reach is then within
-  !> `slope` across n, no more than rounding unless the bodies are so sharp that the normal is not known as well. What both
-  !> reach along n is at the points, from the centre of b.
+  !> Maximises the separation over unit normals n from b to a, which stands at `at` from b, from `start` (of any length). `best`:
+  !> the separation; ends where it exceeds `limit`. On a crest, varies only normals across the unit vector `edge`. top: the maximum
+  !> is reached to rounding and the separation falls on all sides; the support points are then within `slope` across n: rounding,
+  !> unless the bodies are so sharp that the normal is uncertain as well. Support points along n are measured from the centre of b.
   pure subroutine climb(a, b, at, extent, limit, on_crest, edge, start, n, best, top, slope, point_a, point_b)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit, edge(3), start(3)

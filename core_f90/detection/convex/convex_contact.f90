@@ -57,7 +57,7 @@ contains
     call store(cut, at, n, t, s, fa, fb, rocking, most, count, gap, normal, point, feature)
   end subroutine touch
 
-  !> Whether c touches with the flat face of a superquadric, whose corners are a little behind its lowest point: all of them count.
+  !> True if c touches with the flat face of a superquadric, whose corners are a little behind its lowest point: all of them count.
   pure logical function rocks(c, f)
     type(convex), intent(in) :: c
     type(outline), intent(in) :: f
@@ -117,8 +117,8 @@ contains
     end do
   end subroutine store
 
-  !> Which corner of the end of a cylinder is the deepest is rounding where it does not lean: the few points that stand for it are
-  !> then the same from step to step, so that what laws keep of them stays.
+  !> Breaks ties between the corners of the end of a cylinder that does not lean: rounding would choose the deepest. The same few
+  !> points then represent the end from step to step, so that laws keep their memory.
   pure subroutine take_ties(fa, fb, cut)
     type(outline), intent(in) :: fa, fb
     type(patch), intent(inout) :: cut
@@ -126,7 +126,7 @@ contains
     if (fb%count > 2 .and. fb%even) cut%tie = turned*cut%size
   end subroutine take_ties
 
-  !> What of c looks along sense*n: no corner (a point), two (a line) or more (a face), layer included in the heights.
+  !> Features of c that look along sense*n: none for a point, two corners of a line, more of a face; heights include the layer.
   pure subroutine side(c, at, n, t, s, sense, f)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense

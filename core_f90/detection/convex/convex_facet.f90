@@ -1,4 +1,4 @@
-!> What round convex shapes share where they meet one triangle of a surface that is solid behind it.
+!> Contact of round convex shapes with a triangle of a surface that is solid behind it: common routines.
 module convex_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use bracketed_zero, only: bracket, narrow, next_angle, where_it_falls
@@ -62,7 +62,7 @@ contains
     m = m/sqrt(dot_product(m, m))
   end function normal_beyond
 
-  !> Whether the ball around a body at `at` reaches an edge.
+  !> True if the bounding ball of a body at `at` reaches an edge.
   pure logical function is_near(p, at, g, limit)
     type(convex), intent(in) :: p
     real(c_double), intent(in) :: at(3), limit
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine end_on_mesh
 
-  !> Whether a point x of the body at `gap` from the plane of the triangle is this triangle's.
+  !> True if a point x of the body, at `gap` from the plane of the triangle, belongs to this triangle.
   pure logical function meets_inside(p, q, at, x, gap, low)
     type(convex), intent(in) :: p
     type(solid), intent(in) :: q
@@ -144,8 +144,8 @@ contains
     end if
   end function meets_inside
 
-  !> Whether a point at `height` behind this triangle is nearer to the inside of one around it, along whose normal the whole
-  !> body has a shorter way out than `low`.
+  !> True if a point at `height` behind this triangle is nearer to the interior of a neighbouring one, along whose normal the whole
+  !> body has a shorter translation out than `low`.
   pure logical function leaves_elsewhere(p, q, at, x, height, low)
     type(convex), intent(in) :: p
     type(solid), intent(in) :: q

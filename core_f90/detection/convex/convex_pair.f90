@@ -15,7 +15,7 @@ contains
   subroutine cairn_pair_convex(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, normal, point, &
                                feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
-    type(cairn_hulls), intent(in) :: hulls              !< with what A and what B is seen as
+    type(cairn_hulls), intent(in) :: hulls              !< with the convex kinds of A and B
     integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
     real(c_double), intent(in) :: between(n, 3)         !< centre of A - centre of B [m]
     real(c_double), intent(in) :: radius_a(n)           !< of the ball around A [m]

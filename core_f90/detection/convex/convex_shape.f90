@@ -1,5 +1,5 @@
-!> Convex shapes by what they reach in a direction: points, segments, cylinders, superquadrics, polyhedra, each with a layer of
-!> even thickness around it. A sphere is a point, a capsule a segment in such a layer.
+!> Convex shapes by their support functions: points, segments, cylinders, superquadrics, polyhedra, each with a layer of uniform
+!> thickness around it. A sphere is a point, a capsule a segment in such a layer.
 !> A hull without edges is round: of capsules and cylinders it holds the ends of the axis, which is its only normal, with the
 !> radius as offset; of superquadrics the corners of its box, and as normals the axes, twice (0, 0, 0), with the three
 !> half axes and the two exponents as offsets.
@@ -11,13 +11,13 @@ module convex_shape
   public :: convex, see, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, &
             guesses, sag_of
 
-  !> As in enum cairn_convex of core.h.
+  !> Values of enum cairn_convex of core.h.
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
   integer, parameter, public :: is_half_space = 5 !< of pairs; none is ever seen
   integer, parameter, public :: most_guesses = 6
-  !> Of the largest component: what is less is rounding, where the point of a superquadric like a box jumps across its face.
+  !> Rounding relative to the largest component; below it the support point of a superquadric like a box jumps across its face.
   real(c_double), parameter :: level = 1e-14_c_double
-  !> Of the least half axis of a superquadric: how far the corners that stand for one of its flat faces are behind its middle.
+  !> Distance of the corners of a flat face behind its middle, relative to the least half axis of a superquadric.
   real(c_double), parameter :: behind = 2.0_c_double**(-13)
 
   type :: convex
@@ -212,8 +212,8 @@ contains
     end select
   end subroutine bend
 
-  !> ((|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) <= 1 (Barr 1981) is the unit ball of a norm within a norm, and what
-  !> it reaches is the dual norm: exponents 2/(2 - e). The point is the slope of the reach.
+  !> Support point of a superquadric (Barr 1981): the unit ball of the nested norm (|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) +
+  !> |z/c|^(2/e1) <= 1. Its support function is the dual norm, of exponents 2/(2 - e); the support point is the gradient of that.
   pure function farthest_of_superquadric(c, d) result(x)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: d(3)
@@ -260,9 +260,9 @@ contains
     end function product_of
   end subroutine bend_superquadric
 
-  !> What is to be added to a step w from the normal n where the reach of c bends without bound: near the planes of symmetry of
-  !> superquadrics with flat faces, where it goes as a power below 2 of a component, a step that is Newton's for the point, the
-  !> slope of that power.
+  !> Correction of a step w from the normal n where the curvature of the support function of c is unbounded: near the symmetry
+  !> planes of superquadrics with flat faces, it behaves there as a power below 2 of a component. The corrected step is Newton's for
+  !> the support point, the gradient of that power.
   pure function bow(c, n, w) result(more)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: n(3), w(3)
@@ -335,7 +335,7 @@ contains
     end if
   end subroutine bend_norm
 
-  !> Directions in which faces or sides of c may look: what contacts often have as normal.
+  !> Directions of faces or sides of c, which are frequent contact normals.
   pure subroutine guesses(c, count, d)
     type(convex), intent(in) :: c
     integer, intent(out) :: count

@@ -1,5 +1,5 @@
-!> Whether two convex shapes are nowhere farther apart than along a direction: where what both reach farthest along it, points,
-!> edges, sides, ends or faces, has a point in common across it, no move is shorter, and these are the nearest points.
+!> Optimality test for a separating axis of two convex shapes: if the support features of both along it (points, edges, sides, ends
+!> or faces) share a point across the axis, no translation is shorter, and these are the nearest points.
 module convex_top
   use, intrinsic :: iso_c_binding, only: c_double
   use convex_shape, only: convex, is_cylinder, is_point, is_polyhedron, is_segment, support
@@ -21,8 +21,8 @@ module convex_top
 
 contains
 
-  !> n: unit, from b to a, which stands at `at` from b. The nearest points from the centre of b, if found. sharp: there is
-  !> neither a point that is one of many on a round body nor a side among what meets.
+  !> n: unit, from b to a, which stands at `at` from b. x, y: the nearest points from the centre of b, if found. sharp: neither
+  !> support feature is a point of a curved surface or a side.
   pure subroutine meet_across(a, b, at, n, extent, slack, found, sharp, x, y)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), n(3), extent
@@ -45,7 +45,7 @@ contains
     y = z(1)*t + z(2)*s + dot_product(n, y)*n
   end subroutine meet_across
 
-  !> What c, at `at`, reaches farthest along d, across d; and x, a point of it.
+  !> Support feature of c, at `at`, along d, projected across d; x: a point of it.
   pure subroutine reached(c, at, d, t, s, extent, x, p)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: at(3), d(3), t(3), s(3), extent

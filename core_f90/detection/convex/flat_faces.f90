@@ -1,7 +1,6 @@
-!> Flat faces of superquadrics like boxes, pillows and drums. With an exponent below 1 a surface is flat in the middle of its
-!> faces: the point that is lowest there runs from one rim to the other with the least turn, as the end of a pendulum without
-!> length, and one contact there bears a body as a needle would. Corners on the surface, a little behind the middle, stand for
-!> the face as those of a polyhedron do.
+!> Flat faces of superquadrics like boxes, pillows and drums. With an exponent below 1 the middle of a face is flat: its lowest
+!> point runs from rim to rim at the least rotation, so a single contact there would bear a body as a needle does. Corners on the
+!> surface, a little behind the middle, represent the face as those of a polyhedron do.
 module flat_faces
   use, intrinsic :: iso_c_binding, only: c_double
   use convex_shape, only: convex, sag_of, support
@@ -123,7 +122,7 @@ contains
     x = 0
     if (both) then
       count = 4
-      round = (1 + far)/2 ! of the norm across the third axis: half of what they are behind is by that
+      round = (1 + far)/2 ! of the norm across the third axis, which makes half of their offset
       x(axis, :) = far*c%half(axis)
       wide = round*rest(far/round, p(2))*c%half(other)
       x(other, :) = merge(wide, -wide, axis == 1)*[1, 1, -1, -1]

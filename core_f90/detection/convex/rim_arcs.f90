@@ -16,7 +16,7 @@ module rim_arcs
   integer, parameter :: most_on_rim = 16
   integer(c_int32_t), parameter :: lowest_name = 4000, names = 8
 
-  !> Of the end that looks at a triangle, from where the triangle is seen.
+  !> Rim of the end of a cylinder that faces a triangle, in the frame of the triangle.
   type :: rim
     real(c_double) :: centre(3), e(3), g(3), radius
     real(c_double) :: low    !< angle at which it reaches farthest towards the triangle

@@ -109,9 +109,9 @@ contains
     end do
   end subroutine cairn_grid_keys
 
-  !> Which cell along an axis. What is beyond 64 bits shares the last cell, which is right, only slow.
-  !> Rounding does not part neighbours: if x2*inverse <= x1*inverse + 1, so are their roundings as long as 1 is a multiple of
-  !> their last digit; beyond that, positions have no digits below the size of a cell.
+  !> Cell along an axis. Positions beyond 64 bits share the last cell, which is correct, but slow. Rounding does not part
+  !> neighbours: if x2*inverse <= x1*inverse + 1, so are their roundings as long as 1 is a multiple of their last digit; beyond
+  !> that, positions have no digits below the size of a cell.
   elemental function cell_coordinate(x, inverse_cell) result(c)
     real(c_double), intent(in) :: x, inverse_cell
     integer(c_int64_t) :: c

@@ -106,7 +106,7 @@ contains
     integer(c_int8_t), intent(in) :: movable(0:*)       !< of the bodies
     integer(c_int32_t), value :: rules                  !< 0: all materials meet
     integer(c_int32_t), intent(in) :: material(0:*)     !< of the contactors
-    integer(c_int8_t), intent(in) :: meet(-2:*)         !< of the rules: 0, what it is about does not meet; see law_rules
+    integer(c_int8_t), intent(in) :: meet(-2:*)         !< of the rules: 0, its materials do not meet; see law_rules
     integer(c_int32_t), intent(in) :: word(2, 0:*)
     integer(c_int8_t), intent(in) :: apart(0:*)
     integer(c_int32_t), intent(in) :: alone(0:*)
@@ -293,7 +293,7 @@ contains
     real(c_double), intent(in) :: reach(0:last - 1)       !< now [m]
     real(c_double), intent(in) :: room(0:last - 1)        !< reach of that search [m]
     integer(c_int64_t), intent(out) :: beyond             !< how many; no number counts
-    real(c_double), parameter :: share = 1 - 2.0_c_double**(-19) !< of what is left, for what squares and sums round
+    real(c_double), parameter :: share = 1 - 2.0_c_double**(-19) !< reduces the remaining room by the rounding of squares and sums
     real(c_double), parameter :: smallest_square = tiny(1.0_c_double)*2.0_c_double**60 !< below it squares lose digits
     real(c_double) :: left, way
     integer(c_int64_t) :: i

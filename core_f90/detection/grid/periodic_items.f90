@@ -1,4 +1,4 @@
-!> What the search sees of a periodic scene: every contactor brought into the cell, and ghosts of those near its faces.
+!> Items for the search in a periodic scene: every contactor wrapped into the cell, and ghosts of those near its faces.
 module periodic_items
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   implicit none
@@ -130,7 +130,7 @@ contains
     depth(3) = vectors(3, 3)
   end function depth_of_cell
 
-  !> The largest whole number not above x, within what an image can count.
+  !> Floor of x, clamped to the range of image counts.
   elemental function floor_of(x) result(whole)
     real(c_double), intent(in) :: x
     real(c_double) :: whole

@@ -19,8 +19,8 @@ module hull_axes
 
 contains
 
-  !> Largest separation along the outward normals of the faces of p, q standing at `at` from p; `best` is -huge at first, and
-  !> a face counts if it beats it. Leaves early with what it has once that is more than the limit.
+  !> Largest separation along the outward normals of the faces of p, q standing at `at` from p; `best` is -huge at first, and a face
+  !> counts if it beats it. Returns early once the separation exceeds the limit.
   subroutine best_face(p, q, at, limit, best, face)
     type(solid), intent(in) :: p, q
     real(c_double), intent(in) :: at(:)           !< centre of q - centre of p [m]

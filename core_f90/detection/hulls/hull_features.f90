@@ -139,8 +139,8 @@ contains
     x%feature = [-edge_a, -edge_b]
   end subroutine edge_axis
 
-  !> The line of the nearest points of two vertices, or of a vertex and an edge: `nearest` if the foot is on the edge, no nearer to
-  !> its ends than the margin [m], and if the points are apart by more than `least`.
+  !> Separating axis through the nearest points of two vertices, or of a vertex and an edge. nearest: the foot is on the edge, at
+  !> least the margin [m] from its ends, and the points are more than `least` apart.
   pure subroutine point_axis(a, b, at, feature, least, margin, x, nearest)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), least, margin
@@ -184,8 +184,8 @@ contains
     inside = min(along, 1 - along)*sqrt(square)
   end subroutine foot_on_edge
 
-  !> Whether all vertices but those of a feature, an edge or a vertex, are farther along n than it by more than the margin, which
-  !> is well above rounding.
+  !> True if the feature (an edge or a vertex) is lower along n than all other vertices by more than the margin, which is well above
+  !> rounding.
   pure function alone(p, feature, n, margin)
     type(solid), intent(in) :: p
     integer(c_int32_t), intent(in) :: feature
@@ -209,8 +209,8 @@ contains
     alone = low == merge(1, 2, from == to)
   end function alone
 
-  !> Whether two edges are what is deepest along the axis n across them, at depth s [m], and no two faces that all but lie on each
-  !> other are as far apart.
+  !> True if two edges are the deepest features along the axis n across both, at depth s [m], and no two nearly parallel faces are
+  !> as far apart.
   pure function edges_stand_out(a, b, at, edge_a, edge_b, s, n)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), s, n(3)

@@ -23,14 +23,14 @@ module hull_patch
   end type outline
 
   integer, parameter :: lanes = 4, room = face_corners + lanes
-  !> The lines of an outline, and its corners, filled up with the last of them to whole lanes. What is in is on the left.
+  !> The lines of an outline, and its corners, padded with the last of them to whole SIMD lanes. The interior is on the left.
   type :: rim
     integer :: count, filled
     real(c_double), dimension(room) :: x, y, inward_x, inward_y, base
   end type rim
 
-  ! What follows is written down before it is known to count, in the place after those that do: there are no branches that no
-  ! processor foresees.
+  ! Branch-free lists: each candidate is written to the place after the valid ones before it is known to count, since such branches
+  ! would be mispredicted.
 
   !> Where the edge of A from corner i crosses that of B from corner j: how far inside the other's line each begins and ends [m].
   type :: crossings
@@ -205,8 +205,8 @@ contains
     end do
   end subroutine cut_faces
 
-  !> Faces that stand square to the normal and of which no more than a ten-thousandth lies before the other: a body that slides
-  !> over the seam of two flush ones, sunk or lifted by what a step leaves, meets the second at no side. p: their cut.
+  !> True if faces that stand square to the normal overlap by no more than a ten-thousandth. A body that slides over the seam of two
+  !> flush faces, offset by the error of a step, would otherwise meet a side of the second one. p: their intersection.
   pure function meet_barely(fa, fb, p)
     type(outline), intent(in) :: fa, fb
     type(patch), intent(in) :: p
@@ -220,7 +220,7 @@ contains
     if (.not. meet_barely) meet_barely = overlap_barely(fb, fa)
   end function meet_barely
 
-  !> Whether it is plain from its points that a cut is no sliver.
+  !> True if the points of an intersection suffice to show that it is no sliver.
   pure function wide(p)
     type(patch), intent(in) :: p
     logical :: wide
@@ -235,7 +235,7 @@ contains
     end do
   end function wide
 
-  !> Whether across some side of a the two outlines share less than a ten-thousandth of the narrower, or are as little apart.
+  !> True if across some side of a the two outlines overlap, or are apart, by less than a ten-thousandth of the narrower one.
   pure function overlap_barely(a, b) result(barely)
     type(outline), intent(in) :: a, b
     logical :: barely

@@ -33,7 +33,7 @@ contains
     proved = .true.
   end function face_is_nearest
 
-  !> Whether 0 is at least `depth` inside the plane through two corners and the apex, which turn anticlockwise.
+  !> True if 0 is at least `depth` inside the plane through two corners and the apex, which turn anticlockwise.
   pure function beyond(from, to, apex, depth)
     real(c_double), intent(in) :: from(3), to(3), apex(3), depth
     logical :: beyond

@@ -1,5 +1,5 @@
-!> The vertex of a hull, or the normal, that reaches least along a direction. No branch depends on where it is: which of them it
-!> is no processor foresees.
+!> Support function of a hull: the vertex, or the normal, with the least component along a direction. No branch depends on its
+!> index, which would be mispredicted.
 module hull_support
   use, intrinsic :: iso_c_binding, only: c_double, c_int64_t
   implicit none

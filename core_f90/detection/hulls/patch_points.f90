@@ -11,7 +11,7 @@ module patch_points
   !> Names: vertices of A from 1, of B from `vertex_of_b`, crossings of edges from `crossing`.
   integer(c_int32_t), parameter :: vertex_of_b = 2_c_int32_t**28, crossing = 2_c_int32_t**29, edge_names = 2_c_int32_t**14
   integer(c_int32_t), parameter :: second_name = 2_c_int32_t**27
-  ! Of the size of the smaller body: points closer than `same` are one, names of vertices hold within `near`.
+  ! Tolerances relative to the size of the smaller body: points closer than `same` coincide, names of vertices hold within `near`.
   real(c_double), parameter :: same = 1e-7_c_double, near = 1e-5_c_double
 
   type :: patch
@@ -52,7 +52,7 @@ contains
     p%name(p%count) = name
   end subroutine add_point
 
-  !> The nearest features, where the patch holds none as near but for `slack`, what rounding makes of it.
+  !> Adds the nearest features unless a point of the patch is as near within `slack`, the rounding error.
   pure subroutine add_deepest(p, x, gap, slack, name)
     type(patch), intent(inout) :: p
     real(c_double), intent(in) :: x(3), gap, slack
@@ -168,9 +168,9 @@ contains
     area = d(1)*e(2) - d(2)*e(1)
   end function area
 
-  !> Names points after a vertex that is near, of A before B, so that a corner keeps its name while rounding moves it in and
-  !> out of the other face; then sorts by name. Of at most a few points. xa (2, na), xb (2, nb): vertices of the two faces,
-  !> across the normal. What is done for each of few places, be it taken or not, needs no branches.
+  !> Names points after a vertex that is near, of A before B, so that a corner keeps its name while rounding moves it in and out of
+  !> the other face; then sorts by name. Of at most a few points. xa (2, na), xb (2, nb): vertices of the two faces, across the
+  !> normal. The loops run over all places, used or not, without branches.
   pure subroutine name_points(p, na, xa, name_a, nb, xb, name_b)
     type(patch), intent(inout) :: p
     integer, intent(in) :: na, nb
@@ -218,7 +218,7 @@ contains
     of = int(found, c_int32_t)
   end subroutine names_near
 
-  !> Points that have the name of one before keep their own, or get one of a row of second names.
+  !> Makes names unique: a point whose name is already taken gets its counterpart in a second series of names.
   pure subroutine tell_apart(p, name)
     type(patch), intent(in) :: p
     integer(c_int32_t), intent(inout) :: name(few)

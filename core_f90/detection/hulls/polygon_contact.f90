@@ -8,7 +8,7 @@ module polygon_contact
   private
   public :: side, find_side, touch_polygons, touch_line, rounding
 
-  ! Of the sizes together: what rounding alone makes of a depth; and the distance below which differences tell no direction.
+  ! rounding: error of a depth; blind: distance below which differences define no direction; both relative to the sum of sizes.
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double), blind = 1e-9_c_double
   real(c_double), parameter :: level = 1e-2_c_double, barely = 1e-4_c_double !< see meet_barely
   real(c_double), parameter :: steep = 1e-3_c_double !< a side whose normal is so far from the axis is seen from its end
@@ -149,8 +149,8 @@ contains
     end subroutine put
   end subroutine touch_polygons
 
-  !> Sides that stand square to the normal and of which no more than a ten-thousandth lies before the other: a body that
-  !> slides over the seam of two flush ones, sunk or lifted by what a step leaves, meets the second at no side.
+  !> True if sides that stand square to the normal overlap by no more than a ten-thousandth. A body that slides over the seam of two
+  !> flush sides, offset by the error of a step, would otherwise meet the end of the second one.
   pure function meet_barely(a, b, overlap)
     type(side), intent(in) :: a, b
     real(c_double), intent(in) :: overlap

@@ -13,8 +13,7 @@ module capsule_facet
 
 contains
 
-  !> Both ends touch as spheres do; what is between them touches edges and vertices that stand out, each for the triangle that
-  !> owns it.
+  !> Both ends touch as spheres do; the side between them touches convex edges and vertices, each for the triangle that owns it.
   subroutine cairn_pair_capsule_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs

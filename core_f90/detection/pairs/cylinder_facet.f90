@@ -57,7 +57,7 @@ contains
     end do
   end subroutine cairn_pair_cylinder_facet
 
-  !> Of what overlaps, only the ways out that are about the shortest from the wedge at the edge.
+  !> Contacts at an edge; of overlaps only those whose depth is within 1 % of the shortest translation out of the wedge.
   subroutine at_edge(p, q, k, at, limit, f)
     type(convex), intent(in) :: p
     type(solid), intent(in) :: q

@@ -21,8 +21,8 @@ contains
     integer(c_int32_t), intent(out) :: status(n)        !< 0
     integer(c_int32_t) :: i
     real(c_double) :: along, axis(2), distance(n), from_axis(n, 2), direction(n, 2)
-    ! Seen from the nearest point of the axis: across the bar, then along it, which is 0 but at the ends. Apart, so that
-    ! what is far along the bar costs no digits across it.
+    ! Components from the nearest point of the axis: across the bar, then along it, which is 0 except at the ends. They are computed
+    ! separately, so that a large distance along the bar costs no digits across it.
     do i = 1, n
       axis = direction_b(i, 1:2)
       along = between(i, 1)*axis(1) + between(i, 2)*axis(2)

@@ -24,11 +24,11 @@ module polyhedron_facet
 
 contains
 
-  !> Each feature of the surface counts once, for the triangle that owns it, and only where it can be touched:
-  !> the inside by the face of the polyhedron that looks at it and its lowest corner, along the normal of the triangle; edges
-  !> and vertices that stand out by the edges and faces of the polyhedron across whose normals they lie, along these; what is
-  !> apart otherwise by its nearest points. So edges within a plane do nothing: the corners of a block are its contacts there,
-  !> each on one triangle, as on a plane.
+  !> Contacts by features of the surface. Each counts once, for the triangle that owns it, and only where it can be touched:
+  !> - the interior, by the lowest corner of the face of the polyhedron that looks at it, along the normal of the triangle;
+  !> - convex edges and vertices, by the edges and faces of the polyhedron across whose normals they lie, along these;
+  !> - other separated features, by their nearest points.
+  !> Edges within a plane are therefore inert: the contacts of a block are its corners, each on a single triangle, as on a plane.
   subroutine cairn_pair_polyhedron_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                          normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
@@ -187,7 +187,7 @@ contains
     end do
   end subroutine on_edges
 
-  !> Whether a polyhedron leaves the wedge at edge k along the normal of one of its triangles with less than `depth`.
+  !> True if a polyhedron leaves the wedge at edge k along the normal of either triangle with an overlap of less than `depth`.
   pure logical function shorter_way(p, q, k, at, depth)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: k
@@ -208,7 +208,7 @@ contains
     end do
   end function shorter_way
 
-  !> Whether a polyhedron lies beyond one of its edges along n, but for what it leans.
+  !> True if n lies between the normals of the two faces at edge i, within the tolerance `lean`: the edge is a support feature.
   pure logical function supports(p, i, d, n)
     type(solid), intent(in) :: p
     integer, intent(in) :: i
@@ -389,8 +389,8 @@ contains
     call add(f, (at + x + y)/2 - at, d/sqrt(dot_product(d, d)), distance, name)
   end subroutine nearest
 
-  !> Whether a point of the triangle is the nearest of the surface to what stands at d from it. Edges and vertices that do not
-  !> stand out are nearest to nothing that has no corner nearer.
+  !> True if a point y on an edge or vertex of the triangle is the nearest of the surface to a point at d from it. Edges and
+  !> vertices that are not convex never are: another feature is nearer there.
   pure logical function is_nearest(q, y, d, slack)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: y(3), d(3), slack

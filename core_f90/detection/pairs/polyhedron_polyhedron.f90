@@ -12,10 +12,10 @@ module polyhedron_polyhedron
   private
   public :: cairn_pair_polyhedron_polyhedron
 
-  ! Of the sizes together: the distance below which differences tell no direction; and how far features that were recalled must
-  ! be from those that could take their place, so that looking at all of them would find the same.
+  ! blind: distance below which differences define no direction; sure: lead by which recalled features must beat all others, so that
+  ! a full search would find the same; both relative to the sum of sizes.
   real(c_double), parameter :: blind = 1e-8_c_double, sure = 1e-5_c_double
-  integer, parameter :: ahead = 2 !< how many pairs before its turn what a pair needs is fetched
+  integer, parameter :: ahead = 2 !< prefetch distance: pairs ahead of the present one
   real(c_double), parameter :: drawn = 0.02_c_double !< of the smaller size: how far bodies are drawn apart to see their edges
 
   interface
@@ -124,8 +124,8 @@ contains
     end if
   end function face_of
 
-  !> The axis of the features that made it last time, if there is proof that no other could, or that the bodies are apart.
-  !> `least` is what is known without proof: the separation across edges is no less.
+  !> The axis of the features of the last step, if it is proved to be the best, or that the bodies are apart. `least`: lower bound
+  !> on the separation across edges, known without proof.
   subroutine recall_axis(a, b, at, limit, feature, x, proved, least)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), limit

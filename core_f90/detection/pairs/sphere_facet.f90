@@ -9,7 +9,8 @@ module sphere_facet
 
   ! Features of declared pairs until the caller knows whether another facet has the point: see cairn/core.h.
   integer(c_int32_t), parameter :: own = -2, spare = -1
-  ! Of the ball around a facet: as far beyond a rim a bond of a point shears in the plane of the facet, and does not open.
+  ! Distance beyond a rim up to which a bond of a point shears in the plane of the facet instead of opening, relative to the
+  ! bounding ball of the facet.
   real(c_double), parameter :: past_a_rim = 0.25_c_double
   real(c_double), parameter :: over_it = 1 - 5e-5_c_double ! cosine of a contact over a facet and that facet
 
@@ -62,7 +63,8 @@ contains
     end do
   end subroutine cairn_pair_sphere_facet
 
-  !> Beside the nearest point of the surface, vertices of this facet at which a mesh is bent bear what is larger than its cells.
+  !> Adds contacts at vertices of this facet where a mesh is bent: a sphere larger than the cells is borne by them as well as by the
+  !> nearest point of the surface.
   pure subroutine add_bent(q, x, radius, limit, count, gap, normal, point, feature)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: x(3), radius, limit

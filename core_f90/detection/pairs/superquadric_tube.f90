@@ -18,7 +18,7 @@ module superquadric_tube
 
 contains
 
-  !> Where it is nearest to the wall than around: one point, or two and more of what lies across the tube.
+  !> Contacts where the body is locally nearest to the wall: one point, or two and more for a body that lies across the tube.
   subroutine cairn_pair_superquadric_tube(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
@@ -51,9 +51,10 @@ contains
     end do
   end subroutine cairn_pair_superquadric_tube
 
-  !> What a body reaches across the tube in a direction grows with the angle while the point is ahead of the direction: where it
-  !> falls behind, that point is the farthest from the axis of the tube around. The angles between which it falls, and those
-  !> between which it may reach farther than any point seen, are parted until they are narrow.
+  !> Local maxima of the support point's distance from the axis of the tube. The support function across the tube grows with the
+  !> angle while the support point is ahead of the direction; where the point falls behind, it is locally farthest from the axis.
+  !> Intervals in which it falls behind, and those in which it may be farther out than any point seen, are bisected until they are
+  !> narrow.
   subroutine find_points(p, q, at, limit, f)
     type(convex), intent(in) :: p
     type(tube), intent(in) :: q
@@ -66,7 +67,7 @@ contains
     two_pi = 4*acos(0.0_c_double)
     far = 0
     falling = 0
-    ! once around, and once more what was first, whose beginning was not seen
+    ! one turn, and the first interval again, whose start was not seen
     call falls(p, at, t, s, 0.0_c_double, two_pi + two_pi/looks, looks + 1, q%radius - limit, far, falling, fall)
     do level = 1, levels
       found = 0
@@ -93,9 +94,9 @@ contains
     call at_point(q, at, x, limit, 1_c_int32_t, f)
   end subroutine find_points
 
-  !> Adds the parts of an interval of angles in which the point falls from ahead of the direction to behind it, what lies within
-  !> rounding being neither; and those in which it may be farther out than `far`, the farthest seen, by where the tangents at both
-  !> ends meet. Not those that are nearer to the axis than `enough` throughout.
+  !> Adds the parts of an interval of angles in which the support point changes from ahead of the direction to behind it
+  !> (differences within rounding are neither), and those in which it may be farther out than `far`, the farthest seen, by the
+  !> intersection of the tangents at both ends. Skips parts that are nearer to the axis than `enough` throughout.
   pure subroutine falls(p, at, t, s, low, high, pieces, enough, far, count, fall)
     type(convex), intent(in) :: p
     real(c_double), intent(in) :: at(3), t(3), s(3), low, high, enough
@@ -152,7 +153,7 @@ contains
     end if
   end subroutine close_in
 
-  !> What is widest beyond an open end touches its rim, where this is nearest to the body.
+  !> Contact of a body that is widest beyond an open end with the rim, at the point of the rim nearest to the body.
   subroutine at_rim(p, q, at, t, s, start, along, limit, name, f)
     type(convex), intent(in) :: p
     type(tube), intent(in) :: q

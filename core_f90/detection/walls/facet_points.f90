@@ -1,4 +1,4 @@
-!> Points of contact of one body with one triangle or tube while they are found, each with a normal of its own.
+!> Contact points of a body with a triangle or tube while they are found, each with its own normal.
 module facet_points
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   implicit none
@@ -11,7 +11,7 @@ module facet_points
   !> From the centre of the body.
   type :: findings
     integer :: count = 0
-    real(c_double) :: slack = 0                      !< what is no farther apart is one [m]
+    real(c_double) :: slack = 0                      !< points within this distance coincide [m]
     real(c_double) :: x(3, most_found), n(3, most_found), gap(most_found)
     integer(c_int32_t) :: name(most_found)
   end type findings

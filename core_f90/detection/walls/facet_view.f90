@@ -10,8 +10,8 @@ module facet_view
   public :: on_edge, cross, inside_of, inward, is_over, is_under_valley, after, stands_out, pokes_out, leaves_edge, &
             leaves_vertex, is_bent, of_mesh, edge_from, vertex_from, nearer_elsewhere
 
-  ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets; and what stands out no farther
-  ! of a plane is of it.
+  ! Tolerance relative to the size of the facet: a point so near to an edge lies on it, for both of its facets; a feature that
+  ! protrudes by less lies in the plane.
   real(c_double), parameter :: on_edge = 1e-9_c_double
 
 contains
@@ -51,7 +51,7 @@ contains
     s = dot_product(w, x - q%v(k, :))/sqrt(dot_product(w, w))
   end function inside_of
 
-  !> Whether a point is over the triangle, or over an edge or a vertex that it owns.
+  !> True if a point is over the triangle, or over an edge or a vertex that it owns.
   pure logical function is_over(q, x)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: x(3)
@@ -72,8 +72,8 @@ contains
     end do
   end function is_over
 
-  !> Whether a point behind the triangle is beyond one of its edges, where the triangle beyond looks at it, and beyond that edge
-  !> for this one too: neither is it over.
+  !> True if a point behind the triangle lies in a valley: beyond exactly one of its edges, where the next triangle is inclined
+  !> towards it, and outside that triangle as well, so that it is over neither.
   pure logical function is_under_valley(q, x)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: x(3)
@@ -92,7 +92,7 @@ contains
     is_under_valley = beyond == 1
   end function is_under_valley
 
-  !> Whether a body may touch edge k and no inside of a triangle: at the rim of the surface, and where it turns away behind.
+  !> True if edge k is a rim of the surface or convex: a body may touch the edge without touching the interior of a triangle.
   pure logical function stands_out(q, k)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
@@ -130,14 +130,14 @@ contains
     pokes_out = .false.
   end function pokes_out
 
-  !> Whether it is a side of a mesh.
+  !> True if the triangle is a side of a mesh.
   pure logical function of_mesh(q)
     type(solid), intent(in) :: q
     of_mesh = any(q%edge(4, 4:6) /= 0)
   end function of_mesh
 
-  !> Whether a load has bent the surface of a mesh at vertex k, which is of this facet: it is not flat there, and no corner.
-  !> What is larger than cells bends them round itself, and is borne by all of the vertices that it covers.
+  !> True if a load has bent the surface of a mesh at vertex k of this facet: neither flat nor a corner there. A body larger than
+  !> the cells bends them around itself, and is borne by all vertices that it covers.
   pure logical function is_bent(q, k)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
@@ -159,7 +159,7 @@ contains
     end do
   end function is_bent
 
-  !> Whether a vector d leads out of the surface from edge k, which it is across. `slack` as d: how far it may lean to it.
+  !> True if a vector d across edge k leads out of the surface. `slack`: tolerance, in the unit of d.
   pure logical function leaves_edge(q, k, d, slack)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
@@ -169,7 +169,7 @@ contains
     leaves_edge = leaves_edge .and. outside
   end function leaves_edge
 
-  !> Whether a vector d across edge k leads away from both triangles there, and whether it is in front of one of them.
+  !> away: a vector d across edge k leads away from both triangles there; outside: it is in front of either.
   pure subroutine edge_from(q, k, d, slack, away, outside)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
@@ -194,7 +194,7 @@ contains
     leaves_vertex = leaves_vertex .and. outside
   end function leaves_vertex
 
-  !> Whether no edge from vertex k leads along a vector d, and whether d is in front of a triangle around it.
+  !> away: no edge from vertex k leads along a vector d; outside: d is in front of a triangle around it.
   pure subroutine vertex_from(q, k, d, slack, away, outside)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
@@ -221,7 +221,7 @@ contains
     end function leads
   end subroutine vertex_from
 
-  !> Whether a point behind the surface is nearer to the inside of this or a triangle around it than `depth`.
+  !> True if a point behind the surface is nearer to the interior of this or a neighbouring triangle than `depth`.
   pure logical function nearer_elsewhere(q, x, depth)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: x(3), depth

@@ -27,7 +27,7 @@ contains
     b%half = direction(4)
   end subroutine see_tube
 
-  !> Whether a body with its centre at x is outside a tube that has ends: what is there is free.
+  !> True if a body with its centre at x is outside a tube with ends, where motion is free.
   pure logical function is_beyond(b, x)
     type(tube), intent(in) :: b
     real(c_double), intent(in) :: x(3)
@@ -52,8 +52,8 @@ contains
     k = k/sqrt(dot_product(k, k))
   end subroutine look_across
 
-  !> Unit vectors z at which x z(1) + y z(2) + d/2 z(1)^2, d >= 0, has tops: one in the quarter of (x, y), and a lower one beyond
-  !> the second axis while (x, y) is within the astroid of d.
+  !> Maxima of x z(1) + y z(2) + d/2 z(1)^2, d >= 0, over unit vectors z: the first in the quadrant of (x, y), and a lower one on
+  !> the other side of the second axis while (x, y) is within the astroid of d.
   pure subroutine tops(x, y, d, count, z)
     real(c_double), intent(in) :: x, y, d
     integer, intent(out) :: count

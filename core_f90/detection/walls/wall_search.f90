@@ -1,18 +1,19 @@
-!> Which contactors come near an unbounded one, where all are asked, or near a long one, which the search took for a disk.
+!> Broad phase of walls: tests all contactors against an unbounded wall, and the grid's candidates against a long one, which the
+!> grid took for a disk.
 module wall_search
   use, intrinsic :: iso_c_binding, only: c_double, c_int16_t, c_int32_t, c_int64_t
   implicit none
   private
   public :: cairn_plane_search, cairn_tube_search, cairn_bar_search
 
-  ! Rounding of a projection, in units of the vector projected: what is found is checked again by the narrow phase.
+  ! Rounding of a projection, in units of the vector projected; the narrow phase checks the pairs again.
   real(c_double), parameter :: slack = 16*epsilon(1.0_c_double)
   integer(c_int32_t), parameter :: own_image = 512 + 1024*(512 + 1024*512)
 
 contains
 
-  !> Those of the listed contactors that reach the half space behind a plane. `found` is their number, the first
-  !> `capacity` of them are in `near`.
+  !> Finds the listed contactors that reach the half space behind a plane. `found`: their number; the first `capacity` of them are
+  !> in `near`.
   pure subroutine cairn_plane_search(dim, n, listed, centre, reach, origin, normal, margin, capacity, near, found) bind(c)
     integer(c_int32_t), value :: dim                  !< 2 or 3
     integer(c_int64_t), value :: n                    !< contactors asked
@@ -64,7 +65,7 @@ contains
     end do
   end subroutine cairn_plane_search
 
-  !> Those of the listed contactors that reach the wall of a tube, in 2D of a ring, or what is outside it, taken as endless.
+  !> Finds the listed contactors that reach the wall of a tube (in 2D of a ring), or its outside, taken as endless.
   pure subroutine cairn_tube_search(dim, n, listed, centre, reach, origin, axis, radius, margin, capacity, near, found) bind(c)
     integer(c_int32_t), value :: dim                  !< 2 or 3
     integer(c_int64_t), value :: n                    !< contactors asked
@@ -95,7 +96,7 @@ contains
     end do
   end subroutine cairn_tube_search
 
-  !> Of pairs of a bar and another contactor, keeps those where the other reaches the bar. Works in place.
+  !> Keeps pairs of a bar and another contactor that reaches it; works in place.
   pure subroutine cairn_bar_search(n, a, b, image, bar, shape, centre, direction, reach, vectors, kept) bind(c)
     integer(c_int64_t), value :: n                    !< pairs
     integer(c_int32_t), intent(inout) :: a(n), b(n)   !< contactors

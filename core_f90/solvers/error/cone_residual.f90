@@ -1,7 +1,7 @@
-!> The natural map of Coulomb's cone at contacts, component by component: with rho = 1/W_NN, u the relative velocity, bias included,
+!> Natural map of Coulomb's cone at contacts, component by component: with rho = 1/W_NN and u the relative velocity, bias included,
 !>   F(r) = r - P_K( r - rho (u + (mu |u_T|, 0, 0)) ),   K the cone
-!> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008); where mu > 1, F of Alart & Curnier (1991), with the same zeros.
-!> Its norm is the error of contacts under a cone, and what laws that are one in part take for that part.
+!> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008). If mu > 1, F of Alart & Curnier (1991), with the same zeros.
+!> Its norm is the error of contacts under a cone; laws that obey a cone in part use it for that part.
 module cone_residual
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
@@ -9,7 +9,7 @@ module cone_residual
   public :: cone_map, cone_status
 contains
 
-  !> F(r), or F(0) whatever r is.
+  !> F(r), or F(0).
   subroutine cone_map(n, axes, at_zero, mu, rho, r, u, f)
     integer, value                :: n          !< contacts
     integer, value                :: axes       !< components of velocity, 2 or 3
@@ -132,7 +132,7 @@ contains
     end do
   end subroutine disk_map3
 
-  !> What each contact does: open, sticks or slips.
+  !> Status of each contact: open, sticks or slips.
   subroutine cone_status(n, axes, mu, r, status)
     integer, value                  :: n         !< contacts
     integer, value                  :: axes      !< components of velocity, 2 or 3

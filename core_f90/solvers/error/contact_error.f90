@@ -1,8 +1,8 @@
-!> How far impulses are from a solution, the same for every solver: the natural map in an energy norm. With rho = 1/W_NN of the
-!> contact, u the relative velocity and b the law's bias,
+!> Error of impulses, the same for every solver: the natural map in an energy norm. With rho = 1/W_NN of the contact, u the relative
+!> velocity and b the law's bias,
 !>   F(r) = r - P_K( r - rho (u + (b + mu |u_T|, 0, 0)) ),   K Coulomb's cone
 !> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008). A law with its own local solution gives its F itself, in the
-!> slot `residual`; of one that does not, F(r) is r less what its solution gives when each contact is solved once more.
+!> slot `residual`; without that slot, F(r) is r minus its solution when each contact is solved once more.
 module contact_error
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace, max_batch, &
@@ -29,14 +29,14 @@ contains
   subroutine cairn_contact_error(schedule, want_status, least_scale, sums) bind(c)
     type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h
     integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too
-    real(c_double), value            :: least_scale !< of one contact: what is smaller is not worth naming [J]
+    real(c_double), value            :: least_scale !< of a contact: lower bound of the scale, below which errors do not matter [J]
     real(c_double), intent(out)      :: sums(sums_size, *) !< per batch: sum |F|^2/rho, sum |r|^2/rho [J], largest
     !< |F|^2/max(|r|^2, |F(0)|^2, |F|^2, least scale), its place in the batch from 1,
     !< largest (distance outside the cone/|r|)^2, unused
     call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
 
-  !> Of each contact of one batch whose law has its own local solution: |F|^2/rho.
+  !> Error |F|^2/rho of each contact of a batch whose law has its own local solution.
   subroutine cairn_law_misses(schedule, batch, missed) bind(c)
     type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h; records hold the velocity that the impulses leave
     integer(c_int32_t), value        :: batch       !< from 0
@@ -191,7 +191,7 @@ contains
     call clear_dummies(n, c, batch%contacts, f)
   end subroutine law_residual_of
 
-  !> As a procedure of its own, so that the compiler makes no copy of what pointers may share.
+  !> A separate procedure, so that the compiler makes no copy because pointers may alias.
   pure subroutine keep(n, whole, from, to)
     integer, value              :: n       !< numbers
     logical, value              :: whole   !< or nothing
@@ -236,7 +236,7 @@ contains
     end do
   end subroutine solve_again
 
-  !> Laws may divide by what a dummy has not: it is handed the last contact again.
+  !> Fills dummies with the last contact, since laws may divide by values that are 0 in a dummy.
   subroutine repeat_last(n, c, contacts, u, r, bias)
     integer, value                :: n          !< contacts, dummies included
     integer, value                :: c          !< components

@@ -44,7 +44,7 @@ contains
     end do
   end subroutine cairn_problem_error
 
-  !> What a mechanic reads beside the error.
+  !> Figures in mechanical terms beside the error.
   subroutine cairn_problem_figures(dim, n, mu, w_nn, q, r, u, figures) bind(c)
     integer(c_int32_t), value   :: dim        !< components of a contact, 2 or 3
     integer(c_int64_t), value   :: n          !< contacts
@@ -152,7 +152,7 @@ contains
     end do
   end subroutine cairn_law_breaks
 
-  !> What one contact adds to the figures, components (n, t, s).
+  !> Contribution of a contact, components (n, t, s), to the figures.
   pure subroutine figures_of(mu, qn, qt, qs, rn, rt, rs, un, ut, us, size, sink, fastest, outside, given, play)
     real(c_double), intent(in)    :: mu         !< friction [-]
     real(c_double), intent(in)    :: qn, qt, qs !< velocity with r = 0 [m/s]
@@ -174,7 +174,7 @@ contains
     play = play + abs(rn*qn) + abs(rt*qt) + abs(rs*qs)
   end subroutine figures_of
 
-  !> |F|^2 of each contact. The maps are called from here alone: compilers put into the loop, and vectorise, what has one caller.
+  !> F|^2 of each contact. The maps have no other caller, so compilers inline them into the loop and vectorise it.
   subroutine map_squares(dim, n, mu, w_nn, r, u, square)
     integer(c_int32_t), intent(in) :: dim       !< components of a contact, 2 or 3
     integer(c_int64_t), intent(in) :: n         !< contacts

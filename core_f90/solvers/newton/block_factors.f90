@@ -198,7 +198,7 @@ contains
     regular = .true.
   end subroutine invert
 
-  !> Solution in place of b; what is not active stays as it was.
+  !> Solution in place of b; inactive entries are unchanged.
   subroutine cairn_block_solve(dim, n, order, active, lower_start, lower_last, lower_kept, upper_start, upper_last, upper_kept, &
                                lower_block, upper_block, diagonal, b, x) bind(c)
     integer(c_int32_t), value      :: dim              !< of a block: 2, 3 or 6
@@ -257,8 +257,8 @@ contains
       y(2) = y(2) - m(2)*x(1) - m(4)*x(2)
     end if
   end subroutine subtract
-  !> Powers of two that bring rows to one size: roots of the sizes of the diagonal against its first entry, so that a change of the
-  !> units of mass or length by a power of two changes no choice of a pivot. 1 where a diagonal entry vanishes.
+  !> Powers of two that equilibrate rows: roots of the diagonal entries relative to the first. A change of the units of mass or
+  !> length by a power of two then changes no choice of a pivot. 1 where a diagonal entry vanishes.
   pure function row_weights(dim, a) result(weight)
     integer(c_int32_t), intent(in) :: dim
     real(c_double), intent(in)     :: a(dim, dim)

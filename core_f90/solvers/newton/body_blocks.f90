@@ -1,5 +1,5 @@
-!> Contacts that rest on bodies, without forming W: u = W r + q with W = H' A^-1 H by one pass over contacts and one over bodies;
-!> and the blocks of W where a solver wants them.
+!> Contacts on bodies without forming W: u = W r + q with W = H' A^-1 H by a pass over contacts and a pass over bodies; and the
+!> blocks of W for solvers that need them.
 module body_blocks
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

@@ -1,9 +1,9 @@
-!> How contacts of any law answer a change of velocity, from what its own local solution says: with the block w of a contact, its
+!> Linear response of contacts of any law to a change of velocity, from the law's local solution. With the block w of a contact, its
 !> velocity u and impulse r, the law wants r* = solve(w, q) at q = u - w r. Where that is linear, r* = target - G (q' - q), and an
 !> impulse is its own answer where
 !>   dr = known - answer du,   answer = (1 - G w)^-1 G,   known = (1 - G w)^-1 (r* - r):
-!> of a spring K between the bodies, answer is K; of what is held fast, without bound, for which 1 is a little more. Of what is held
-!> for certain G w is 1, where differences know 1 - G w to 1e-10 at best.
+!> for a spring K between the bodies, answer is K; for a rigid constraint it is unbounded, so the proximal term increases 1
+!> slightly. Certain constraints have G w = 1 exactly, where differences give 1 - G w to 1e-10 at best.
 module contact_responses
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
@@ -50,12 +50,12 @@ contains
     integer(c_int32_t), value   :: n               !< contacts, dummies included
     integer(c_int32_t), value   :: c               !< components
     integer(c_int32_t), value   :: contacts        !< that are not dummies
-    real(c_double), value       :: proximal        !< by which 1 is more; of what is not held for certain, 2^-30 at least if any
+    real(c_double), value       :: proximal        !< increase of 1; 2^-30 at least, if any, where not certainly held
     integer(c_int32_t), intent(in) :: held(n)      !< 1: held for certain, and r* = -G q
     real(c_double), intent(in)  :: w(n, c, c)      !< Delassus blocks [1/kg]
     real(c_double), intent(in)  :: r(n, c)         !< impulse [N s]
     real(c_double), intent(in)  :: target(n, c)    !< that the law wants [N s]
-    real(c_double), intent(in)  :: nudged(n, c, c) !< the same with component l of q changed, in (:, :, l); of what is held, at
+    real(c_double), intent(in)  :: nudged(n, c, c) !< the same with component l of q changed, in (:, :, l); if held, at
     !< that change alone [N s]
     real(c_double), intent(in)  :: nudges(n, c)    !< by so much [m/s]
     real(c_double), intent(out) :: answer(c, c, n) !< [kg]

@@ -220,7 +220,7 @@ contains
           sum(k) = sum(k) + matrix(l, k, e)*own(l)
         end do
       end do
-      y(:, i) = sum ! what rows below add comes later
+      y(:, i) = sum ! rows below add their part later
     end do
   end subroutine multiply_half
 

@@ -68,7 +68,7 @@ contains
     end if
   end subroutine multiply
 
-  !> Right-hand side: what is left of the target after the known part of the step, which changes u by change.
+  !> Right-hand side: remainder of the target after the known part of the step, which changes u by change.
   subroutine cairn_newton_targets(dim, n, alpha, unknowns, left, step, change, target, rhs) bind(c)
     integer(c_int32_t), value      :: dim            !< components of a contact, 2 or 3
     integer(c_int64_t), value      :: n              !< contacts

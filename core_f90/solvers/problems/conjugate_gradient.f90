@@ -1,5 +1,5 @@
-!> Conjugate projected gradient (Renouf & Alart 2005): conjugate directions within the faces on which impulses stay, projection
-!> where a step would leave them. Friction is bounded by the normal impulse of the moment: what it reaches is Coulomb's law itself.
+!> Conjugate projected gradient (Renouf & Alart 2005): conjugate directions within the active faces of the cones, projection where a
+!> step would leave them. Friction is bounded by the present normal impulse, so the limit obeys Coulomb's law itself.
 module conjugate_gradient
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   use cone_projection, only: project_disk

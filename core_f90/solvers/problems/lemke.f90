@@ -73,8 +73,8 @@ contains
     end if
   end function direction
 
-  !> Pivots until z0 leaves. basis (m): what stands in each row, i for w_i, m + i for z_i, 2m + 1 for z0. Returns 0 solved, 1 a ray,
-  !> 2 too many pivots.
+  !> Pivots until z0 leaves. basis (m): the basic variable of each row, i for w_i, m + i for z_i, 2m + 1 for z0. Returns 0 solved, 1
+  !> a ray, 2 too many pivots.
   integer(c_int32_t) function cairn_lemke_pivots(m, most, tableau, basis, other, pivots) result(status) bind(c)
     integer(c_int64_t), value         :: m              !< rows
     integer(c_int64_t), value         :: most           !< pivots allowed
@@ -119,8 +119,8 @@ contains
     end do
   end function cairn_lemke_pivots
 
-  !> Least ratio; among equal ones z0 first, then the least in the lexicographic order of the columns of w: contacts that are alike
-  !> give many equal ratios, and pivots by any other choice go round among them or end on a ray that is none.
+  !> Least ratio; among ties z0 first, then the lexicographic minimum by the columns of w. Similar contacts give many ties, among
+  !> which any other rule cycles or ends on a spurious ray.
   pure integer(c_int64_t) function blocking_row(m, col, scale, tableau, basis, other) result(row)
     integer(c_int64_t), intent(in) :: m, col, basis(m), other(m+1)
     real(c_double), intent(in)     :: scale, tableau(m, m+2)
@@ -151,8 +151,8 @@ contains
     if (row == 0) row = rows(1)
   end function blocking_row
 
-  !> Keeps of the tied rows those that are least in column after column of w, over what they have in the one that enters, until one
-  !> is left. The columns of basic w need no room: they are 1 in their row.
+  !> Reduces tied rows to the lexicographic minimum: column after column of w, divided by the entering column, keeps the least until
+  !> a single row is left. Columns of basic w need no storage: they are 1 in their row.
   pure subroutine order_tied(m, col, tableau, basis, other, tied, rows)
     integer(c_int64_t), intent(in)    :: m, col, basis(m), other(m+1)
     real(c_double), intent(in)        :: tableau(m, m+2)
@@ -174,7 +174,7 @@ contains
           value(i) = merge(1.0_c_double, 0.0_c_double, rows(i) == -place(k))/tableau(rows(i), col)
         end if
       end do
-      ! 1 is what entries are as large as, of a problem that is scaled
+      ! entries of a scaled problem are of order 1
       most = minval(value(:tied)) + same*max(1.0_c_double, maxval(abs(value(:tied))))
       kept = 0
       do i = 1, tied
@@ -187,7 +187,7 @@ contains
     end do
   end subroutine order_tied
 
-  !> The column becomes basic in the row, and what was basic there takes its place among the columns.
+  !> Exchange: the column becomes basic in the row, and the variable that was basic there becomes a column.
   pure subroutine exchange(m, row, col, tableau)
     integer(c_int64_t), intent(in) :: m, row, col
     real(c_double), intent(inout)  :: tableau(m, m+2)

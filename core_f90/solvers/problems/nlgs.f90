@@ -126,7 +126,7 @@ contains
     call add_impulse(batch, view, work(dr), work(va), work(vb), record)
   end subroutine sweep_batch
 
-  !> A law of its own may divide by what a dummy has not: it is handed the last contact again.
+  !> Fills dummies with the last contact, since a law may divide by values that are 0 in a dummy.
   subroutine repeat_last(n, c, contacts, u, bias, r)
     integer, value                :: n          !< contacts, dummies included
     integer, value                :: c          !< components
@@ -142,8 +142,8 @@ contains
     end do
   end subroutine repeat_last
 
-  !> Bonds that soften take a share of their change: a stress that falls as the bond opens lets its neighbours open, which
-  !> presses it together again, and whole changes send them round in circles.
+  !> Under-relaxation of softening bonds: a stress that falls as the bond opens lets its neighbours open, which compresses it again,
+  !> so that full changes would oscillate.
   subroutine take_share(n, c, status, share, old, r)
     integer, value                 :: n         !< contacts
     integer, value                 :: c         !< components
@@ -171,7 +171,7 @@ contains
     end do
   end subroutine clear_dummies
 
-  !> What is left of u without the contact's own impulse, which is kept aside.
+  !> Removes the contact's own impulse from u; keeps that impulse in old.
   subroutine leave_isotropic(n, c, w, r, u, old)
     integer, value                :: n        !< contacts
     integer, value                :: c        !< components

@@ -10,7 +10,7 @@ module nlgs_blocks
   public :: cairn_nlgs_prepare, cairn_nlgs_blocks
 contains
 
-  !> What sweeps read. Row a of the blocks beside the diagonal goes from row_start(a) - a to row_start(a+1) - a - 1.
+  !> Prepares the data of sweeps. Row a of the off-diagonal blocks goes from row_start(a) - a to row_start(a+1) - a - 1.
   subroutine cairn_nlgs_prepare(dim, n, row_start, column, block, beside_column, beside, local) bind(c)
     integer(c_int32_t), value       :: dim              !< components of a contact, 2 or 3
     integer(c_int64_t), value       :: n                !< contacts
@@ -40,7 +40,7 @@ contains
     end do
   end subroutine cairn_nlgs_prepare
 
-  !> Contacts order(first), ..., order(last-1). With more than one thread they must not couple with each other (one colour).
+  !> Sweeps over contacts order(first), ..., order(last-1). With several threads these must be uncoupled (of the same colour).
   subroutine cairn_nlgs_blocks(dim, n, row_start, beside_column, beside, local, q, mu, first, last, order, relaxation, slip, &
                                r, change, threads) bind(c)
     integer(c_int32_t), value      :: dim              !< components of a contact, 2 or 3

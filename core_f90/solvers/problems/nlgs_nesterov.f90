@@ -6,7 +6,7 @@ module nlgs_nesterov
   public :: cairn_nesterov_lean, cairn_nesterov_along
 contains
 
-  !> r = r + factor (r - r before), kept as the start of a sweep; with a factor of 0 what was before is not read.
+  !> r = r + factor (r - r before), kept as the start of a sweep; with a factor of 0 `before` is not read.
   subroutine cairn_nesterov_lean(n, factor, before, r, start) bind(c)
     integer(c_int64_t), value     :: n         !< unknowns
     real(c_double), value         :: factor    !< [-]

@@ -1,5 +1,5 @@
-!> The preconditioner of the conjugate projected gradient (Renouf & Alart 2005): one number a contact, so that projections on
-!> cones stay what they are.
+!> Preconditioner of the conjugate projected gradient (Renouf & Alart 2005): a scalar per contact, so that cones and their
+!> projections are unchanged.
 module preconditioned_conjugate_gradient
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

@@ -1,6 +1,5 @@
-!> One contact of a problem, the others held fixed, by what its block has been prepared to: find r in K with u = W r + q,
-!> u + (mu |u_T|, 0, 0) in K* and both orthogonal (De Saxce & Feng 1998). The same solution as coulomb_cone's, for sweeps that come
-!> back to the same block many times.
+!> Local problem of a contact with the others fixed, from a prepared block: find r in K with u = W r + q, u + (mu |u_T|, 0, 0) in K*
+!> and both orthogonal (De Saxce & Feng 1998). Same solution as coulomb_cone's, for sweeps that return to the same block many times.
 module contact_block
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
@@ -71,8 +70,8 @@ contains
     local(10:13) = [v(2, 2), -v(2, 1), -v(1, 2), v(1, 1)]/determinant
   end subroutine prepare_block3
 
-  !> If the contact slips, u_T = -a r_T with some a > 0, and u_N = 0: with r_N eliminated, (V + a) r_T = -p, and 1 - mu r_N/|r_T|
-  !> is positive at a = 0 (or it would stick) and negative as a grows: Newton's search for its root is kept between the two.
+  !> In slip, u_T = -a r_T with some a > 0, and u_N = 0. With r_N eliminated, (V + a) r_T = -p, and 1 - mu r_N/|r_T| is positive at
+  !> a = 0 (otherwise it sticks) and negative for large a: bracketed Newton search for its root.
   pure subroutine solve_block3(local, q, mu, slip, r)
     real(c_double), intent(in)    :: local(contact_block_size) !< of prepare_block3
     real(c_double), intent(in)    :: q(3)               !< velocity with r = 0 at this contact [m/s]
@@ -102,7 +101,7 @@ contains
     do i = 1, 200
       if (.not. slips) exit
       call residual(a, local, q, p, mu, r, f, slope)
-      if (abs(f) <= 4*epsilon(f)) exit ! what barely slips has an a that rounding hides
+      if (abs(f) <= 4*epsilon(f)) exit ! rounding hides the a of a contact that barely slips
       if (f > 0) then
         low = a
       else

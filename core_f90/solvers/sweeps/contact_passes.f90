@@ -106,7 +106,7 @@ contains
   !> Work r.u of each contact at the velocity of the records (kept where the scale was), and its sums over each batch.
   subroutine cairn_contact_work(schedule, sums) bind(c)
     type(cairn_schedule), intent(in) :: schedule   !< see cairn/core.h
-    real(c_double), intent(out)      :: sums(4, *) !< per batch: normal, tangential and rotations, what is positive of the
+    real(c_double), intent(out)      :: sums(4, *) !< per batch: normal, tangential and rotations, positive part of the
     !< work of each contact, its size [J]
     type(schedule_view) :: s
     integer :: b, me

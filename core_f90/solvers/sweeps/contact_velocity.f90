@@ -1,4 +1,4 @@
-!> Relative velocities of the contacts of a batch, packed or not, with what errors and energies need beside them.
+!> Relative velocities of the contacts of a batch, packed or not, with further data for errors and energies.
 module contact_velocity
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use contact_batch, only: cairn_batch, cairn_side, cairn_record, batch_workspace, max_batch

@@ -1,6 +1,6 @@
-!> A sweep that begins beyond the last one, by a factor of what was gained since the last one began (Nesterov 1983):
-!> r = r + factor (r - r before), and velocities of bodies with them, since they are linear in the impulses. A sum tells whether the
-!> way it makes still leads where sweeps lead (O'Donoghue & Candes 2015).
+!> Sweep from an extrapolated start (Nesterov 1983): r = r + factor (r - r before), where `before` was the start of the last sweep.
+!> Velocities of bodies follow, since they are linear in the impulses. A sum tells if the extrapolation still points along the
+!> sweeps (O'Donoghue & Candes 2015).
 module extrapolated_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_record, max_batch, max_components
@@ -15,7 +15,7 @@ module extrapolated_sweep
   integer, parameter :: w8 = 8 !< contacts at a time
 contains
 
-  !> One sweep. What was before is kept when a sweep begins; with a factor of 0 it is not read.
+  !> A single sweep. Its start is kept in `before`; with a factor of 0 the old `before` is not read.
   subroutine cairn_extrapolated_sweep(schedule, factor, bodies, velocities, before, stride, r_before, change, along) bind(c)
     type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h
     real(c_double), value            :: factor   !< [-]

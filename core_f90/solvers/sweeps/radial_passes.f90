@@ -1,5 +1,5 @@
-!> What solvers need of packed batches (see cairn/core.h) besides their sweep: the relative velocity of contacts, and all impulses
-!> given to the bodies at once. Written as radial_sweep is, and for the same reason.
+!> Passes over packed batches (see cairn/core.h) besides the sweep: relative velocities of contacts, and all impulses applied to the
+!> bodies at once. Written as radial_sweep is, and for the same reason.
 module radial_passes
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use contact_batch, only: cairn_record

@@ -9,7 +9,8 @@ struct Pair {
   int kind, impacts; // in this step
 };
 
-// Of a pair, or of a body (pair -1) that may have left its neighbours; void when one of them has another number.
+// Predicted impact of a pair, or the time at which a body (pair -1) may leave its neighbours; void when the event
+// number of either has changed since.
 struct Event {
   double time;
   std::int32_t pair, body, number_a, number_b;

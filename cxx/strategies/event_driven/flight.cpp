@@ -12,7 +12,7 @@ namespace cairn::events {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity(), rounding = std::numeric_limits<double>::epsilon();
-constexpr int most_passes = 200; // of the search for the time of one impact; one that grazes halves its way each time
+constexpr int most_passes = 200; // iterations for the time of an impact; a grazing pair halves its distance in each
 
 struct PairKind {
   Shape a, b;
@@ -113,7 +113,7 @@ void EventDriven::expect_to_leave(const Simulation& s, std::int32_t body, double
   push({from + way, -1, body, number_[body], 0});
 }
 
-// A body on its parabola, turning; what forces did on the way.
+// Moves a body along its parabola, rotation included, and adds the work of forces on the way.
 void EventDriven::advance(Simulation& s, std::int32_t body, double time) {
   Bodies& b = s.scene.bodies;
   const int nd = b.dofs(), dim = b.dim;
@@ -189,7 +189,7 @@ double EventDriven::time_of_impact(const Simulation& s, const Pair& p, double fr
       change[k] = acceleration_[nd * std::int64_t(p.body_a) + k] - acceleration_[nd * std::int64_t(p.body_b) + k];
     const double pull = flat ? std::max(0.0, -at.push) : norm(change, dim);
     if (at.gap <= at.blur && (at.speed < 0 || (!(at.speed > 0) && at.push < 0))) return t; // it strikes, or rests
-    const double gap = std::max(at.gap, at.speed > 0 ? 0.0 : at.blur); // what is pulled apart: on to where that shows
+    const double gap = std::max(at.gap, at.speed > 0 ? 0.0 : at.blur); // separating pair: until the gap is visible
     if (!(pull > 0) && !(at.speed < 0)) return infinity;
     const double way = pull > 0
                            ? (at.speed >= 0 ? (at.speed + std::sqrt(at.speed * at.speed + 2 * pull * gap)) / pull

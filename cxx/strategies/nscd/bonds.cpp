@@ -24,8 +24,8 @@ void widen(std::vector<double>& values, int& has, int wants, std::size_t keys, d
   has = wants;
 }
 
-// How far points of a face of four nodes, one of whose halves a part of a mesh is, may stand off it, where nodes (3, n)
-// are: by a tenth of what the fourth is out of the plane of the others where they are Gauss's, at most by a quarter.
+// Distance [m] that points of half of a four-node face may have from the face itself: a tenth of the offset of the
+// fourth node from the plane of the others at Gauss points, at most a quarter. place: positions of nodes (3, n).
 double warp(const MeshModel& m, std::int64_t part, const double* place) {
   const auto side = std::lower_bound(m.side_ids.begin(), m.side_ids.end(), part);
   if (m.dim == 2 || side == m.side_ids.end() || *side != part) return 0;
@@ -46,8 +46,8 @@ double warp(const MeshModel& m, std::int64_t part, const double* place) {
 
 } // namespace
 
-// Contacts of bodies that came in since the last step and touch where they stand, whose law keeps them: what its
-// prepare makes of them is their first memory. Returns what is to be told of those that have no area.
+// Bonds of bodies that came in since the last step and touch where they stand, for laws that keep pairs: the result of
+// the law's prepare is their first memory. Returns a warning about bonds without an area.
 std::string Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
                                const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes,
                                Nodes* nodes) {
@@ -153,10 +153,10 @@ Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, doubl
   }
   memory.states.resize(end, none);
   if (state[0] > 0) return Begun::joined;
-  return law.anchored && !(geometry[0] > 0) ? Begun::without_area : Begun::loose; // what sinters is joined later
+  return law.anchored && !(geometry[0] > 0) ? Begun::without_area : Begun::loose; // bonds by sintering join later
 }
 
-// Of a file in which the state of a bond was its gap, huge where there was none.
+// Converts memory read from old files, in which the state of a bond was its gap, huge where there was none.
 void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
   m.gaps_of_bonds = false;
   if (m.state_components == 0) return;
@@ -266,9 +266,10 @@ void Nscd::find_bonds(Simulation& s) {
   s.interactions.see_contactors(s.scene.next_contactor_id);
 }
 
-// Vectors of states from where the last step detected into the tangent plane of now, at their length: what is anchored
-// stands in axes of B, that of a bond without anchors or of a contact that slides turns about the normal as well, with
-// the mean spin of its bodies. x: the vector, in space axes afterwards; where: of the contact in the memory.
+// Turns a state vector from the tangent plane of the last detection into that of the present one, at constant length.
+// Anchored states are given in axes of B; without anchors, or in a sliding contact, the vector also turns about the
+// normal with the mean spin of both bodies. x: the vector, in space axes afterwards; where: index of the contact in the
+// memory.
 void Interactions::State::lay_into_plane(const cairn_batch& b, int lane, std::int32_t where, double x[3],
                                          double t[2]) const {
   double axes[3][3], whole = 0;
@@ -290,7 +291,7 @@ void Interactions::State::lay_into_plane(const cairn_batch& b, int lane, std::in
   t[1] = s * along + c * t[1];
 }
 
-// Of two bodies about the normal, by the velocities that they had from one detection to the next [rad].
+// Mean rotation of two bodies about the normal, by their velocities between the two detections [rad].
 double Interactions::State::twist_since_last(const cairn_batch& b, int lane, const double* normal) const {
   const double time = left_of_step * memory.h + (1 - left_of_step) * h;
   double spin = 0;

@@ -1,8 +1,8 @@
-// A step that Newton's method of a body does not make, where a cell turns inside out, a material has no stress or the
-// balance stays open, is undone and made in two halves, each of them in halves again as often as `cut_back` lets it.
-// What follows a part is tried whole: after the hard part of a step its rest goes on in long parts, and the next step
-// whole. Parts are steps in themselves: contacts, materials, histories of integrators (derivatives, which know no
-// length of a step) and networks go on from one to the next.
+// Bisection of steps in which Newton's method of a body fails: a cell turns inside out, a material has no stress or the
+// balance does not converge. Such a step is undone and made in two halves, each halved again at most `cut_back` times.
+// The remainder after a part is tried whole: after the hard part of a step the rest goes on in long parts, and the next
+// step whole. Parts are full steps: contacts, materials, histories of integrators (derivatives, independent of the
+// step) and networks advance from part to part.
 #include <algorithm>
 #include <string>
 
@@ -28,7 +28,7 @@ StepLoads loads_of(const MeshBody& mesh) {
   return out;
 }
 
-// Those of the part of the step from one share of it to another.
+// Loads on a part of the step, from one share of it to another, interpolated linearly.
 void take_loads(MeshBody& mesh, const StepLoads& whole, double from, double to) {
   const auto at = [](double a, double b, double share) { return (1 - share) * a + share * b; };
   for (std::size_t i = 0; i < whole.end.size(); ++i) {

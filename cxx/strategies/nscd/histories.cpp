@@ -1,4 +1,4 @@
-// What integrators keep of the displacement beside its first derivative: where it begins, and how it goes on.
+// Integrators that keep derivatives of the displacement beyond the velocity: their initial values and their update.
 #include <algorithm>
 
 #include "../../networks/network.hpp"
@@ -7,7 +7,7 @@
 namespace cairn {
 namespace {
 
-// What came to be driven since the last step.
+// Zeroes the histories of driven dofs, whose motion is prescribed.
 void forget_driven(Bodies& b, int histories) {
   if (!b.driven.active) return;
   for (std::int64_t i = 0; i < b.count; ++i)
@@ -17,7 +17,7 @@ void forget_driven(Bodies& b, int histories) {
 
 } // namespace
 
-// Of bodies that came in, or were set from outside: from the forces on them.
+// Initial histories, from the present forces, of bodies that came in or were set from outside.
 void Nscd::start_histories(Simulation& s) {
   started_ = false;
   if (scheme_.histories == 0) return;
@@ -44,7 +44,8 @@ void Nscd::start_histories(Simulation& s) {
   started_ = true;
 }
 
-// What forces changed in the step, without contacts, and how far the step goes beside the velocities at its ends.
+// Change of the smooth dynamics over the step, contacts excluded, and the displacement beyond that of the velocities at
+// both ends.
 void Nscd::measure_histories(Simulation& s) {
   if (scheme_.histories == 0) return;
   Bodies& b = s.scene.bodies;
@@ -67,7 +68,7 @@ void Nscd::measure_histories(Simulation& s) {
   for (MeshBody& mesh : s.meshes.meshes) mesh.turn_way(nodes, node_way_.data());
 }
 
-// Places, velocities or the integrator are others: what is kept does not belong to them.
+// Drops histories and views that belong to former positions, velocities or another integrator.
 void Nscd::changed(Simulation& s, bool places) {
   if (!places) {
     shows_kept_ = shown_.contacts_known = false;

@@ -1,6 +1,6 @@
-// Joints hold where the next step detects them (see joint_flight.cpp): further solutions make good what the last one
-// missed, until that is small or falls no more. Where tension swings light bodies faster than steps follow, a whole
-// correction throws them further: then a share of it is taken, from the best solution so far.
+// Joint error at the configuration in which the next step detects (see joint_flight.cpp): further solutions correct the
+// drift of the last one until it is small or decreases no more. Where tension swings light bodies faster than steps
+// follow, a whole correction overshoots: then a share of it is taken, from the best solution so far.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,7 +10,8 @@
 namespace cairn {
 namespace {
 
-// What the next step will find, and what may help: on the stack, since a step allocates nothing but the hint.
+// Warning with the error of the worst joint and a step that would resolve it; formatted on the stack, since a step
+// allocates no other memory.
 std::string hint_of(const JointMiss& left, const std::string& joint, double h, double tolerance) {
   constexpr double slow = 0.25; // of the square of step times rate, by which corrections gain three digits each
   char text[400];
@@ -44,7 +45,7 @@ void Nscd::hold_joints(Simulation& s, int spent) {
   double share = 1;
   bool settled = false, at_best = true;
   for (int pass = 0; pass < most && share >= least_share && report.status == SolveStatus::converged; ++pass) {
-    // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
+    // unless converged, the error of the solver would be mistaken for drift of joints
     miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
     settled = miss.contact < 0 || (pass > 0 && miss.small); // none that blocks: limits and ropes have their own
     if (settled) break;

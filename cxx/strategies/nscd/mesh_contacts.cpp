@@ -1,5 +1,5 @@
-// What a step that converges may hide of contacts on meshes: those that begin deep inside each other, which no contact
-// pushes out, those that move by more than a cell in a step, which may pass through each other, and those that did.
+// Contact errors on meshes that a converged step may hide: initial overlaps too deep to be pushed out, contacts that
+// move by more than a cell in a step and may tunnel, and contacts that did tunnel.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -40,7 +40,7 @@ std::string name_of(const Simulation& s, std::int32_t contactor) {
   return "body " + std::to_string(carrier_id(s.scene.bodies, s.scene.contactors, contactor));
 }
 
-// Whether a law holds both together, gaps and overlaps alike.
+// True if a law is bilateral: it resists gaps and overlaps alike.
 bool holds(const Simulation& s, std::int32_t one, std::int32_t two) {
   const int entry = s.laws.find(*s.scene.contactors.material[one], *s.scene.contactors.material[two]);
   if (entry < 0) return true; // nothing acts between them
@@ -66,7 +66,7 @@ bool normal_of_side(const Simulation& s, std::int32_t contactor, double* out) {
   return true;
 }
 
-// Whether a contact is on the side itself, rather than on an edge of it or an end.
+// True if a contact lies in the interior of a side, false on its edge or end.
 bool on_the_side(const Simulation& s, std::int32_t side, const double* normal) {
   double of_side[3], square = 0, along = 0;
   if (!normal_of_side(s, side, of_side)) return false;
@@ -75,7 +75,7 @@ bool on_the_side(const Simulation& s, std::int32_t side, const double* normal) {
   return std::abs(along) > upright * std::sqrt(square);
 }
 
-// Of a contact along its normal, at the begin of the step; positive where both move apart.
+// Normal relative velocity of a contact at the begin of the step [m/s]; positive where both separate.
 double speed_of(const Simulation& s, std::int64_t i) {
   const Candidates& c = s.candidates;
   const auto at = std::size_t(s.scene.dim * i);
@@ -86,7 +86,8 @@ double speed_of(const Simulation& s, std::int64_t i) {
   return speed;
 }
 
-// How deep a contact was before the step: what is behind one side of a body and not behind another is not in it.
+// Overlap of a contact before the step [m]: the least over all sides of the same body, since a point in front of any
+// side is outside.
 double depth_before(const Simulation& s, std::int64_t i, double ahead) {
   const Candidates& c = s.candidates;
   const std::int32_t one = c.contactor_a[std::size_t(i)];
@@ -104,7 +105,7 @@ double depth_before(const Simulation& s, std::int64_t i, double ahead) {
 
 } // namespace
 
-// Few candidates need their velocities: the others do not overlap, or are too slow by what they are sought by.
+// Velocities are evaluated for few candidates: the others have no overlap, or move too slowly for the search margin.
 void Nscd::look_at_meshes(Simulation& s) {
   s.report.mesh_depth = s.report.mesh_way = 0;
   s.report.mesh_hint.clear();

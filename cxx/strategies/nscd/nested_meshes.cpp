@@ -38,7 +38,7 @@ struct Shell {
   double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
 };
 
-// Whether a box is within another, or as large.
+// True if the inner box lies within the outer one, or equals it.
 template <class Inner, class Outer>
 bool boxed(int dim, const Inner& inner, const Outer& outer) {
   bool is = true;
@@ -48,7 +48,7 @@ bool boxed(int dim, const Inner& inner, const Outer& outer) {
 
 class NestedMeshes {
 public:
-  // Of pairs one of which has an id from `fresh` on.
+  // Checks pairs that contain an id from `fresh` on.
   NestedMeshes(const Simulation& s, std::int64_t fresh) : s_(s), dim_(s.scene.dim), fresh_(fresh) {}
   std::string text();
 
@@ -88,7 +88,7 @@ private:
   std::map<std::int32_t, Shell> shells_; // by their bodies
   std::string told_;                     // the first one
   std::int64_t more_ = 0;
-  std::vector<std::vector<std::int32_t>> points_, sides_; // materials that each mesh has, of what touches
+  std::vector<std::vector<std::int32_t>> points_, sides_; // materials of contact points and sides of each mesh
   std::vector<std::optional<ClosedSurface>> surface_;
   std::vector<std::int8_t> tried_;                        // surfaces that were made, or are none
   std::vector<std::vector<double>> below_;                // of each mesh, see below_surface
@@ -143,7 +143,7 @@ void NestedMeshes::find_materials() {
     }
 }
 
-// Whether something acts between materials that pushes apart.
+// True if a law that pushes apart acts between two materials.
 bool NestedMeshes::act(std::int32_t one, std::int32_t other) const {
   const LawRules& rules = s_.laws.rules();
   const std::int32_t rule = rules.between(one, other);
@@ -239,9 +239,9 @@ void NestedMeshes::find_shells() {
   }
 }
 
-// Part of the directions from a point that facets cover from behind, each by its solid angle (Van Oosterom & Strackee
-// 1983): 1 within what they close, -1 in a hollow of it, 0 outside, between these where there is a hole. Corners of
-// neighbours, each from a centre of its own, are the same but for rounding.
+// Solid angle of closed facets about a point / 4 pi (Van Oosterom & Strackee 1983): 1 inside, -1 in a cavity, 0
+// outside, values in between if the surface has a hole. Vertices that facets share may differ by rounding, since each
+// facet has a centre of its own.
 double covered(const std::vector<double>& corner, const double* point) {
   double sum = 0;
   for (std::size_t f = 0; f < corner.size(); f += 9) {
@@ -276,9 +276,9 @@ void NestedMeshes::centre_of(std::int32_t contactor, double* x) const {
                           b.rotation.active ? b.rotation_begin.values.data() : nullptr, x - dim_ * contactor, &unused);
 }
 
-// Whether a ball or hull is within a mesh with all that it reaches to: the ball that a hull holds counts for it.
+// True if a ball or hull lies wholly within a mesh; a hull counts by its inscribed ball.
 bool NestedMeshes::within(std::int32_t contactor, const Piece& outer) {
-  constexpr double inside = 1 - 1e-3; // of its reach, so that what touches from within is within
+  constexpr double inside = 1 - 1e-3; // of the radius: an inscribed body that touches counts as within
   const Contactors& c = s_.scene.contactors;
   double x[3];
   centre_of(contactor, x);
@@ -303,7 +303,7 @@ std::string NestedMeshes::name_of_node(std::int32_t mesh, std::int32_t node) con
   return name + " of the mesh '" + m.name + "'";
 }
 
-// What may be within which piece, by balls about both: a piece or, behind these, one of the rigid contactors.
+// Candidate pairs (inner, outer piece) by bounding balls; index of a piece or, behind these, of a rigid contactor.
 std::vector<std::pair<std::int32_t, std::int32_t>> NestedMeshes::find_pairs() const {
   const Contactors& c = s_.scene.contactors;
   const auto pieces = std::int64_t(pieces_.size()), n = pieces + std::int64_t(rigid_.size());
@@ -357,8 +357,8 @@ bool NestedMeshes::is_told(const Piece& inner, std::int32_t body, const Shell& o
   return meet && within(inner, outer);
 }
 
-// Of each node of a mesh that may touch (dim) [m], a quarter of the way to the middle of a cell of it, so that what is
-// within another body there reached in by over an eighth of the cell; no number of other nodes.
+// Points a quarter of the way from each contact node to the centre of one of its cells [m], NaN at other nodes: a body
+// that contains such a point overlaps the mesh by more than an eighth of the cell.
 const std::vector<double>& NestedMeshes::below_surface(std::int32_t mesh) {
   std::vector<double>& out = below_[std::size_t(mesh)];
   if (!out.empty()) return out;
@@ -383,7 +383,7 @@ const std::vector<double>& NestedMeshes::below_surface(std::int32_t mesh) {
   return out;
 }
 
-// Whether a mesh reaches into another by more than contacts see, and by which node.
+// True if a mesh penetrates another deeper than contacts detect; node: the first that does.
 bool NestedMeshes::reaches(const Piece& inner, const Piece& outer, std::int32_t& node) {
   if (inner.mesh == outer.mesh || !(is_fresh(inner.mesh) || is_fresh(outer.mesh)) || !meet(inner.mesh, outer.mesh))
     return false;

@@ -11,9 +11,9 @@
 namespace cairn {
 namespace {
 
-// The rest that contacts leave within their tolerance is force on a body, which a long step or a soft body turns into a
-// change of place that the next pass finds again: where passes no longer gain by half, contacts are solved a hundred
-// times tighter, until the step is at its end.
+// Contact tolerance within Newton's method. The residual that contacts leave is a force on the body, which a long step
+// or a soft body turns into a displacement that the next pass finds again. Where passes no longer halve the error,
+// contacts are solved a hundred times tighter until the end of the step.
 class TightenedContacts {
 public:
   explicit TightenedContacts(SolverOptions& options) : options_(options), given_(options.tolerance) {}
@@ -33,7 +33,7 @@ public:
       since_ = pass;
     }
   }
-  // What was asked is met, and not what these passes asked for alone; of other reasons the solver judges.
+  // Accepts a solution that meets the given tolerance but not the tightened one; other failures remain.
   void judge(SolveReport& report) const {
     const double error = std::max({report.error, report.light_error, report.joint_error});
     if (report.status != SolveStatus::iteration_limit || std::isfinite(options_.accuracy)) return;

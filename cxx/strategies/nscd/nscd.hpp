@@ -17,9 +17,9 @@ public:
   NscdOptions settings;
   std::vector<std::string> accepted; // integrators that may move bodies; none: any
 
-  // One step of length h, in parts where `cut_back` says so. When it cannot be made, throws and leaves bodies, time and
-  // what contacts remember as they were, and what views show of the last step; of contacts only where a step may well
-  // be undone, see shown.cpp: else they can no longer be read.
+  // One step of length h, in parts if `cut_back` allows. On failure throws and restores bodies, time, contact memory
+  // and the views of the last step; fields of contacts only in scenes where steps are likely to be undone, see
+  // shown.cpp: elsewhere they can no longer be read.
   const StepReport& step(Simulation& s, double h) override;
 
   // The stages of step(), in its order.
@@ -66,7 +66,7 @@ public:
   }
 
 private:
-  // What views show of the last step, while another is tried; see shown.cpp.
+  // Views of the last step, kept while the next is tried; see shown.cpp.
   struct Shown {
     Array<double> reaction; // of bodies
     std::vector<MeshBody::Shown> meshes;

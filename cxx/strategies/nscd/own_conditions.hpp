@@ -1,4 +1,4 @@
-// What laws have of their own along the normal, for what sets something else in its place.
+// Conditions that a law itself imposes along the normal, and that a strategy with conditions of its own would replace.
 #pragma once
 #include <string>
 

@@ -1,6 +1,6 @@
 // Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens
-// every gap, found by the contact solver itself, with displacement / h in the place of velocity; of meshes in the
-// metric of their step, which counts what they store.
+// every gap, found by the contact solver itself, with displacement / h in the place of velocity; for meshes the metric
+// is the effective mass of the step, elastic energy included.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -6,8 +6,8 @@
 
 namespace cairn {
 
-// By displacements in the metric of mass, as overlaps are projected, and Newton's method: frames turn with bodies. What
-// these do not bring nearer stays where it was, for the solver.
+// Closes the initial gaps of joints by displacements in the metric of mass, as overlaps are projected; Newton's method,
+// since frames turn with bodies. A joint that this does not bring nearer keeps its position, for the solver.
 void Nscd::seat_joints(Simulation& s) {
   constexpr int most = 6;
   constexpr double fall = 0.25;
@@ -49,7 +49,7 @@ void Nscd::seat_joints(Simulation& s) {
   seated_work_ = potential;
 }
 
-// By what these velocities do in a step.
+// Moves bodies by a step with these velocities.
 void Nscd::move_bodies(Simulation& s, const Array<double>& velocity) const {
   Bodies& b = s.scene.bodies;
   const int d = s.scene.dim;

@@ -1,7 +1,7 @@
-// What views show of the last step, of which the next one writes over: reactions, impulses and stresses of meshes, and
-// contacts. A step that is undone shows them again, to what asks for loads of its parts as to whoever catches its
-// error. Contacts are kept where steps may be made in parts or have Newton's method of a body, and are there a small
-// share of the step; in other scenes a step is hardly ever undone.
+// Views of the last step that the next one overwrites: reactions, impulses and stresses of meshes, and contacts. An
+// undone step restores them, both for loads of its parts and for whoever catches its error. Contacts are kept where
+// steps may be made in parts or have Newton's method of a body, at a small share of the cost of the step; in other
+// scenes a step is hardly ever undone.
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@
 namespace cairn {
 namespace {
 
-// Of the rows of contact_fields.def those that interactions give; what a step finds otherwise is in the candidates.
+// Rows of contact_fields.def that interactions provide; all other fields are recomputed from the candidates.
 constexpr std::pair<const char*, int> kept_fields[] = { // components at most
     {"impulse", 3},    {"impulse_local", 3}, {"moment", 3}, {"relative_velocity", 3},
     {"dissipated", 1}, {"beta", 1},          {"stored", 1}, {"released", 1}};
@@ -22,7 +22,7 @@ void Nscd::keep_shown(Simulation& s) {
   shown_.reaction = s.scene.bodies.reaction.values;
   shown_.meshes.resize(s.meshes.meshes.size());
   for (std::size_t k = 0; k < shown_.meshes.size(); ++k) s.meshes.meshes[k].keep(shown_.meshes[k]);
-  if (!s.contacts_known) { // what is shown since a step was undone stays
+  if (!s.contacts_known) { // an undone step: keep the views of the step before
     shown_.contacts_known = shown_.contacts_known && shows_kept_;
     return;
   }

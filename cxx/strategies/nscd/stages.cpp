@@ -45,7 +45,7 @@ void Nscd::begin_step(Simulation& s, double h) {
   scheme_ = settings.integrator.scheme(h);
   // Order is state, and changes with the number of the step alone.
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
-  if (s.scene.cell.any()) s.wrap_into_cell(); // what was put outside; the images of contacts follow
+  if (s.scene.cell.any()) s.wrap_into_cell(); // bodies set outside the cell from outside; images of contacts follow
   s.place_meshes();
   constexpr double swept_sooner = 0x1p26; // by reaches, where nothing but sweeps asks for compliances [bytes]
   const double most = settings.solver.max_bytes;
@@ -107,10 +107,10 @@ void Nscd::undo_step(Simulation& s) {
   show_again(s, shown_);
 }
 
-// Impulses move bodies by a share of the step, of which an integrator that keeps derivatives has a part beside that of
-// its velocities: mostly by the mean of those at both ends. What they do along the axes of a joint or a bond is of
-// second order at the time when the rest of the step is that share alone: by axes of another time what holds hard takes
-// or gives energy and angular momentum in proportion to how far off that is.
+// Time from the begin of the step to detection [s]. Impulses move bodies by a share of the step, mostly by the mean of
+// the velocities at both ends; an integrator that keeps derivatives adds a part of its own. Where the rest of the step
+// after detection equals that share, the work of impulses along the axes of a joint or bond is of second order. Axes of
+// another time would give stiff joints an error in energy and angular momentum proportional to the offset in time.
 double Nscd::flight_to_detection(const Simulation& s) const {
   const auto holds = [](Law law) {
     const LawInfo& of = law_infos()[std::size_t(law)];
@@ -256,7 +256,7 @@ double Nscd::measure_margins(Simulation& s) {
   return longest;
 }
 
-// A node has no size: what a cell has counts instead.
+// Search margin of a mesh contactor [m]: a node has no size, so the size of a cell counts instead.
 double Nscd::margin_of_mapped(const Simulation& s, std::int32_t contactor) const {
   const MeshSet::Middle& middle = s.meshes.middle(contactor);
   double begin = 0, free = 0;
@@ -418,10 +418,10 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   }
   s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, moving, moved});
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
-  // what breaks bears nothing at the end of the step, and spends all the same what its springs held
+  // a broken bond bears nothing at the end of the step, but released the energy of its springs in it
   const double of_springs = std::abs(contacts.stored_change) + contacts.released;
   const double of_step = std::max(moving, moved) + contacts.turned_over + of_springs + fall + std::abs(strained);
-  // of bodies at rest only what rounds off is left
+  // bodies at rest have rounding errors alone
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * s.energy.in_play;
   s.report.solve.energy_created = moves ? contacts.created / of_step : 0;
 }

@@ -1,8 +1,7 @@
-// Geometric stiffness K of loads of joints, taken implicitly where tension swings light bodies faster than steps
-// follow:
+// Geometric stiffness K of loaded joints, implicit where tension swings light bodies faster than steps follow:
 //   (I + g h^2 K) (w+ - w-) = h T,   g = (1 - 1/x)/2 for x = h^2 K/I > 1, else 0,
-// with the torques T of the step, along the axes in which K and I are diagonal together (Tournier et al. 2015; Andrews,
-// Teichmann & Kry 2017). The energy of g h^2 K is the integrator's.
+// T: torques of the step. Axes are those in which K and I are diagonal together (Tournier et al. 2015; Andrews,
+// Teichmann & Kry 2017). The energy of g h^2 K counts as dissipation of the integrator.
 #include <algorithm>
 #include <cmath>
 
@@ -56,8 +55,8 @@ void diagonalise(double a[3][3], double v[3][3]) {
     }
 }
 
-// a = L D L', semidefinite, with no D of what is held; roots of products of two D alone, so that units of powers of two
-// leave all digits.
+// LDL' factors of a semidefinite 3 x 3 matrix; D = 0 for fixed dofs. Roots are taken of products of two D alone, so
+// that a change of units by powers of two preserves all digits.
 struct Factors {
   double l[3][3], d[3];
   explicit Factors(const double a[3][3]) {

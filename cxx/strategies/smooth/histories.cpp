@@ -26,7 +26,7 @@ void SmoothDem::take_scheme(Simulation& s, double h) {
   start_histories(s);
 }
 
-// Of bodies that came in, or were set from outside: from the forces at hand.
+// Initial histories of bodies that came in or were set from outside, from the present forces.
 void SmoothDem::start_histories(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const Need needs[] = {Need::acceleration, Need::jerk, Need::snap, Need::crackle};

@@ -1,4 +1,4 @@
-// The list of neighbours: when it is made anew, and what of the old one goes into it.
+// The neighbour list: when it is rebuilt, and how contact memory passes from the old one.
 #include <algorithm>
 #include <cmath>
 
@@ -59,7 +59,7 @@ void SmoothDem::check_bodies(const Simulation& s) const {
                   " differs from axis to axis, which SmoothDEM does not turn; use NSCD, or bodies of equal moments");
 }
 
-// Twice what any body may have gone is what a gap may have closed.
+// True if the list must be rebuilt: a gap may have closed by twice the largest displacement of a body.
 bool SmoothDem::list_is_old(const Simulation& s) const {
   const Scene& scene = s.scene;
   return !list_.valid || list_.order_version != scene.order_version() || list_.bodies != scene.bodies.count ||
@@ -113,14 +113,14 @@ void SmoothDem::read_laws(const Simulation& s) {
   }
 }
 
-// Whether no force moves the centre of a body. One that is driven along some axes alone counts as free.
+// True if all translations of a body are driven; a body driven along some axes alone counts as free.
 bool SmoothDem::held(const Simulation& s, std::int64_t body) const {
   const Bodies& b = s.scene.bodies;
   const int all = (1 << dim_) - 1;
   return b.driven.active && (*b.driven[body] & all) == all;
 }
 
-// The masses that dashpots take are those of what moves: what is held is as heavy as a wall. True if one is another.
+// Masses in the damping of contacts: a held body counts as infinitely heavy, like a wall. Returns true if any changed.
 bool SmoothDem::weigh_grains(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
   bool other = false;

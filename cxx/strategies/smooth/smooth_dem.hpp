@@ -1,6 +1,6 @@
-// Explicit dynamics with smooth contacts: a list of neighbours with a skin, force laws on it, velocity Verlet.
-// Results depend on the configuration alone, never on the age of the list or on threads: pairs out of reach act on
-// nothing, and sums are taken in the order of the list, which is that of detection within tiles of bodies.
+// Explicit dynamics with smooth contacts: a list of neighbours with a skin, force laws on it, velocity Verlet. Results
+// are independent of the age of the list and of threads: pairs out of reach exert no force. Sums run in the order of
+// the list, that of detection within tiles of bodies.
 #pragma once
 #include <array>
 
@@ -31,7 +31,7 @@ struct NeighbourList {
   std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
   Array<std::int32_t> incoming_body, incoming_place;     // what other tiles exert, in their order
   Array<double> other;                                   // (dofs, others) [N, N m]
-  // what stood when it was made
+  // state of the scene when the list was built
   Array<std::int64_t> contactor_id;
   Array<double> position;
   Cell cell;
@@ -46,8 +46,8 @@ public:
 
   SmoothDemOptions settings;
 
-  // What is refused is refused before anything moves. A step that ends in velocities that are no numbers throws and
-  // leaves bodies where they are: go back to a checkpoint.
+  // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
+  // throws and does not restore bodies: go back to a checkpoint.
   const StepReport& step(Simulation& s, double h) override;
 
   // The stages of step(), in its order.
@@ -122,7 +122,7 @@ private:
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
   void begin_balance(Simulation& s);
   void account(Simulation& s, std::int64_t n);
-  // Of an integrator that predicts by a history and corrects it: see histories.cpp.
+  // Predictor-corrector integrators with histories: see histories.cpp.
   bool predicts() const { return scheme_.histories > 0; }
   void take_scheme(Simulation& s, double h);
   void start_histories(Simulation& s);
@@ -144,7 +144,7 @@ private:
   Candidates found_;
   ContactMemory memory_;    // between lists
   Array<double> lost_;      // of its contacts [J]
-  bool counts_loss_ = true; // what contacts dissipate is known, for the balance or for a network of heat
+  bool counts_loss_ = true; // dissipation of contacts is recorded, for the balance or a network of heat
   std::vector<EntryShape> entries_;
   int states_ = 0; // numbers of a pair
   Array<double> grain_, centre_, direction_, margins_, sums_;

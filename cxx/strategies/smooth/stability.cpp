@@ -1,4 +1,4 @@
-// The step beyond which explicit motion grows: 2/omega of the stiffest mode, less what damping takes from it.
+// Critical time step: 2/omega of the stiffest mode, reduced by damping.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,7 +24,8 @@ double SmoothDem::stiffness_over_mass(const Simulation& s, const double k[3], st
   return std::max(k[0] * inverse_mass, k[1] * (inverse_mass + arm * arm * inverse_inertia));
 }
 
-// Of a collision of any body with its like at the overlap of the options, whatever touches now.
+// Critical time step for a collision of any body with its like, at the overlap of the options; no contact need exist
+// [s].
 double SmoothDem::pair_limit(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
@@ -44,7 +45,7 @@ double SmoothDem::pair_limit(const Simulation& s) const {
   return limit * limit_share();
 }
 
-// Of the limit of velocity Verlet, 2/omega.
+// Stability limit of the integrator / that of velocity Verlet, 2/omega.
 double SmoothDem::limit_share() const { return settings.integrator.scheme(1).largest / 2; }
 
 // Gershgorin's bound on the contacts as they are, each at least at the overlap of the settings.
