@@ -17,7 +17,7 @@ def pair(depth, law=LAWS[0], dim=3, make=None, strategy=None, unit=1.0, dt=2.0**
     scene.add(make(np.array(center), 0.5 * unit, ROCK))
     scene.add(cn.wall((0,) * dim, (0,) * (dim - 1) + (1,), ROCK))
     scene.interact("*", "*", law)
-    return cn.Simulation(scene, dt, strategy, overlap="ignore")
+    return cn.Simulation(scene, dt, strategy or cn.NSCD(overlap=0.005), overlap="ignore")
 
 
 def column(dim, overlap, count=12):
@@ -65,9 +65,9 @@ def test_polygons_and_boxes_part_as_well():
         assert first > 0.1 and last == pytest.approx(first - 40 * 0.005 / 8, abs=1e-3)
 
 
-def test_who_names_a_tolerance_keeps_overlap():
+def test_overlap_stays_without_a_limit():
     """And who asks for a limit has it."""
-    named = [cn.NSCD(solver=cn.NLGS(tol=1e-4)), cn.NSCD(solver=cn.Default(tol=1e-3)), cn.NSCD(overlap=np.inf)]
+    named = [cn.NSCD(solver=cn.NLGS(tol=1e-4)), cn.NSCD(), cn.NSCD(overlap=np.inf)]
     for strategy, moves in [(each, False) for each in named] + [(cn.NSCD(solver=cn.NLGS(tol=1e-8), overlap=0.01), True)]:
         sim = pair(0.2, strategy=strategy)
         for _ in range(3):

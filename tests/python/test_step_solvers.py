@@ -216,7 +216,7 @@ def test_the_default_is_chosen_by_the_scene():
     grains = cn.spheres([[0, 0, 1], [3, 0, 1]], [1.0, 0.11], ROCK)  # a ratio of 751
     floor = cn.boxes([[9, 9, 0.5]], (1.0, 1.0, 1.0), ROCK, fixed=True)
     sim = chosen(grains, floor)
-    assert sim.strategy.solver == cn.NLGS(enough=1e-3, patience=50) and "Solver NLGS" in str(sim.explain())
+    assert sim.strategy.solver == cn.NLGS() and "Solver NLGS" in str(sim.explain())
     sim.add(cn.spheres([[6, 0, 2]], 2.0, ROCK))
     assert sim.strategy.solver == cn.Auto() and "Solver Auto" in str(sim.explain())
     assert chosen(cn.boxes([[0, 0, 0.5]], (1.0, 1.0, 1.0), ROCK)).strategy.solver == cn.Auto()

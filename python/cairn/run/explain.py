@@ -90,7 +90,7 @@ def _enough(strategy):
     solver, lines = strategy.solver, []
     if getattr(solver, "enough", None) is not None:
         lines.append(f"A step that has taken {solver.patience} iterations ends at a true error of {solver.enough:g}")
-    if strategy.overlap is not None and math.isfinite(strategy.overlap):
+    if math.isfinite(strategy.overlap):
         lines.append(f"Overlap beyond {strategy.overlap:g} of the smaller body's size is taken back by contacts of rigid bodies")
     return lines
 

@@ -132,26 +132,9 @@ class Default(ContactSolver):
     In these cases sweeps alone converge too slowly: a heavy box sinks into light ones, a wall or a chain takes thousands of
     sweeps. Simulation chooses when it is made and when bodies are added; Simulation.explain() tells the choice. tol, min_iter,
     max_iter: as in NLGS.
-    tol=None: 1e-4; for grains, where NLGS is chosen and nothing deforms, 1e-3 once a step has taken 50 iterations. Stress and
-    volume of a dense pack are then right within a few percent, at a tenth of the cost (docs/study.md).
     """
 
-    tol: float | None = None
-
     name = "default"
-
-    def __post_init__(self):
-        self.chosen("NLGS")
-
-    def settings(self):
-        """What the core reads."""
-        return replace(self, tol=TOL).settings() if self.tol is None else super().settings()
-
-    def chosen(self, name, meshes=()):
-        """NLGS or Auto, by its name, with these numbers."""
-        solver = SOLVERS[name](tol=TOL if self.tol is None else self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
-        grains = self.tol is None and name == "NLGS" and not len(meshes)
-        return replace(solver, enough=ENOUGH, patience=PATIENCE) if grains else solver
 
     def for_scene(self, core, rules=(), meshes=()):
         """See ContactSolver.for_scene."""
@@ -168,14 +151,12 @@ class Default(ContactSolver):
         carried = body >= 0  # the others are on meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         solid = any(law is not None and law.bonds for _, _, law in rules)
-        return self.chosen("Auto" if faces or solid or uneven else "NLGS", meshes)
+        solver = Auto if faces or solid or uneven else NLGS
+        return solver(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
 
 
 # mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
 HEAVY = 1000
-# true errors of a step where none is named, and the iterations after which the second counts; overlap that contacts leave
-# then, over the size of the smaller body (docs/study.md)
-TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
 
 
 def solver_class(name, python_name, summary):
@@ -224,8 +205,9 @@ class NSCD(Strategy):
     project_positions: True: removes overlap after each step without changing velocities (Acary 2013); laws whose overlap is that
     of a spring are refused.
     overlap: limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest, by at most an
-    eighth of the limit in a step; info["drift"] tells the deepest. inf: overlap stays. None: 0.005 where the solver names no
-    tol, else inf. It holds under Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
+    eighth of the limit in a step; info["drift"] tells the deepest. inf: overlap stays. 0.005 serves dense packs that are sheared
+    slowly (docs/study.md); impacts that overlap by more in a step would gain speed. It holds under Coulomb, Frictionless,
+    Restitution, Rolling, LimitedSlip, Wet and Capillary.
     warm_start: True: begin from the impulses of the last step. threads: 0: as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve.
     contact_point: where impulses act: "middle" of the gap, which conserves the angular momentum of the pair; or "surface" of each
@@ -246,7 +228,7 @@ class NSCD(Strategy):
     solver: ContactSolver = field(default_factory=Default)
     margin: float | None = None
     project_positions: bool = False
-    overlap: float | None = None
+    overlap: float = math.inf
     warm_start: bool = True
     threads: int = 0
     renumber_every: int = 200
@@ -270,8 +252,8 @@ class NSCD(Strategy):
         checks.count("threads", self.threads, 0, MOST_THREADS)
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
         checks.flag("project_positions", self.project_positions)
-        if self.overlap is not None and not checks.number("overlap", self.overlap, finite=False) > 0:
-            raise ValueError(f"overlap is {self.overlap}: give a share of the smaller body's size above 0, inf, or None")
+        if not checks.number("overlap", self.overlap, finite=False) > 0:
+            raise ValueError(f"overlap is {self.overlap}: give a share of the smaller body's size above 0, or inf")
         checks.flag("warm_start", self.warm_start)
         if not 0 < checks.number("newton_tol", self.newton_tol) < 1:
             raise ValueError(f"newton_tol is {self.newton_tol}: give a number between 0 and 1")
@@ -306,11 +288,7 @@ class NSCD(Strategy):
 
     def for_scene(self, core, rules=(), meshes=()):
         """This strategy with the solver chosen for a core scene; see ContactSolver.for_scene."""
-        overlap = self.overlap
-        if overlap is None:
-            own = self.project_positions or self.contact_point == "surface" or self.pose != "moreau" or self.accuracy is not None
-            overlap = OVERLAP if isinstance(self.solver, Default) and self.solver.tol is None and not own else math.inf
-        return replace(self, solver=self.solver.for_scene(core, rules, meshes), overlap=overlap)
+        return replace(self, solver=self.solver.for_scene(core, rules, meshes))
 
     def settings(self):
         """Settings for the core."""
@@ -318,7 +296,7 @@ class NSCD(Strategy):
             "strategy": self.row,
             "margin": math.nan if self.margin is None else float(self.margin),
             "project_positions": bool(self.project_positions),
-            "overlap": math.inf if self.overlap is None else float(self.overlap),
+            "overlap": float(self.overlap),
             "warm_start": bool(self.warm_start),
             "act_on_surfaces": self.contact_point == "surface",
             "renumber_every": int(self.renumber_every),
