@@ -2,6 +2,7 @@
 // takes, and the way back.
 #pragma once
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -32,8 +33,8 @@ public:
   // First, of what is posed: the equalities. False: they have no factors.
   bool hold();
   // Instead of all of that: of joints the impulses, of all others none, that undo in a step what frames are off where
-  // contacts are detected. False: as above, or nothing is held.
-  bool undo_errors();
+  // contacts are detected; of joints that do not move they stay. False: as above, or nothing is held.
+  bool undo_errors(const std::function<bool(const cairn_batch&, int)>& moves);
   // Bytes of W in blocks, at most.
   double bytes() const;
   // W and q.
