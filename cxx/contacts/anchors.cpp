@@ -25,7 +25,7 @@ void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   const bool of_side = !law.spans && !(kind[ca] & mapped) && kind[cb] & mapped && flat(ca) && meshes->turns(cb);
   if (!law.joins && !of_bodies && !of_side && !(of_node && !(*contactors->radius[ca] > 0))) return;
   Anchor made;
-  joints_came |= law.joins;
+  memory.joints_came |= law.joins;
   law.joins ? anchor_joint(i, made) : anchor_bond(i, law, made);
   memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
   memory.anchors.resize(memory.keys.size());

@@ -83,6 +83,7 @@ struct ContactMemory {
     return contactor < contactors_seen || std::binary_search(seen_besides.begin(), seen_besides.end(), contactor);
   }
   int impulse_components = 0, state_components = 0;
+  bool joints_came = false;     // since joints were seated, see joint_seats.cpp
   bool gaps_of_bonds = false;   // states of pairs that are held are their gap alone, as files had it once
   std::vector<ContactKey> keys; // contacts with an impulse or a state
   std::vector<double>
@@ -161,7 +162,9 @@ public:
   // joint_seats.cpp.
   bool seats_joints() const;
   void joints_seated();
-  // How far joints of rigid bodies are off as they were assembled, over what rounding leaves.
+  // Which of them do: once, as they were assembled, before they are moved.
+  void choose_joints_to_seat(const Bodies&);
+  // How far these are off as they were assembled, over what rounding leaves.
   double joints_off() const;
   // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
   // they are more than those of the bodies. Impulses at hand are lost.

@@ -83,7 +83,7 @@ struct Interactions::State {
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   std::vector<double> joint_biases, joint_misses; // kept by keep_joints, in the order of each_miss [m/s], [m]
-  bool joints_came = false;                       // since joints were seated
+  std::vector<char> joint_seats;                  // whether seating moves it, by `held`: see choose_joints_to_seat
   double left_of_step = 0;                        // see centre_joints
   double joint_theta = 0;                         // see centre_joints; 0: theta
   double correction = 1;                          // of what joints and bonds on meshes miss, by a step
@@ -284,8 +284,10 @@ struct Interactions::State {
     bool turns = false, ahead = false;
   };
   void joint_pose(const cairn_batch& b, int lane, JointPose& pose) const;
-  void pose_ahead(const cairn_batch& b, int lane,
-                  JointPose& pose) const; // where the next step detects; joint_flight.cpp
+  // After a flight of that time, at the velocities of the records; joint_flight.cpp.
+  void pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const;
+  bool swings_alike(const cairn_batch& b, int lane) const; // see choose_joints_to_seat
+  bool is_seated(const cairn_batch& b, int lane) const;
   void velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const;
   void velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const;
   bool flies_bent(const cairn_batch& b, int lane) const;

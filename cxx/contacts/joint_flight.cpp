@@ -77,17 +77,17 @@ void Interactions::State::velocity_of_end(const cairn_batch& b, bool of_b, int l
   std::copy_n(system.record[(of_b ? b.body_b : b.body_a)[lane]].x, system.velocities(), out);
 }
 
-// Pose of a joint at the next detection, in the present axes of B, so that motion with B is no error.
-void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& pose) const {
+// Pose of a joint after a time of flight, in the present axes of B, so that motion with B is no error.
+void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
   const int d = std::min(dim(), 3);
   const auto ahead = [&](bool of_b) {
     const std::int32_t body = (of_b ? b.body_b : b.body_a)[lane];
-    if (!(of_b ? b.mapped_b : b.mapped_a)) return Ahead(*bodies, system.record[body], body, d, h, left_of_step);
+    if (!(of_b ? b.mapped_b : b.mapped_a)) return Ahead(*bodies, system.record[body], body, d, time, left_of_step);
     double velocity[3];
     velocity_of_mapped(b, of_b, lane, velocity);
-    return Ahead(velocity, d, h);
+    return Ahead(velocity, d, time);
   };
   const Ahead of_a = ahead(false), of_b = ahead(true);
   double a[3] = {}, to_b[3] = {}, at_a[3] = {}, at_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0},
@@ -99,7 +99,8 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& 
   of_a.carry(d, anchor.a, a);
   of_b.carry(d, anchor.b, to_b);
   for (int k = 0; k < d; ++k)
-    between[k] = (at_a[k] - (at_b[k] + shift[k])) + (of_a.moved[k] - (of_b.moved[k] + h * flown[k])) + (a[k] - to_b[k]);
+    between[k] =
+        (at_a[k] - (at_b[k] + shift[k])) + (of_a.moved[k] - (of_b.moved[k] + time * flown[k])) + (a[k] - to_b[k]);
   const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
   const double* now = bodies->rotation.active && !b.mapped_b ? bodies->rotation[b.body_b[lane]] : standing;
   pose.ahead = true;
@@ -151,7 +152,7 @@ void Interactions::State::each_miss(F&& f) const {
       if (blocked == 0 || !is_anchored(i) || !(b.state[lane] > 0) || (of_mesh && !flies_bent(b, lane))) continue;
       JointPose pose;
       double error[6];
-      pose_ahead(b, lane, pose);
+      pose_ahead(b, lane, h, pose);
       joint_errors(b, lane, pose, error);
       for (int c = 0; c < (of_mesh ? dim() : b.components); ++c)
         if (blocked >> c & 1) f(b, lane, c, error[dim() == 2 && c == 2 ? 3 : c]);
@@ -318,7 +319,7 @@ double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
   const int n = b.count, d = dim(), blocked = int(params[joint_blocked]);
   JointPose pose;
   double error[6], was = 0, is = 0, far = 0;
-  pose_ahead(b, lane, pose);
+  pose_ahead(b, lane, h, pose);
   const double reach = joint_errors(b, lane, pose, error);
   for (int c = 0; c < d; ++c)
     if (blocked >> c & 1 && !(d == 2 && c == 2)) {

@@ -15,10 +15,53 @@ namespace cairn {
 bool Interactions::seats_joints() const {
   const State& s = *s_;
   if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
-  return s.joints_came || s.memory.h < s.h || s.memory.h > s.h;
+  return s.memory.joints_came || s.memory.h < s.h || s.memory.h > s.h;
 }
 
-void Interactions::joints_seated() { s_->joints_came = false; }
+// On a bent way a joint is as far off a flight before the start of the step as it is a flight after it. A velocity of
+// its ends against each other, as of bodies that it catches in flight, is for impulses to end: displacements of bodies
+// that fly past each other would change their angular momentum.
+bool Interactions::State::swings_alike(const cairn_batch& b, int lane) const {
+  constexpr double small = 0.25;
+  const std::int64_t i = system.candidate[b.first + lane];
+  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+  const int blocked = int(laws->entry(entry[i]).params[joint_blocked]);
+  const double length = length_of_joint(b, lane, anchor);
+  JointPose pose;
+  double before[6], straight = 0, bent = 0;
+  pose_ahead(b, lane, -2 * (1 - left_of_step) * h, pose);
+  joint_errors(b, lane, pose, before);
+  for (int c = 0; c < b.components; ++c) {
+    if (!(blocked >> c & 1)) continue;
+    const int error = dim() == 2 && c == 2 ? 3 : c;
+    const double after = b.state[(1 + error) * b.count + lane], unit = c < dim() ? 1 : length;
+    straight = std::hypot(straight, unit * (after - before[error]));
+    bent = std::hypot(bent, unit * (after + before[error]));
+  }
+  return straight <= small * bent;
+}
+
+void Interactions::choose_joints_to_seat(const Bodies& bodies) {
+  State& s = *s_;
+  s.system.load({bodies.velocity, s.nodes ? &s.nodes->velocity : nullptr});
+  s.joint_seats.assign(s.held.size(), 0);
+  for (const cairn_batch& b : s.system.batches) {
+    if (!law_infos()[b.law].joins || b.mapped_a || b.mapped_b) continue;
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int64_t i = s.system.candidate[b.first + lane];
+      if (s.is_anchored(i) && b.state[lane] > 0)
+        s.joint_seats[std::size_t(s.anchor_of[std::size_t(i)])] = s.swings_alike(b, lane);
+    }
+  }
+}
+
+// Of a joint that is anchored.
+bool Interactions::State::is_seated(const cairn_batch& b, int lane) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  return is_anchored(i) && joint_seats[std::size_t(anchor_of[std::size_t(i)])] != 0;
+}
+
+void Interactions::joints_seated() { s_->memory.joints_came = false; }
 
 double Interactions::joints_off() const {
   constexpr double digits = 64 * std::numeric_limits<double>::epsilon();
@@ -28,7 +71,7 @@ double Interactions::joints_off() const {
     if (!law_infos()[b.law].joins || b.mapped_a || b.mapped_b) continue;
     for (int lane = 0; lane < b.contacts; ++lane) {
       const std::int64_t i = s.system.candidate[b.first + lane];
-      if (!s.is_anchored(i) || !(b.state[lane] > 0)) continue;
+      if (!(b.state[lane] > 0) || !s.is_seated(b, lane)) continue;
       const Anchor& anchor = s.held[std::size_t(s.anchor_of[std::size_t(i)])];
       const int blocked = int(s.laws->entry(s.entry[i]).params[joint_blocked]);
       const double length = s.length_of_joint(b, lane, anchor);
@@ -54,7 +97,7 @@ bool Interactions::seat_joints(const Bodies& bodies, Array<double>& velocity) {
   const int n = s.system.velocities(), d = s.dim();
   const cairn_schedule schedule = s.system.schedule(1);
   JointedProblem step(s.system, schedule, s.free(bodies));
-  if (!step.undo_errors()) return false;
+  if (!step.undo_errors([&](const cairn_batch& b, int lane) { return s.is_seated(b, lane); })) return false;
   s.system.clear_velocities();
   cairn_add_impulses(&schedule);
   velocity.resize(std::size_t(n) * std::size_t(s.system.bodies));

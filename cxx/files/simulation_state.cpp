@@ -89,6 +89,7 @@ StoredValue memory_of(const ContactMemory& m) {
   StoredValue out;
   out.add_real("h", m.h);
   out.add_whole("contactors_seen", m.contactors_seen);
+  if (m.joints_came) out.add_whole("joints_came", 1);
   if (!m.seen_besides.empty())
     out.add_array("seen_besides", m.seen_besides.data(), {std::int64_t(m.seen_besides.size())});
   out.add_whole("impulse_components", m.impulse_components);
@@ -97,7 +98,7 @@ StoredValue memory_of(const ContactMemory& m) {
   add_vector(out, "impulses", m.impulses);
   add_vector(out, "states", m.states);
   out.add_whole("first_state_holds", 1);
-  if (const RefinementMemory& r = m.refinement; r.share > 0 || r.idle > 0) {
+  if (const RefinementMemory& r = m.refinement; r.amplification > 0 || r.share > 0 || r.failures > 0 || r.idle > 0) {
     const double values[] = {r.amplification, r.share, double(r.failures), double(r.idle)};
     out.add_array("refinement", values, {4});
   }
@@ -122,6 +123,7 @@ ContactMemory memory_from(const StoredValue& tree) {
   ContactMemory m;
   m.h = tree.real("h");
   m.contactors_seen = tree.whole("contactors_seen");
+  m.joints_came = tree.find("joints_came") != nullptr;
   if (const StoredValue* seen = tree.find("seen_besides")) {
     m.seen_besides = numbers_of<std::int64_t>(seen->array, "seen_besides");
     std::sort(m.seen_besides.begin(), m.seen_besides.end());

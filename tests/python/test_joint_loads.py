@@ -57,6 +57,19 @@ def test_a_change_of_the_step_pulls_at_nothing(kind, dim):
     assert np.concatenate((before, after, pulls(sim, 3))) == pytest.approx(18.81, rel=1e-2)
 
 
+@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Ball", 3)])
+def test_a_restart_goes_on_to_the_same_bits(kind, dim, tmp_path):
+    """Before the first step, and where bodies are seated already."""
+    for steps in (0, 5):
+        sim, again = swinging(kind, dim, 1e-2), swinging(kind, dim, 1e-2)
+        for _ in range(steps):
+            sim.step()
+        sim.checkpoint(tmp_path / f"{steps}.h5")
+        again.restore(tmp_path / f"{steps}.h5")
+        assert np.array_equal(pulls(again, 5), pulls(sim, 5))
+        assert np.array_equal(again.bodies.position, sim.bodies.position)
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_what_is_joined_in_a_run_is_pulled_at_once(dim):
     scene = cn.Scene(dim, gravity=put(dim, 0.0, 0.0))

@@ -18,7 +18,7 @@ bool JointedProblem::hold() {
   return held_->factored();
 }
 
-bool JointedProblem::undo_errors() {
+bool JointedProblem::undo_errors(const std::function<bool(const cairn_batch&, int)>& moves) {
   equalities_.clear();
   uses_.assign(std::size_t(rows_), {});
   for (const Equality& e : blocked_) {
@@ -27,7 +27,8 @@ bool JointedProblem::undo_errors() {
     const int error = system_.dim == 2 && e.component == 2 ? 4 : 1 + e.component; // in the state: see joint.f90
     uses_[std::size_t(e.row)].push_back({std::int32_t(equalities_.size()), 1});
     equalities_.push_back(e);
-    equalities_.back().q = b.state[error * b.count + e.place.lane] / b.params[16 * b.count + e.place.lane];
+    equalities_.back().q =
+        moves(b, e.place.lane) ? b.state[error * b.count + e.place.lane] / b.params[16 * b.count + e.place.lane] : 0;
   }
   if (equalities_.empty()) return false;
   held_.emplace(form_held());

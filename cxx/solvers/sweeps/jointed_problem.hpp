@@ -2,6 +2,7 @@
 // takes, and the way back.
 #pragma once
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,8 +34,8 @@ public:
   // To be called first: eliminates the equalities of all posed coordinates. False: they have no factors.
   bool hold();
   // Alternative to a solve: impulses of joints alone, zero for all contacts, that undo in a step the position errors of
-  // frames at detection. False: no factors, or no equalities.
-  bool undo_errors();
+  // frames at detection, of those joints for which `moves` is true. False: no factors, or no equalities.
+  bool undo_errors(const std::function<bool(const cairn_batch&, int)>& moves);
   // Bytes of W in blocks, at most.
   double bytes() const;
   // W and q.

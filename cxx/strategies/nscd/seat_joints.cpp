@@ -16,6 +16,7 @@ void Nscd::seat_joints(Simulation& s) {
   if (!s.interactions.seats_joints()) return;
   s.interactions.joints_seated();
   Bodies& b = s.scene.bodies;
+  s.interactions.choose_joints_to_seat(b);
   const double begun = s.interactions.joints_off();
   if (!(begun > 0)) return;
   const Array<double> position = b.position.values, rotation = b.rotation.values;
