@@ -6,7 +6,7 @@ module seam_scene
   implicit none
   private
   public :: cairn_seams, scene, meeting, open_scene, meet, on_y, reach_of, size_of
-  public :: bar, cylinder, half_space, hull
+  public :: bar, cylinder, facet, half_space, hull
 
   !> Kinds of shapes: these are the values of enum cairn_seam_shape of rows.h.
   integer, parameter :: ball = 0, hull = 1, bar = 2, capsule = 3, cylinder = 4, superquadric = 5, half_space = 6, facet = 7
@@ -53,6 +53,7 @@ module seam_scene
     real(c_double) :: height = 0          !< of the plane across n through the farthest of the points on Y [m]
     real(c_double) :: sunk = 0, far = 0   !< how deep X is in Y, and the largest gap without its sign [m]
     logical :: many = .false.             !< others than Y have this plane too
+    logical :: mixed = .false.            !< several bodies have this plane
     integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed
   end type meeting
 
@@ -101,6 +102,7 @@ contains
     m%at = 0
     m%n = 0
     m%many = .false.
+    m%mixed = .false.
     shift = 0
     if (s%periodic) then
       do j = 1, d

@@ -11,7 +11,8 @@ module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
   use convex_shape, only: convex, see_cylinder
-  use seam_scene, only: bar, cairn_seams, cylinder, half_space, hull, meet, meeting, on_y, open_scene, reach_of, scene, size_of
+  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, on_y, &
+    open_scene, reach_of, scene, size_of
   implicit none
   private
   public :: cairn_seam_contacts, cairn_seam_closing
@@ -35,56 +36,102 @@ contains
     integer(c_int8_t), intent(inout) :: closing(0:*)
     type(scene) :: s
     integer(c_int64_t) :: r, k
-    real(c_double) :: least
+    integer(c_int32_t) :: a, b
+    real(c_double) :: least, by_forces, by_speed
     call open_scene(given, s)
     do r = first, last - 1
       closing(r) = 0
-      do k = s%run(r + 1) + 1, s%run(r + 2)
-        least = rest*max(change(s, s%a(k)), change(s, s%b(k)))
-        if (approach(s, k, s%free) > least) closing(r) = max(closing(r), 1_c_int8_t)
-        if (approach(s, k, s%velocity) > least) closing(r) = 2
+      k = s%run(r + 1) + 1
+      a = s%body(s%a(k) + 1) + 1
+      b = s%body(s%b(k) + 1) + 1
+      if (move_as_one(s, a, b)) cycle
+      least = rest*max(change(s, a), change(s, b))
+      do k = k, s%run(r + 2)
+        call approach(s, k, a, b, by_speed, by_forces)
+        if (by_forces > least) closing(r) = max(closing(r), 1_c_int8_t)
+        if (by_speed > least) closing(r) = 2
       end do
     end do
   end subroutine cairn_seam_closing
 
-  !> Change of the velocity of a contactor's body by the forces of one step [m/s].
-  pure real(c_double) function change(s, c)
+  !> True if two bodies have the same velocity now and at the end of the step, and do not turn.
+  pure logical function move_as_one(s, a, b)
     type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: c
+    integer(c_int32_t), intent(in) :: a, b
     integer :: i
+    move_as_one = .false.
+    if (a < 1 .or. b < 1) return
+    do i = 1, s%dim
+      if (abs(s%velocity(i, a) - s%velocity(i, b)) + abs(s%free(i, a) - s%free(i, b)) > 0) return
+    end do
+    do i = s%dim + 1, 3*s%dim - 3
+      if (abs(s%velocity(i, a)) + abs(s%velocity(i, b)) + abs(s%free(i, a)) + abs(s%free(i, b)) > 0) return
+    end do
+    move_as_one = .true.
+  end function move_as_one
+
+  !> Change of the velocity of body i by the forces of one step [m/s].
+  pure real(c_double) function change(s, i)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: i
+    integer :: k
     change = 0
-    i = s%body(c + 1) + 1
-    if (i > 0) change = maxval(abs(s%free(1:s%dim, i) - s%velocity(1:s%dim, i)))
+    if (i < 1) return
+    do k = 1, s%dim
+      change = max(change, abs(s%free(k, i) - s%velocity(k, i)))
+    end do
   end function change
 
-  !> Speed at which the bodies of a contact come nearer along its normal [m/s], turns of images of a cell apart.
-  pure real(c_double) function approach(s, k, velocity)
+  !> Speeds at which the bodies a and b of contact k come nearer along its normal [m/s], images of a cell included: now, and at the
+  !> end of the step without contacts.
+  pure subroutine approach(s, k, a, b, now, later)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: k
-    real(c_double), pointer, contiguous, intent(in) :: velocity(:, :)
-    integer :: side
-    integer(c_int32_t) :: c, i
-    real(c_double) :: arm(3), n(3), along
-    n = 0
-    n(1:s%dim) = s%normal(:, k)
-    approach = 0
-    do side = 1, 2
-      c = merge(s%a(k), s%b(k), side == 1)
-      i = s%body(c + 1) + 1
-      if (i < 1) cycle
-      arm = 0
-      arm(1:s%dim) = s%point(:, k) - s%position(:, i)
-      if (side == 2 .and. s%periodic) arm(1:s%dim) = s%centre(:, c + 1) - s%position(:, i)
-      along = dot_product(velocity(1:s%dim, i), n(1:s%dim))
-      if (s%dim == 2) then
-        along = along + velocity(3, i)*(arm(1)*n(2) - arm(2)*n(1))
-      else
-        along = along + dot_product(velocity(4:6, i), [arm(2)*n(3) - arm(3)*n(2), arm(3)*n(1) - arm(1)*n(3), &
-                                                        arm(1)*n(2) - arm(2)*n(1)])
-      end if
-      approach = approach + merge(-along, along, side == 1)
+    integer(c_int32_t), intent(in) :: a, b
+    real(c_double), intent(out) :: now, later
+    real(c_double) :: lever(6)
+    integer :: i
+    now = 0
+    later = 0
+    if (b > 0) then
+      call wrench(s, k, b, merge(s%b(k) + 1, 0, s%periodic), lever)
+      do i = 1, 3*s%dim - 3
+        now = now + lever(i)*s%velocity(i, b)
+        later = later + lever(i)*s%free(i, b)
+      end do
+    end if
+    if (a < 1) return
+    call wrench(s, k, a, 0, lever)
+    do i = 1, 3*s%dim - 3
+      now = now - lever(i)*s%velocity(i, a)
+      later = later - lever(i)*s%free(i, a)
     end do
-  end function approach
+  end subroutine approach
+
+  !> The normal of contact k and its moment about body i, at the point of contact or at the centre of a contactor [-], [m].
+  pure subroutine wrench(s, k, i, contactor, lever)
+    type(scene), intent(in) :: s
+    integer(c_int64_t), intent(in) :: k
+    integer(c_int32_t), intent(in) :: i, contactor
+    real(c_double), intent(out) :: lever(6)
+    real(c_double) :: x(3)
+    integer :: j
+    do j = 1, s%dim
+      lever(j) = s%normal(j, k)
+      if (contactor > 0) then
+        x(j) = s%centre(j, contactor) - s%position(j, i)
+      else
+        x(j) = s%point(j, k) - s%position(j, i)
+      end if
+    end do
+    if (s%dim == 2) then
+      lever(3) = x(1)*lever(2) - x(2)*lever(1)
+    else
+      lever(4) = x(2)*lever(3) - x(3)*lever(2)
+      lever(5) = x(3)*lever(1) - x(1)*lever(3)
+      lever(6) = x(1)*lever(2) - x(2)*lever(1)
+    end if
+  end subroutine wrench
 
   !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
   subroutine cairn_seam_contacts(given, first, last, start, entry, closing, verdict, turned) bind(c)
@@ -100,23 +147,18 @@ contains
     integer(c_int32_t) :: c, e
     integer :: planes, k
     real(c_double) :: n(3)
-    logical :: any_closing
     call open_scene(given, s)
     do c = first, last - 1
       k = start(c + 1) - start(c)
       if (k < 2) cycle
       if (s%seen(s%shape(c + 1) + 1) == half_space) cycle
-      any_closing = .false.
-      do e = start(c), start(c + 1) - 1
-        any_closing = any_closing .or. closing(entry(e)/2) /= 0
-      end do
-      if (.not. any_closing) cycle
+      if (.not. any_may_leave(s, start(c), start(c + 1), entry, closing)) cycle
       planes = 0
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
           call meet(s, entry(e), of_run)
           of_run%closing = closing(entry(e)/2)
-          call note_plane(of_run, planes, plane)
+          call note_plane(s, of_run, planes, plane)
         else
           planes = planes + 1
           call meet(s, entry(e), plane(planes))
@@ -136,8 +178,30 @@ contains
     end do
   end subroutine cairn_seam_contacts
 
+  !> True if a run closes, and one with the rim of another body spans no area: is_wide keeps others.
+  logical function any_may_leave(s, first, last, entry, closing)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: first, last, entry(0:*)
+    integer(c_int8_t), intent(in) :: closing(0:*)
+    integer(c_int32_t) :: e
+    integer(c_int64_t) :: k
+    logical :: any_closing
+    any_closing = .false.
+    do e = first, last - 1
+      any_closing = any_closing .or. closing(entry(e)/2) /= 0
+    end do
+    any_may_leave = .false.
+    if (.not. any_closing) return
+    do e = first, last - 1
+      k = s%run(entry(e)/2 + 1) + 1
+      any_may_leave = has_rim(s, merge(s%b(k), s%a(k), iand(entry(e), 1) == 0))
+      if (any_may_leave) return
+    end do
+  end function any_may_leave
+
   !> Adds a plane to the list, or merges it with one that coincides. Large bodies touch many others in one plane.
-  pure subroutine note_plane(m, planes, plane)
+  pure subroutine note_plane(s, m, planes, plane)
+    type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
     integer, intent(inout) :: planes
     type(meeting), intent(inout) :: plane(most_planes)
@@ -147,6 +211,7 @@ contains
       d = m%n - plane(k)%n
       if (dot_product(d, d) > lean**2 .or. abs(m%height - plane(k)%height) > m%far + plane(k)%far) cycle
       plane(k)%many = plane(k)%many .or. plane(k)%y /= m%y
+      plane(k)%mixed = plane(k)%mixed .or. s%body(plane(k)%y + 1) /= s%body(m%y + 1)
       plane(k)%height = max(plane(k)%height, m%height)
       plane(k)%sunk = max(plane(k)%sunk, m%sunk)
       plane(k)%far = max(plane(k)%far, m%far)
@@ -168,17 +233,20 @@ contains
     real(c_double), intent(out) :: n(3)
     real(c_double) :: q(3), slack, height
     integer :: j, found
-    logical :: looked
+    logical :: looked, of_surface
     n = 0
     verdict = 0
     if (.not. has_rim(s, m%y)) return
     if (.not. (m%closing > 0 .or. is_pressed(s, m, planes, plane))) return
     if (is_wide(s, m)) return
     looked = .false.
+    of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
     q = on_y(s, m, m%first)
     slack = m%far + flush*min(size_of(s, m%x), size_of(s, m%y))
     do j = 1, planes
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
+      ! triangles of one surface leave contacts at their edges to each other where they are found
+      if (of_surface .and. s%body(plane(j)%y + 1) == s%body(m%y + 1) .and. .not. plane(j)%mixed) cycle
       height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
       if (abs(height) > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
@@ -249,7 +317,7 @@ contains
     integer(c_int32_t), intent(in) :: y
     integer :: kind
     kind = s%seen(s%shape(y + 1) + 1)
-    has_rim = kind == hull .or. kind == bar .or. kind == cylinder
+    has_rim = kind == hull .or. kind == bar .or. kind == cylinder .or. (kind == facet .and. s%body(y + 1) >= 0)
   end function has_rim
 
   !> The verdict by a plane p of contact of X: it separates X from Y, and the points of the run lie on it.
@@ -286,6 +354,7 @@ contains
     integer :: i, sides, j, others
     logical :: covers
     found = 0
+    if (s%seen(s%shape(p%y + 1) + 1) == facet) return ! its edges cover nothing
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
     highest = m%first
     do k = m%first, m%last
@@ -339,6 +408,15 @@ contains
         call put(w, dot_product(w, x) - p%offset(i))
         if (sides < 0) return
       end do
+    case (facet)
+      call view_solid(s%view, y, s%radius(y + 1), p)
+      axis = across(p%v(2, :) - p%v(1, :), p%v(3, :) - p%v(1, :))
+      axis = axis/sqrt(dot_product(axis, axis))
+      call put(axis, dot_product(axis, x - p%v(1, :)))
+      do i = 1, 3
+        w = across(p%v(modulo(i, 3) + 1, :) - p%v(i, :), axis)
+        call put(w/sqrt(dot_product(w, w)), dot_product(w, x - p%v(i, :))/sqrt(dot_product(w, w)))
+      end do
     case (half_space)
       axis = 0
       axis(1:d) = s%direction(1:d, y + 1)
@@ -370,6 +448,12 @@ contains
       sides = -1
     end select
   contains
+    pure function across(u, v)
+      real(c_double), intent(in) :: u(3), v(3)
+      real(c_double) :: across(3)
+      across = [u(2)*v(3) - u(3)*v(2), u(3)*v(1) - u(1)*v(3), u(1)*v(2) - u(2)*v(1)]
+    end function across
+
     subroutine put(m, height)
       real(c_double), intent(in) :: m(3), height
       if (height > tolerance) sides = -1
@@ -409,7 +493,7 @@ contains
     real(c_double) :: side(3, most_sides), above(most_sides), best, look, likest
     integer :: sides, i, kind
     kind = s%seen(s%shape(m%y + 1) + 1)
-    if (kind == cylinder) return
+    if (kind == cylinder .or. kind == facet) return
     call sides_at(s, m%y, q - m%at, -m%at, 2*(tolerance + m%sunk), sides, side, above)
     best = lean
     likest = -1

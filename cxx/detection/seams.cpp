@@ -37,9 +37,18 @@ const SeamShapes seam_shapes;
 
 bool InteractionHandler::Workspace::may_have_seams() const {
   const auto& shape = contactors->shape.values;
-  return !for_bonds && in_steps && std::any_of(shape.begin(), shape.begin() + contactors->count, [](std::int16_t s) {
-    return seam_shapes.has_rim(s);
-  });
+  if (for_bonds || !in_steps) return false;
+  std::int64_t surface = -1; // a triangle of a body; seams of surfaces are with other bodies
+  bool several = false;
+  for (std::int64_t c = 0; c < contactors->count; ++c) {
+    if (seam_shapes.has_rim(shape[std::size_t(c)])) return true;
+    const std::int32_t seen = seam_shapes.seen[shape[std::size_t(c)]];
+    if (seen == cairn_seam_half_space) several = true;
+    if (seen != cairn_seam_facet || contactors->body.values[c] < 0) continue;
+    several = several || (surface >= 0 && contactors->body.values[c] != contactors->body.values[surface]);
+    surface = c;
+  }
+  return surface >= 0 && several;
 }
 
 // Finds runs, contacts of a pair with equal normals, which both contactors list. Pairs of balls come first and are

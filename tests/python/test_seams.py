@@ -39,6 +39,14 @@ def floor(kind):
     return cn.polyhedra(terrain.prisms(*terrain.heights(x, x, np.zeros((3, 3))), 1.0), STONE, fixed=True)
 
 
+def half_of_a_floor(side, as_surface):
+    """A block left (-1) or right (1) of x = 0, with its top at 0: a polyhedron or a closed surface of triangles."""
+    unit = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    mesh = (unit * [1, 2, 0.5] + [side, 0, -0.5], faces)
+    return cn.surface(*mesh, STONE) if as_surface else cn.polyhedra([mesh], STONE, fixed=True)
+
+
 def slide(kind, shape, yaw, size=(0.5, 0.5, 0.5), x=-0.45, steps=450, dt=1e-3, law=None, solver=None):
     scene = cn.Scene(3, gravity=(0, 0, -G))
     scene.add(slider(shape, yaw, size, x), floor(kind))
@@ -60,6 +68,18 @@ def test_speed_is_kept_over_seams(kind, shape, yaw):
 @pytest.mark.parametrize("shape,yaw", [("lying", 0.3), ("capsule", 0.3), ("superquadric", 0.0), ("sphere", 0.0)])
 def test_round_bodies_keep_it_too(shape, yaw):
     sim = slide("pavement", shape, yaw, size=(0.2, 0.2, 0.25))
+    assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("left,right", [(False, True), (True, False), (True, True)])
+@pytest.mark.parametrize("shape,yaw", [("box", 0.0), ("box", 0.3), ("cylinder", 0.0), ("capsule", 0.3), ("sphere", 0.0)])
+def test_surfaces_flush_with_other_bodies(left, right, shape, yaw):
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    scene.add(slider(shape, yaw, (0.3, 0.3, 0.3), -0.25), half_of_a_floor(-1, left), half_of_a_floor(1, right))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 2e-3)
+    for _ in range(150):
+        sim.step()
     assert np.linalg.norm(sim.bodies.velocity[0, :3]) == pytest.approx(1, abs=1e-6)
 
 
