@@ -22,7 +22,7 @@ bool Interactions::seats_joints() const {
 // its ends against each other, as of bodies that it catches in flight, is for impulses to end: displacements of bodies
 // that fly past each other would change their angular momentum.
 bool Interactions::State::swings_alike(const cairn_batch& b, int lane) const {
-  constexpr double small = 0.25;
+  constexpr double small = 0.5; // as much comes of turns by a radian in a step
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
   const int blocked = int(laws->entry(entry[i]).params[joint_blocked]);

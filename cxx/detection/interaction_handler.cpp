@@ -219,7 +219,8 @@ void InteractionHandler::Workspace::place_mapped() {
     // Round ends keep a body that touches itself from catching on its corners, as bars of these lengths do.
     if (k < mapped->apart_depth.size() && mapped->apart_depth[k] > 0) continue;
     double& half = direction[i * (dim + 1) + dim]; // which the body that it was declared with has
-    reach[i] += std::max(mapped->half_length[k] - half, 0.0);
+    if (!(mapped->half_length[k] > half)) continue; // shortened bars catch on nodes that slide past their ends
+    reach[i] += mapped->half_length[k] - half;
     half = mapped->half_length[k];
   }
 }
