@@ -218,7 +218,7 @@ void InteractionHandler::Workspace::place_mapped() {
     if (!(mapped->half_length[k] > 0) || !contactors->direction.active) continue;
     // Round ends keep a body that touches itself from catching on its corners, as bars of these lengths do.
     if (k < mapped->apart_depth.size() && mapped->apart_depth[k] > 0) continue;
-    double& half = direction[i * (dim + 1) + dim]; // which the body that it was declared with has
+    double& half = direction[i * (dim + 1) + dim];  // which the body that it was declared with has
     if (!(mapped->half_length[k] > half)) continue; // shortened bars catch on nodes that slide past their ends
     reach[i] += mapped->half_length[k] - half;
     half = mapped->half_length[k];
