@@ -219,7 +219,7 @@ def vault_problem(steps):
     scene = cairn.Scene(dim=3, gravity=(0, 0, -9.81))
     blocks.add_to(scene, cairn.Material("stone", density=2300.0))
     scene.interact("*", "*", cairn.Coulomb(mu=0.6))
-    sim = cairn.Simulation(scene, 2e-3, cairn.NSCD(threads=1), overlap="ignore")
+    sim = cairn.Simulation(scene, 2e-3, cairn.NSCD(solver=cairn.NLGS(), threads=1), overlap="ignore")
     for _ in range(steps):
         sim.step()
     return sim.problem()
