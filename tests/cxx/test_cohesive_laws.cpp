@@ -195,10 +195,11 @@ TEST(OwnSolutions, SatisfyTheirLawOnFullBlocks) {
     for (int dim : {2, 3}) {
       const int c = law.components(dim);
       if (law.plugged() || !law.solve || !law.residual || c == 0) continue;
-      const std::size_t own = law.parameters.size();
-      std::vector<double> w(n * c * c), q(n * c), bias(n * c, 0.0), params((own + 4) * n), r(n * c, 0.0), u(n * c),
-          f(n * c), weight(n * c), rho(n), state(std::size_t(std::max(1, law.state_columns(dim)) * n), 0.0), gap(n),
-          extra(n * c), mu(n), zero(n * c, 0.0), geometry(3 * n, 1.0);
+      const std::size_t own = law.parameters.size(), columns = std::size_t(geometry_columns(law));
+      std::vector<double> w(n * c * c), q(n * c), bias(n * c, 0.0), params((own + 1 + columns) * n), r(n * c, 0.0),
+          u(n * c), f(n * c), weight(n * c), rho(n), state(std::size_t(std::max(1, law.state_columns(dim)) * n), 0.0),
+          gap(n), extra(n * c), mu(n), zero(n * c, 0.0), geometry(columns * n, 1.0);
+      if (rolls(law)) std::fill_n(&geometry[4 * n], n, 0.0); // radii of rolling about t t and s s, none about t s
       std::int32_t status[n];
       const double h = 1e-3;
       for (int i = 0; i < n; ++i) {
@@ -225,7 +226,7 @@ TEST(OwnSolutions, SatisfyTheirLawOnFullBlocks) {
           params[p * n + i] = std::min(params[p * n + i], 1e300);
         }
         params[own * n + i] = h;
-        for (int k = 1; k < 4; ++k) params[(own + k) * n + i] = 1;
+        for (std::size_t k = 0; k < columns; ++k) params[(own + 1 + k) * n + i] = geometry[k * n + i];
         state[i] = i % 3 ? 1 : 0;
       }
       const cairn_law_context context{h, 0.5, geometry.data(), nullptr};
