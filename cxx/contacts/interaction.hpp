@@ -162,9 +162,9 @@ public:
   // joint_seats.cpp.
   bool seats_joints() const;
   void joints_seated();
-  // Which of them do: once, as they were assembled, before they are moved.
+  // Selects the joints to correct, once a step: as assembled, before bodies are displaced.
   void choose_joints_to_seat(const Bodies&);
-  // How far these are off as they were assembled, over what rounding leaves.
+  // Largest position error of these joints as assembled [m]; 0 below the rounding of positions.
   double joints_off() const;
   // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
   // they are more than those of the bodies. Impulses at hand are lost.

@@ -55,7 +55,7 @@ void Interactions::choose_joints_to_seat(const Bodies& bodies) {
   }
 }
 
-// Of a joint that is anchored.
+// True for an anchored joint that was selected for correction.
 bool Interactions::State::is_seated(const cairn_batch& b, int lane) const {
   const std::int64_t i = system.candidate[b.first + lane];
   return is_anchored(i) && joint_seats[std::size_t(anchor_of[std::size_t(i)])] != 0;

@@ -32,7 +32,7 @@ bool Interactions::State::limits_overlap(const cairn_batch& b) const {
          takes_back(Law(b.law));
 }
 
-// Whether all that moves is balls, alone or in clumps.
+// True if all moving contactors are balls, alone or in clumps.
 bool Interactions::State::all_balls() const {
   if (meshes) return false;
   for (std::int64_t k = 0; k < contactors->count; ++k)
@@ -80,8 +80,8 @@ double Interactions::State::deepest_drift() const {
   return deepest;
 }
 
-// Such contacts do work on their bodies, which is no energy from nothing: half of it in this step, the other half in
-// the next, which begins with the speed; it is counted in this one.
+// Work of contacts that take back overlap [J], booked apart from created energy. Half of it is done in this step, the
+// other half in the next, which begins with the parting speed; all of it is counted here.
 void Interactions::State::count_parting() {
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts && limits_overlap(b); ++lane) {

@@ -61,8 +61,8 @@ bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, doub
   return moving <= tolerances * tolerances * tolerance * tolerance * energy;
 }
 
-// Whether each rigid body has at most a share of the speed that loads alone give it in the step, and there are no
-// others. Bodies that are driven move as they are told, if at all.
+// True if each rigid body has at most a share of the speed that loads alone give it in the step (energy norm). False
+// if there are meshes, or if a driven body moves.
 bool resting(const ContactSystem& system, const Velocities& velocity_free, double share) {
   if (!system.condensed.empty()) return false;
   const int dim = system.dim, n = system.velocities();
@@ -203,9 +203,9 @@ private:
     if (may) come_to_rest(report_.error * report_.error);
     return may;
   }
-  // An error of one sign in each step moves what stands by as much again and again, and a tower of many blocks comes to
-  // sway: once contacts stand still, Newton's method takes it down to rounding, and later steps have nothing to do.
-  // What moves slowly asks for it in each step, and pays for ever fewer of them.
+  // Newton's method takes the error down to rounding once contacts stand still: a residual of the same sign in each
+  // step adds up, and a tower of many blocks comes to sway. Later steps start from a solution. Bodies that move slowly
+  // ask for it in each step, so attempts that follow each other become ever rarer.
   bool come_to_rest(double error_square) {
     constexpr int most = 13, free = 3; // attempts in a row; those after which no steps are left out
     if (!help_ || help_->given_up() || uneven_ || !rests_) return false;
@@ -222,11 +222,11 @@ private:
     report_.solver = help_->name();
     return true;
   }
-  // Errors and velocities of what is at rest, over what loads ask for.
+  // Relative error at rest, in the energy norm: target of Newton's method.
   static constexpr double finest = 0x1p-44;
   double small() const { return std::max(0x1p-17 * options_.tolerance, 0x1p-36); }
-  // What is left of velocities then does no work: bodies that move by less than a share of what loads alone would make
-  // of each are at rest. Impulses that stay as they are would have them topple, slowly at first.
+  // Sets velocities to zero if each body is slower than a share of the speed that loads alone would give it, so that
+  // the residual does no work: under unchanged impulses bodies would topple, slowly at first.
   void rest_if_still() {
     if (!help_ || help_->given_up() || uneven_ || system_.rest == nullptr || report_.error > small() ||
         !resting(system_, velocity_free_, small()))
