@@ -1,4 +1,4 @@
-"""What every test leaves as it found it."""
+"""Process state that every test leaves unchanged, and the list of large tests."""
 
 import os
 import signal
@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-# Tests that take more than ten seconds of one core, each with smaller ones of its kind beside it. `script/test large` runs
-# them alone; CAIRN_LARGE=1 runs them among the others.
+# Tests of more than ten seconds on a single core; a smaller test of the same kind runs by default. `script/test large`
+# runs them alone; CAIRN_LARGE=1 adds them to the others.
 LARGE = {
     "fuzz/test_fuzz.py::test_damaged_files[FCLIB problem, compressed]",
     "physics/test_ball.py::test_path_and_time_converge_with_the_step[0.8-3]",

@@ -1,4 +1,5 @@
-// What most C++ tests include, read once where CAIRN_PRECOMPILE is on. Files name all they use: others do without.
+// Headers of most C++ tests, compiled once with CAIRN_PRECOMPILE. Tests include all that they use, and build without
+// it.
 #pragma once
 #include <gtest/gtest.h>
 

@@ -162,9 +162,9 @@ public:
   // joint_seats.cpp.
   bool seats_joints() const;
   void joints_seated();
-  // Selects the joints to correct, once a step: as assembled, before bodies are displaced.
+  // Selects the joints to correct, as assembled, before bodies are displaced.
   void choose_joints_to_seat(const Bodies&);
-  // Largest position error of these joints as assembled [m]; 0 below the rounding of positions.
+  // Largest position error of these joints, as assembled, over that of rounding; 0 if below 1.
   double joints_off() const;
   // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
   // they are more than those of the bodies. Impulses at hand are lost.

@@ -170,8 +170,8 @@ TEST(Soe, UnitsThatAreAddedAreThoseOfAllAtOnce) {
     }
 }
 
-// Few unknowns, whose right sides are kept, and all of them, which would take more than half of what the factors take;
-// one by one, in rising and falling numbers; an unknown requested twice.
+// Few unknowns, whose right-hand sides are stored, and all unknowns, whose storage would exceed half of that of the
+// factors; requested in growing and shrinking portions; an unknown requested twice.
 TEST(Soe, UnitsThatAreAddedInAnyTurnsKeepTheirBits) {
   std::mt19937 random(8);
   for (const Kind& each : kinds())

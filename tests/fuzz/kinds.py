@@ -1,8 +1,8 @@
-"""Every kind of file that Cairn reads: how a sound one is made, how it is damaged, and what is done with one that is read.
+"""Kinds of files that Cairn reads: makers of valid files, mutators, and uses of files that were read.
 
-A Kind has `make(folder)`, which gives the path of what is to be damaged (a file, or a folder of files); `damage(path, chance)`,
-which gives (what was done, other bytes) of one file; `use(path)`, which reads it and uses what it holds. A reader says what is
-wrong by cairn.FileError; what a step says of a scene that no file has damaged, too (ValueError), is left to it.
+A Kind has `make(folder)`, which returns the path to damage (a file, or a folder of files); `damage(path, chance)`, which
+returns (name of the damage, new bytes) for one file; `use(path)`, which reads the file and uses its content. A reader reports
+faults by cairn.FileError; a ValueError of a step, which undamaged scenes may raise as well, is accepted.
 """
 
 import random
@@ -63,7 +63,7 @@ def _simulation(scene):
 
 
 def _step(sim):
-    """A step of what was read; it may be refused, and what is said to have converged is of numbers."""
+    """Steps a simulation that was read: the step may be refused, and a converged one has finite results."""
     if sim is None:
         return
     try:
@@ -311,7 +311,7 @@ KINDS = [
 
 
 def tried(kind, folder, seeds, after=None):
-    """Damages the file once for each seed and uses it: yields (seed, what was done, outcome, detail) of each.
+    """Damages the file once for each seed and uses it: yields (seed, name of the damage, outcome, detail).
 
     outcome: "refused" (cairn.FileError), "read", "raw error", "no number". after(seed, what): called before each.
     """

@@ -8,7 +8,7 @@ ODD = ["-1", "0", "1", "2147483648", "-9223372036854775808", "1e999", "nan", "-i
 
 
 def bytes_of(data, chance):
-    """(what was done, other bytes)."""
+    """Damages bytes at random: (name of the damage, new bytes)."""
     data = bytearray(data)
     how = chance.choice(["bit", "bit", "bytes", "bytes", "noughts", "ones", "cut", "twice", "gone", "number"])
     at = chance.randrange(max(len(data), 1))

@@ -125,7 +125,7 @@ def test_a_brick_that_bends_against_another_keeps_what_is_sound():
 
 
 def test_what_breaks_is_a_contact_again_and_keeps_what_it_released():
-    """A brick turned off another: the far end is torn, the near one holds, and the torn one is a contact."""
+    """A brick tilts off another: the bond breaks at the far end and holds at the near end; the broken bond is a contact."""
     law = mortar(normal_work=5.0, tangential_work=5.0)
     sim = simulate(pair(2, law, velocity=[[0.0, 0.0, 0.0], [0.0, 0.0, 8.0]]), 2e-6)
     before, spent = {}, 0.0

@@ -187,8 +187,8 @@ def test_newtons_method_over_bodies_knows_the_node_and_the_far_end(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_bar_that_rests_on_a_floor_is_drawn_by_its_rope(dim):
-    """Contacts of a mesh that are swept one after the other, and a rope at one of its nodes: solvers agree, and the floor bears
-    the rest of the weight."""
+    """Rope at a node of a mesh whose contacts are swept in sequence: solvers agree, and the floor bears the rest of the
+    weight."""
     ends = []
     for solver in (cn.NLGS(tol=1e-12, max_iter=100000), cn.Auto(tol=1e-12)):
         scene, body = scene_of(dim), bar(dim, cells=12, solid=False)

@@ -1,4 +1,4 @@
-"""Contacts reach nodes of a mesh one by one: its compliance does not depend on the order of requests."""
+"""Compliance of a mesh does not depend on the order in which contacts reach its nodes."""
 
 import cairn as cn
 import numpy as np

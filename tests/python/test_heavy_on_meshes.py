@@ -1,5 +1,5 @@
-"""Heavy rigid bodies on light elastic ones that are free, and heavy elastic ones on light rigid bodies: a sum of energies is
-insensitive to a support squeezed out, or to its sinking load."""
+"""Heavy rigid bodies on light free elastic bodies, and heavy elastic bodies on light rigid bodies: a sum of energies does not
+reveal a light support that is squeezed out, or a load that sinks into it."""
 
 import cairn as cn
 import numpy as np

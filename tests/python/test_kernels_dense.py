@@ -179,8 +179,8 @@ def test_each_contact_obeys_its_law_after_its_turn(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_states_give_their_impulses(dim):
-    """Open contacts have none, sticking ones do not move, slipping ones rest on their normal with friction against their
-    motion."""
+    """Impulses are zero at open contacts; velocities vanish at sticking contacts; at slipping contacts the normal velocity
+    vanishes and friction opposes the sliding velocity."""
     _, _, _, dense = chain(dim, 4)
     n, mu, q = 4, np.array([0.3, 0.2, 0.1, 0.4]), some(4, dim) - [2, *[0] * (dim - 1)]
     state = np.array([0, 1, 2, 2 if dim == 3 else 3], np.int32)

@@ -155,7 +155,7 @@ def test_the_largest_step(name, params):
 
 
 def rigid(dim, n=6):
-    """Bodies, among them a fixed one, one of three different moments and a driven body."""
+    """Rigid bodies, with a fixed body, a driven body, and a body of three different moments of inertia."""
     nd = 3 * dim - 3
     mass, inertia = RNG.uniform(0.5, 2, n), np.repeat(RNG.uniform(0.5, 2, n)[:, None], 2 * dim - 3, 1)
     mass[1], inertia[1] = np.inf, np.inf

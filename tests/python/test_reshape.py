@@ -268,8 +268,8 @@ def test_the_stress_of_what_touches_an_image_is_that_of_where_it_touches(first):
 
 
 def test_criteria_look_before_any_of_them_changes_a_body():
-    """Two criteria on a body, and one on the body above, evaluate the same step; a body that one of them deforms makes no mesh of
-    another rigid again while its contacts bear load."""
+    """Two criteria on a body, and a criterion on the body above, evaluate the same step; making a body deformable turns no other
+    mesh rigid while the contacts of that mesh bear load."""
     scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
     scene.add(cn.wall((0, 0), (0, 1), ROCK))
     scene.add(cn.polygons([SQUARE + (0.0, 0.5), SQUARE + (3.0, 0.5), SQUARE + (3.0, 1.5)], ROCK))

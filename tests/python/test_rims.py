@@ -130,7 +130,7 @@ def test_what_slides_off_a_table_falls(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_momentum_is_kept_at_rims_and_runs_go_on_to_the_bit(dim, tmp_path):
-    """Two free blocks of equal outline, the soft one pressed on the stiff one by speed, with a little shear."""
+    """Soft block that moves onto a stiff block of equal outline, both free, with a little shear."""
     kind, side = ("quad", "edges") if dim == 2 else ("hexahedron", "faces")
     scene = cn.Scene(dim=dim)
     given = {}

@@ -47,7 +47,7 @@ def struck(block, kind, high, sides=False, angle=0.0, gap=0.0, across=1):
         body = cn.surface(x @ turn.T, CORNERS, STEEL, mass=2 * DENSITY * WIDTH**2, inertia=np.ones(3), free=("vx", "vy", "vz"))
         body.velocity[:, :3] = speed
         scene.add(body)
-    else:  # one box, or one on the other
+    else:  # a box, or a stack of two
         pieces = 1 if block == "box" else 2
         centres = [(-0.05 - gap, WIDTH / 2, low + (k + 0.5) * high / pieces) for k in range(pieces)]
         scene.add(cn.boxes(np.array(centres) @ turn.T, (0.1, high, high / pieces), heavy, velocity=speed,

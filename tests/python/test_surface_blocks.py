@@ -43,9 +43,10 @@ def run(ground, bodies, steps, dt=2e-3, mu=0.3):
 
 @pytest.mark.parametrize("kind", ["flat", "edge", "corner", "turning"])
 def test_a_block_slides_on_triangles_as_on_a_plane(kind):
-    """On a flat floor of triangles it feels what it feels on a plane: lying, tipped on an edge or a corner, and spinning, its
-    corners passing over its edges and vertices. The spinning body has three corners below, since friction on four is not unique.
-    For the same reason a tipped block is compared before it falls on four (after 0.144 s; differences then grow to 1e-9)."""
+    """Impulses on a flat floor of triangles equal those on a plane: lying, tipped on an edge or a corner, and spinning, with
+    corners that pass over edges and vertices of the floor. The spinning body has three corners below, since friction on four
+    is not unique. For the same reason a tipped block is compared before it falls on four (after 0.144 s; differences then
+    grow to 1e-9)."""
     tip = {"flat": 0.0, "edge": 0.3, "corner": 0.5, "turning": 0.0}[kind]
     axis = np.array([1.0, 0, 0]) if kind == "edge" else np.array([1.0, -0.7, 0.2]) / np.sqrt(1.53)
     q = np.append(np.cos(tip / 2), np.sin(tip / 2) * axis)

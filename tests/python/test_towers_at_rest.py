@@ -1,4 +1,4 @@
-"""What rests stays at rest: an error of one sign in each step moves nothing, however many steps there are."""
+"""Bodies at rest stay at rest: residuals of the same sign do not add up to a drift over many steps."""
 
 import cairn as cn
 import numpy as np
@@ -60,7 +60,7 @@ def test_walls_and_arches_stand(scene):
 
 
 def test_a_push_is_answered():
-    """Pushed from the side after it came to rest: by a hundredth of what slides it a tower stands, by more than all it slides."""
+    """A tower at rest is pushed from the side: it stands under a hundredth of its friction limit, and slides under 1.1 of it."""
     for share, slides in ((0.01, False), (1.1, True)):
         push = share * 0.5 * 2000.0 * 4 * 9.81
         scene = cn.Scene(3, gravity=(0, 0, -9.81))
@@ -93,7 +93,7 @@ def test_units_leave_its_bits():
 
 
 def test_it_goes_on_from_a_file(tmp_path):
-    """What a run learned of its rest is in the checkpoint: the same bits after it."""
+    """Checkpoints hold the count of solutions to rounding: restarted runs have the same bits."""
     sim, path = cn.Simulation(tower(30), 1 / 240), tmp_path / "tower.h5"
     moved(sim, 3)
     velocity = sim.bodies.velocity.copy()

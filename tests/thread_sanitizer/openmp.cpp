@@ -1,5 +1,5 @@
-// What Cairn calls of the OpenMP run-time library, over std::thread. GCC's own library waits by futexes
-// that the thread sanitizer does not see, so that every parallel region would be told as a race; these it sees.
+// Functions of the OpenMP run-time library that Cairn calls, over std::thread. GCC's own library waits by futexes,
+// which the thread sanitizer does not see, so that it would report a race in every parallel region.
 #include <omp.h>
 
 #include <condition_variable>
@@ -38,7 +38,7 @@ struct Team {
   std::map<int, Loop> loops; // by how many a thread has met before
 };
 
-// What a thread is within its team.
+// Rank of a thread in its team, and loops that it has met.
 struct Place {
   Team* team = nullptr;
   int rank = 0, loops = 0;

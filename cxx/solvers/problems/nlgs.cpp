@@ -62,7 +62,7 @@ bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, doub
 }
 
 // True if each rigid body has at most a share of the speed that loads alone give it in the step (energy norm). False
-// if there are meshes, or if a driven body moves.
+// with condensed bodies, or if a driven body moves.
 bool resting(const ContactSystem& system, const Velocities& velocity_free, double share) {
   if (!system.condensed.empty()) return false;
   const int dim = system.dim, n = system.velocities();
@@ -222,7 +222,7 @@ private:
     report_.solver = help_->name();
     return true;
   }
-  // Relative error at rest, in the energy norm: target of Newton's method.
+  // Relative errors in the energy norm: target of Newton's method at rest, and the largest that counts as rest.
   static constexpr double finest = 0x1p-44;
   double small() const { return std::max(0x1p-17 * options_.tolerance, 0x1p-36); }
   // Sets velocities to zero if each body is slower than a share of the speed that loads alone would give it, so that
