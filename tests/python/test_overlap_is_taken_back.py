@@ -21,7 +21,7 @@ def pair(depth, law=LAWS[0], dim=3, make=None, strategy=None, unit=1.0, dt=2.0**
 
 
 def column(dim, overlap, count=12):
-    """Column of balls, solved from zero impulses in each step: the residual at an error of 0.01 has the same sign in all steps."""
+    """Column of balls, solved from zero impulses in each step: residuals at an error of 0.01 have the same sign in all steps."""
     scene = cn.Scene(dim, gravity=(0,) * (dim - 1) + (-9.81,))
     centers = np.zeros((count, dim))
     centers[:, -1] = np.arange(count) + 0.5
