@@ -10,8 +10,8 @@ from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
 from . import cracks
-from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
-from .strategies import Default
+from .sets import FUNCTIONS, later_from_dict, mesh_from_dict
+from .strategies import SOLVERS, Default
 
 
 def restore(sim, path):
@@ -91,7 +91,8 @@ def _strategy(sim, name):
         return sim.strategy
     if name not in ("Auto", "NLGS"):
         raise ValueError(f"solver is {name!r}: Auto or NLGS is chosen")
-    return replace(sim.strategy, solver=sim._given.solver.chosen(name, free_masses(sim._sets)))
+    given = sim._given.solver
+    return replace(sim.strategy, solver=SOLVERS[name](tol=given.tol, min_iter=given.min_iter, max_iter=given.max_iter))
 
 
 def _text(value):
