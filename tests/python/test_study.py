@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from cairn import cli, study
 from cairn.study import measures, store, tasks
+from cairn.study.pool import Pool
 from cairn.study.profiles import cheapest_costs, performance_profile
 from cairn.study.recommend import recommend
 from cairn.study.settings import Setting, scene_settings, scene_solvers
@@ -406,6 +407,15 @@ def test_a_scene_that_fails_says_where(tmp_path):
     path.write_text(PILE + "\n\ndef figure_wrong(sim):\n    return sim.bodies.colour\n")
     with pytest.raises(study.TaskError, match="bad.py, statistics: AttributeError: bodies have no array 'colour'"):
         study.run(path, tmp_path / "out", figures=["wrong"], say=lambda _: None, **SMALL)
+
+
+def test_a_worker_that_ends_before_it_reads_its_task():
+    process = subprocess.Popen([sys.executable, "-c", ""], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process.wait()
+    process.stdin.write("a task")  # in the buffer of the pipe, which breaks when it is closed
+    with Pool(1) as pool:
+        pool._processes.append(process)
+    assert process.stdin.closed and process.stdout.closed
 
 
 def test_runs_that_take_too_long_are_told_and_not_recommended(pile, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -48,7 +49,8 @@ class Pool:
             if process.poll() is None:
                 process.kill()
             process.wait()
-            process.stdin.close()
+            with contextlib.suppress(BrokenPipeError):  # a task that the killed process had not read yet is lost with it
+                process.stdin.close()
             process.stdout.close()
         self._processes = []
 
