@@ -38,6 +38,8 @@ def check_text(path, lines):
             yield number, "a tab"
         if FOREIGN.search(line) and path.name != Path(__file__).name:
             yield number, "a path of one machine"
+    if path.parent == ROOT / "tests" / "python" and path.suffix in WIDTHS:
+        yield 1, "tests stand in the folder of tests/python that is named by their subject"
     if path.suffix in WIDTHS and len(lines) > LONGEST_FILE:
         yield len(lines), f"{len(lines)} lines, at most {LONGEST_FILE}"
 

@@ -1,5 +1,5 @@
-// Materials of the program's own, UMATs, through the C API: tests/python/umat.f90, Hooke's law or plasticity, linked
-// here.
+// Materials of the program's own, UMATs, through the C API: tests/python/solids/umat.f90, Hooke's law or plasticity,
+// linked here.
 #include <algorithm>
 #include <cmath>
 

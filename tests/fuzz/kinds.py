@@ -18,7 +18,7 @@ from cairn.post import checkpoint
 
 from . import mutators
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "helpers"))
 import small_datbox  # noqa: E402
 from damaged import damaged  # noqa: E402
 from made_up import write  # noqa: E402

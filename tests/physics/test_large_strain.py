@@ -1,16 +1,11 @@
 """Bodies at large strain against tables: Cook's membrane, the elastica, plastic tubes and spheres, Hertz's contacts."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from cairn import ElasticBody, J2Plasticity, NeoHookean, SolidBody
 from cairn.model.bulk import BULK_MATERIALS
 from report import judge
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
-from second_order import box  # noqa: E402
+from second_order import box
 
 HOOKE = BULK_MATERIALS["IsotropicElastic"]
 

@@ -1,17 +1,12 @@
 """Bodies of materials of solids in contact: Taylor's bar, Hertz's point and line contact, a bar that strikes a wall."""
 
-import sys
-from pathlib import Path
-
 import cairn as cn
 import numpy as np
 import pytest
 from cairn import SolidBody
 from cairn.model.bulk import BULK_MATERIALS
 from report import judge
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
-from second_order import box  # noqa: E402
+from second_order import box
 
 STEEL = cn.Material("steel", density=1000.0)
 SHARP = cn.NLGS(tol=1e-10, max_iter=100000)

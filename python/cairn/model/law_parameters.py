@@ -1,7 +1,7 @@
 """Units and meanings of the parameters of contact laws, for help() and for the tables of the documentation.
 
 Laws share the names in SHARED; ONE_LAW holds the names that mean something else in a particular law. A new name in
-core_f90/contact_laws/laws.def needs a line here, which tests/python/test_law_parameters.py checks.
+core_f90/contact_laws/laws.def needs a line here, which tests/python/laws/test_law_parameters.py checks.
 """
 
 SHARED = {

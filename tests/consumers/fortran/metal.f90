@@ -1,5 +1,5 @@
-!> A Fortran program with a material of its own, a subroutine UMAT that it links (tests/python/umat.f90), and the same from a shared
-!> library whose path is its argument: a bar that is drawn until it yields, and until the routine gives up.
+!> A Fortran program with a material of its own, a subroutine UMAT that it links (tests/python/solids/umat.f90), and the same from
+!> a shared library whose path is its argument: a bar that is drawn until it yields, and until the routine gives up.
 program metal
   use, intrinsic :: iso_c_binding, only: c_funloc, c_null_funptr
   use cairn
