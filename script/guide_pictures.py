@@ -1,4 +1,4 @@
-"""Runs the blocks of the guide's pages and puts the pictures they save where the pages show them: docs/images/guide_*.png."""
+"""Runs the blocks of the first scene and of the pages of the guide; puts their pictures where the pages show them, docs/images."""
 
 import os
 import re
@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 
-for page in sorted((ROOT / "docs/guide").glob("*.md")):
+for page in [ROOT / "docs/first_scene.md", *sorted((ROOT / "docs/guide").glob("*.md"))]:
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
     if not blocks:
         continue
