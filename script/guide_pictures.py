@@ -1,4 +1,4 @@
-"""Runs the blocks of the first scene and of the pages of the guide; puts their pictures where the pages show them, docs/images."""
+"""Runs the blocks of the first scene and of the pages of the guide; puts their pictures into docs/images."""
 
 import os
 import re

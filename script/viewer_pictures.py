@@ -1,6 +1,6 @@
 """Makes the pictures of docs/looking.md: the viewer in the browser and a page of its own, of grains at rest under a block.
 
-    python script/viewer_pictures.py    # needs chromium, chromedriver, selenium, trame; writes docs/images/viewer_*.png
+python script/viewer_pictures.py    # needs chromium, chromedriver, selenium, trame; writes docs/images/viewer_*.png
 """
 
 import socket
@@ -22,16 +22,18 @@ PICTURES = ROOT / "docs/images"
 
 
 def grains(path):
-    """A run of 150 spheres that settle in a box under a heavy block."""
-    rock, steel = cn.Material("rock", density=2600.0), cn.Material("steel", density=20000.0)
+    """A run of 80 spheres that settle in a box under a block of steel."""
+    rock, steel = cn.Material("rock", density=2600.0), cn.Material("steel", density=7800.0)
     scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -9.81))
     rng = np.random.default_rng(1)
-    places = np.stack(np.meshgrid(*[0.15 + 0.24 * np.arange(5)] * 2, 0.15 + 0.24 * np.arange(6), indexing="ij"), -1).reshape(-1, 3)
+    axes = [0.15 + 0.24 * np.arange(count) for count in (4, 4, 5)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     scene.add(cn.spheres(places + rng.uniform(-0.005, 0.005, places.shape), rng.uniform(0.08, 0.115, len(places)), rock))
-    scene.add(cn.boxes([(0.63, 0.63, 1.65)], [(1.1, 1.1, 0.3)], steel))
-    scene.add(*cn.box((0.0, 0.0, 0.0), (1.26, 1.26, 3.0), rock, lid=False))
+    scene.add(cn.boxes([(0.51, 0.51, 1.4)], [(0.9, 0.9, 0.2)], steel))
+    scene.add(*cn.box((0.0, 0.0, 0.0), (1.02, 1.02, 3.0), rock, lid=False))
     scene.interact("*", "*", cn.Coulomb(mu=0.4))
-    cn.Simulation(scene, dt=2e-3).run(steps=500, output=path, every=50, progress=False)
+    sim = cn.Simulation(scene, dt=2e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-3)))
+    sim.run(steps=400, output=path, every=40, progress=False)
 
 
 def page(path, driver):

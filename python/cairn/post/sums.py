@@ -29,7 +29,7 @@ def check(path):
 def _arrays(group, within):
     """Every array below a group; links to places elsewhere are left out."""
     if group._core.address in within:
-        raise ValueError(f"{group.name} stands within itself")
+        raise ValueError(f"{group.name} contains itself: the file is damaged")
     for name, member in group.items():
         if group._core.soft_link(name) is not None:
             continue
