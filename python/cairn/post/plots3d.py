@@ -230,7 +230,7 @@ def _finish(ax, step, palette, limits, label, title):
 
 
 def choose_window():
-    """Has VTK draw in memory where there is no X11 library, without which its usual window stops the program."""
+    """Makes VTK render off screen where the X11 library is missing, since its usual window would abort the program."""
 
     def there(*names):
         for name in names:

@@ -10,7 +10,7 @@ from .hdf5 import File, Group
 
 
 def check(path):
-    """How many arrays are as they were written, as a dict. Raises FileError that names the first that is not."""
+    """Checks the checksum of each array: numbers of right and of unchecked ones. Raises FileError for the first that is damaged."""
     with File(path) as file, told_as_damage(path):
         if file.attrs.get("format") == checkpoint.FORMAT_NAME:
             checkpoint.load(path, "the file")

@@ -1,4 +1,4 @@
-"""Solids of CAD and of building models: STEP by gmsh, IFC by ifcopenshell. Both tell their unit, and come in metres."""
+"""Solids of CAD (STEP, by gmsh) and of building models (IFC, by ifcopenshell), converted from the unit of the file to metres."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def _problem(file):
 
 
 def _read(path, what):
-    """what(file), where all that is raised because of the file is a ProblemFileError."""
+    """Result of what(file); errors that the file causes are raised as ProblemFileError."""
     try:
         return read_foreign(path, what)
     except FileError as error:
