@@ -10,7 +10,7 @@ from .hdf5 import File, Group
 
 
 def check(path):
-    """Checks the checksum of each array: numbers of right and of unchecked ones. Raises FileError for the first that is damaged."""
+    """Checks the checksum of each array: numbers of right and of unchecked ones. Raises FileError for the first damaged."""
     with File(path) as file, told_as_damage(path):
         if file.attrs.get("format") == checkpoint.FORMAT_NAME:
             checkpoint.load(path, "the file")
