@@ -144,9 +144,9 @@ def draw(loops, simulation, peak, folder):
         for part, style, which in ((slice(0, half + 1), "-", "first"), (slice(half, None), "--", "second")):
             ohm = np.abs(rows[part, 1] / rows[part, 0])
             colour = "C1" if name == "clean" else "C0"
-            axes[0].semilogy(rows[part, 0], ohm, style, lw=1.2, color=colour, label=f"{name}, {which} cycle")
-    axes[0].set(xlabel="current [A]", ylabel="resistance [ohm]")
-    axes[0].legend(fontsize=9)
+            axes[0].semilogy(1e3 * rows[part, 0], ohm, style, lw=1.2, color=colour, label=f"{name}, {which} cycle")
+    axes[0].set(xlabel="current [mA]", ylabel="resistance [ohm]")
+    axes[0].legend(fontsize=9, loc="center left")
     bodies, contacts = simulation.bodies, simulation.contacts
     position, radius = bodies.position, simulation.radii()
     near = (radius > 0) & (np.abs(position[:, 1]) < 1.2 * RADIUS)
