@@ -97,20 +97,33 @@ def plot(rows, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    for name, mark in (("NSCD", "o-"), ("SmoothDEM", "s-")):
+    plt.rcParams["font.size"] = 11
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
+    for name, mark, told in (("NSCD", "o-", "NSCD: dt, tol"), ("SmoothDEM", "s-", "SmoothDEM: k R/W")):
         mine = [r for r in rows if r["strategy"] == name]
-        left.loglog([r["cpu_s"] for r in mine], [r["landing"] for r in mine], mark, label=name)
+        (line,) = left.loglog([r["cpu_s"] for r in mine], [r["landing"] for r in mine], mark, label=told)
         for r in mine:
-            left.annotate(r["label"], (r["cpu_s"], r["landing"]), textcoords="offset points", xytext=(4, 4), fontsize=7)
-    left.set(xlabel="CPU seconds a run", ylabel="mean distance of grains [radii]", title="A column lands")
-    left.legend()
+            exponent = round(np.log10(r["stiffness"] or 1))
+            words = f"$10^{exponent}$" if exponent else r["label"].replace("dt ", "").replace("tol ", "")
+            x, y, side = {3: (-4, 6, "right"), 5: (-2, 7, "left"), 6: (9, -4, "left")}.get(exponent, (8, 5, "left"))
+            if words == "2 ms, 0.001":  # a label on the other side would lie on the line of springs
+                x, y, side = -7, -8, "right"
+            left.annotate(
+                words, (r["cpu_s"], r["landing"]), xytext=(x, y), ha=side, textcoords="offset points", color=line.get_color()
+            )
+    left.set(xlabel="CPU time of a run [s]", ylabel="mean distance of a grain from its place [radii]")
+    left.set(xlim=(8e-3, 20), ylim=(9e-4, 2e-2))
+    left.set_title("a column of 72 disks at its landing", fontsize=11)
+    left.legend(loc="upper right")
     springs = [r for r in rows if r["strategy"] == "SmoothDEM"]
-    right.loglog([r["stiffness"] for r in springs], [r["settlement"] for r in springs], "s-")
-    right.set(xlabel="stiffness x radius / weight", ylabel="settlement [radii]", title="The heap at rest, given springs")
+    right.loglog([r["stiffness"] for r in springs], [r["settlement"] for r in springs], "C1s-", label="SmoothDEM")
+    right.loglog([r["stiffness"] for r in springs], [9.4 / r["stiffness"] for r in springs], "k:", label="one over the stiffness")
+    right.set(xlabel="stiffness k R/W: weights W on a radius R [-]", ylabel="settlement of a grain (median) [radii]")
+    right.set_title("a heap at rest by NSCD, then given springs", fontsize=11)
+    right.legend()
     for axes in (left, right):
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=130)
+    figure.savefig(path, dpi=110)
 
 
 def main():
@@ -119,7 +132,13 @@ def main():
     parser.add_argument("--plot", type=Path)
     parser.add_argument("--seeds", type=int, default=6)
     parser.add_argument("--stiffest", type=float, default=1e6)
+    parser.add_argument("--draw", type=Path, metavar="CSV", help="draw the rows of this file, without measuring")
     given = parser.parse_args()
+    if given.draw:
+        with open(given.draw, newline="") as file:
+            numbers = ("stiffness", "cpu_s", "landing", "collapse", "settlement")
+            plot([{**row, **{name: float(row[name]) for name in numbers}} for row in csv.DictReader(file)], given.plot)
+        return
     warnings.simplefilter("ignore", cn.StableStepWarning)
     seeds = range(given.seeds)
     reference, places, _ = heights(nscd(2.5e-4, 1e-8), seeds)

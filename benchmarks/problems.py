@@ -71,8 +71,18 @@ def measure(peers, cap, solvers=None):
                     rows.append((path.stem, problem, tol, "siconos", solver, peer(problem, Path(peers) / path.stem, solver, tol)))
         print(path.stem, flush=True)
     return [
-        {"problem": name, "dim": p.dim, "contacts": p.contacts, "tol": tol, "code": code, "solver": solver, "seconds": seconds,
-         "error": error, "status": status, "answered_by": by}
+        {
+            "problem": name,
+            "dim": p.dim,
+            "contacts": p.contacts,
+            "tol": tol,
+            "code": code,
+            "solver": solver,
+            "seconds": seconds,
+            "error": error,
+            "status": status,
+            "answered_by": by,
+        }
         for name, p, tol, code, solver, (seconds, error, status, by) in rows
     ]
 
@@ -92,8 +102,13 @@ def table(rows):
             if ratio and best["seconds"] > 1e-3:
                 ratios[tol].append(ratio)
             cells = (
-                name, auto["contacts"], f"{tol:g}", f"{1e3 * auto['seconds']:.3g}" if auto["seconds"] else auto["status"],
-                auto["answered_by"], f"{1e3 * best['seconds']:.3g}" if best else "none", best["solver"] if best else "",
+                name,
+                auto["contacts"],
+                f"{tol:g}",
+                f"{1e3 * auto['seconds']:.3g}" if auto["seconds"] else auto["status"],
+                auto["answered_by"],
+                f"{1e3 * best['seconds']:.3g}" if best else "none",
+                best["solver"] if best else "",
                 f"{ratio:.2g}" if ratio else "",
             )
             lines.append("| " + " | ".join(map(str, cells)) + " |")
@@ -112,6 +127,20 @@ def table(rows):
     return "\n".join(lines) + "\n"
 
 
+SHOWN = {  # solvers that the profiles name; the others are thin grey lines
+    "auto": "Auto (the default of files)",
+    "nlgs": "NLGS, sweeps",
+    "nlgs_anderson": "NLGS, Anderson",
+    "ppa_newton": "PPANewton",
+    "newton_alart_curnier": "Newton, Alart-Curnier",
+    "admm": "ADMM",
+    "interior_point": "interior point",
+    "Siconos NSGS": "Siconos NSGS",
+    "Siconos NSN-AC": "Siconos NSN-AC",
+    "Siconos ADMM": "Siconos ADMM",
+}
+
+
 def draw(rows, path):
     """Performance profiles (Dolan & More 2002): share of the problems solved within a factor of the fastest."""
     import matplotlib
@@ -119,23 +148,43 @@ def draw(rows, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), sharey=True)
+    plt.rcParams["font.size"] = 12
+    figure, axes = plt.subplots(1, 2, figsize=(11, 6.2), sharey=True, layout="constrained")
     for ax, tol in zip(axes, TOLERANCES, strict=True):
         here = [r for r in rows if r["tol"] == tol]
         names = list(dict.fromkeys(r["problem"] for r in here))
         least = {n: min((r["seconds"] for r in here if r["problem"] == n and r["seconds"]), default=np.nan) for n in names}
+        curves = {}
         for code, solver in dict.fromkeys((r["code"], r["solver"]) for r in here):
             mine = [r for r in here if (r["code"], r["solver"]) == (code, solver)]
             ratios = np.sort([r["seconds"] / least[r["problem"]] for r in mine if r["seconds"]])
-            if ratios.size:
-                ax.step(np.append(ratios, 1e3), np.append(np.arange(1, ratios.size + 1), ratios.size) / len(names), where="post",
-                        label=solver if code == "cairn" else f"Siconos {solver}", lw=2.5 if solver == "auto" else 1,
-                        ls="-" if code == "cairn" else ":")
-        ax.set(xscale="log", xlim=(1, 1e3), ylim=(0, 1.02), xlabel="time / least time", title=f"to {tol:g}")
-    axes[0].set_ylabel("share of problems")
-    axes[1].legend(fontsize=6, loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    figure.tight_layout()
+            shares = np.append(np.arange(1, ratios.size + 1), ratios.size) / len(names)
+            curves[solver if code == "cairn" else f"Siconos {solver}"] = (np.append(ratios, 1e3), shares)
+        for name, curve in curves.items():
+            if name not in SHOWN:
+                ax.step(*curve, where="post", color="0.85", lw=0.8)
+        ax.plot([], [], color="0.85", lw=0.8, label="other solvers")
+        for k, (name, told) in enumerate(SHOWN.items()):
+            style = "--" if name.startswith("Siconos") else "-"
+            ax.step(*curves[name], where="post", color=f"C{k}", ls=style, lw=3 if name == "auto" else 1.6, label=told)
+        ax.set(
+            xscale="log",
+            xlim=(1, 1e3),
+            ylim=(0, 1.02),
+            xlabel="CPU time over that of the fastest solver [-]",
+            title=f"solved to an error of {tol:.0e}",
+        )
+    axes[0].set_ylabel(f"share of {len(names)} problems solved [-]")
+    handles, told = axes[1].get_legend_handles_labels()
+    figure.legend(handles[1:] + handles[:1], told[1:] + told[:1], loc="outside lower center", ncols=4, frameon=False, fontsize=11)
     figure.savefig(path, dpi=110)
+
+
+def stored():
+    """Rows of results/problems.csv, numbers as numbers and an unsolved problem without seconds."""
+    with open(HERE / "results" / "problems.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return [{**row, "tol": float(row["tol"]), "seconds": float(row["seconds"] or 0)} for row in rows]
 
 
 def main():
@@ -145,7 +194,11 @@ def main():
     parser.add_argument("--cap", type=float, default=0.3, help="CPU seconds at most for a solver; auto has ten times as many")
     parser.add_argument("--solvers", nargs="+", help="of ours; problems without a peer's answers are left out then")
     parser.add_argument("--output", type=Path, help="CSV to write instead of the table and the profiles")
+    parser.add_argument("--draw", action="store_true", help="draw the profiles anew from results/problems.csv, without measuring")
     options = parser.parse_args()
+    if options.draw:
+        draw(stored(), HERE.parent / "docs" / "images" / "problems_profiles.png")
+        return
     if options.write:
         for path in DATA.glob("*.hdf5"):
             problems.text.write(Path(options.write) / f"{path.stem}.dat", problems.read(path))

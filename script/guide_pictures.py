@@ -1,4 +1,4 @@
-"""Runs the blocks of the guide's pages and puts the pictures they save where the pages show them: docs/images/guide_*.png."""
+"""Runs the blocks of pages that make a picture, and puts the pictures (guide_*.png) into docs/images."""
 
 import os
 import re
@@ -11,9 +11,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 
-for page in sorted((ROOT / "docs/guide").glob("*.md")):
+for page in [*sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/guide").glob("*.md"))]:
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
-    if not blocks:
+    if "guide_" not in "".join(blocks):
         continue
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "blocks.py"

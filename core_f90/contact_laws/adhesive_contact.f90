@@ -16,7 +16,7 @@ module adhesive_contact
   public :: cairn_law_adhesive_contact_commit, cairn_law_adhesive_contact_energy
   character(*), parameter :: row = "adhesive_contact"
   integer, parameter :: own = 14, states = 4 !< parameters, states
-  integer, parameter :: bond(0) = [integer ::] !< no state says that bodies are held fast
+  integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond
   logical, parameter :: rolls = .false. !< friction against rolling
   integer, parameter :: s_started = 1, s_torn = 2, s_slides = 3, s_pull = 4
 contains

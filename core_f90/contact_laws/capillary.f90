@@ -11,7 +11,7 @@ module capillary
   public :: cairn_law_capillary_commit, cairn_law_capillary_energy
   character(*), parameter :: row = "capillary"
   integer, parameter :: own = 4, states = 2 !< parameters, states
-  integer, parameter :: bond(0) = [integer ::] !< no state says that bodies are held fast
+  integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond
   logical, parameter :: rolls = .false. !< friction against rolling
   real(c_double), parameter :: pi = acos(-1.0_c_double)
 contains

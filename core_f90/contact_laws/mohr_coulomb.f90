@@ -13,7 +13,7 @@ module mohr_coulomb
   public :: cairn_law_mohr_coulomb_commit
   character(*), parameter :: row = "mohr_coulomb"
   integer, parameter :: own = 7, states = 4 !< parameters, states
-  integer, parameter :: bond(1) = [1] !< the state that says that bodies are held fast
+  integer, parameter :: bond(1) = [1] !< state variable that marks a bond
   logical, parameter :: rolls = .false. !< friction against rolling
   real(c_double), parameter :: sure = 1e-9_c_double !< of a limit: what points of a face share is rounded
 contains

@@ -11,7 +11,7 @@ module wet
   public :: cairn_law_wet_energy
   character(*), parameter :: row = "wet"
   integer, parameter :: own = 3, states = 1 !< parameters, states
-  integer, parameter :: bond(0) = [integer ::] !< no state says that bodies are held fast
+  integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond
   logical, parameter :: rolls = .false. !< friction against rolling
 contains
 

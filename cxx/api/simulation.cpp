@@ -67,7 +67,7 @@ bool same(Place a, Place b) {
     return *a == *b;
 }
 
-// Hands on what a caller set: settings of the same name that are not those which their strategy begins with.
+// Copies the options that the caller changed from their defaults to options of the same name of another strategy.
 void hand_on(cairn::Strategy& from, cairn::Strategy& to) {
   const auto begin = cairn::make_strategy(from.name);
   const auto find = [](const std::vector<cairn::Option>& rows, const cairn::Option& wanted) {

@@ -72,7 +72,7 @@ private:
 
   std::int64_t within_ = 0;                // bodies from here on came in within a run
   std::map<std::int64_t, Rotation> start_; // of bodies that did not come in upright
-  std::set<std::int64_t> unknown_;         // bodies of which it is not known
+  std::set<std::int64_t> unknown_;         // bodies whose initial rotation is not known
   std::map<std::int32_t, Former> formers_; // by the numbers by which contactors name meshes
 };
 

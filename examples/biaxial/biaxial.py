@@ -146,14 +146,14 @@ def draw(run, folder):
     grain = last["radius"] > 0
     reach = np.maximum(last["position"][grain].max(0), run[0].bodies["position"][grain].max(0)) + DIAMETER
     view = ((-DIAMETER, reach[0]), (-DIAMETER, reach[1]))
-    figure, axes = plt.subplots(1, 4, figsize=(16.0, 5.0), layout="constrained")
-    plots.plot_step(run[-1], "rotation", ax=axes[0], view=view, limits=(-0.6, 0.6), cmap="RdBu", title="Rotation [rad]")
+    figure, axes = plt.subplots(1, 4, figsize=(13.0, 4.6), layout="constrained")
+    plots.plot_step(run[-1], "rotation", ax=axes[0], view=view, limits=(-0.6, 0.6), cmap="RdBu", title="Rotation at the end")
     plots.plot_force_chains(run[-1], ax=axes[1], view=view, width=0.8, title="Forces")
     axes[2].plot(100 * strain, sine)
-    axes[2].set(xlabel="axial strain [%]", ylabel="sin phi [-]", ylim=(0, None))
+    axes[2].set(xlabel="axial strain [%]", ylabel="mobilised friction, sin phi [-]", ylim=(0, None))
     axes[3].plot(100 * strain, 100 * volume)
     axes[3].set(xlabel="axial strain [%]", ylabel="volumetric strain [%]")
-    figure.savefig(folder / f"{NAME}.png", dpi=110)
+    figure.savefig(folder / f"{NAME}.png", dpi=120)
     plt.close(figure)
     options = {"limits": (-0.6, 0.6), "cmap": "RdBu", "view": view, "figsize": (4.5, 6.5), "dpi": 80}
     run.animate(folder / f"{NAME}.gif", "rotation", **options)

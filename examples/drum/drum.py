@@ -97,16 +97,19 @@ def draw(run, angles, radius, folder):
         ax.axis("off")
         return disks
 
-    figure, axes = plt.subplots(1, 4, figsize=(17.0, 4.4), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(9.0, 7.6), layout="constrained")
+    axes = axes.ravel()
     colours = {"cmap": "coolwarm", "clim": (0, 1)}
     for ax, k in zip(axes, (0, -1)):
         panel(ax, run[k], run[k].bodies["material"], **colours)
-        ax.set_title(f"t = {run[k].time:.3g} s", fontsize=10, loc="left")
+        ax.set_title(f"t = {run[k].time:.3g} s, by place at the start", fontsize=11)
     speed = np.linalg.norm(run[-1].bodies["velocity"][:, :3], axis=1)
     shown = panel(axes[2], run[-1], speed, cmap="viridis", clim=(0, float(np.quantile(speed, 0.99)) or 1.0))
     figure.colorbar(shown, ax=axes[2], label="speed [m/s]", shrink=0.8)
+    axes[2].set_title(f"t = {run[-1].time:.3g} s, by speed", fontsize=11)
     axes[3].plot(run.history["time"], run.history["angle"], lw=0.8)
-    axes[3].set(xlabel="time [s]", ylabel="angle of the surface [degrees]", title=f"{angles[0]:.1f} +- {angles[1]:.1f}")
+    axes[3].set(xlabel="time [s]", ylabel="angle of the surface [degrees]", ylim=(0, None))
+    axes[3].set_title(f"{angles[0]:.1f} ± {angles[1]:.1f} degrees in the second half", fontsize=11)
     figure.savefig(folder / f"{NAME}.png", dpi=110)
     plt.close(figure)
     figure, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")

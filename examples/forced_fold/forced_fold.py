@@ -204,14 +204,14 @@ def draw(run, folder):
     high = max(first[:, 1].max(), position[radius > 0, 1].max()) + 2.0
     view = ((-1.0, first[:, 0].max() + 2.0), (-1.0, high))
     across = view[0][1] - view[0][0]
-    panel = 12.0 * (high + 1.0) / across + 0.55
+    panel = 6.0 * (high + 1.0) / across + 0.7
     chosen = [0, len(run) // 2, len(run) - 1]
-    figure, axes = plt.subplots(4, 1, figsize=(12.0, 4 * panel), layout="constrained", sharex=True)
-    for ax, k in zip(axes, chosen):
+    figure, axes = plt.subplots(2, 2, figsize=(13.0, 2 * panel), layout="constrained", sharex=True, sharey=True)
+    for ax, k in zip(axes.flat, chosen):
         plots.plot_step(run[k], "material", ax=ax, view=view, colorbar=False, title=f"t = {run[k].time:.4g} s")
-    plots.plot_force_chains(run[-1], ax=axes[3], view=view, title="Forces at the end")
-    for ax in axes[:3]:
-        ax.set_xlabel("")
+    plots.plot_force_chains(run[-1], ax=axes[1, 1], view=view, title="Forces at the end")
+    for ax in axes.flat:
+        ax.label_outer()
     figure.savefig(folder / f"{NAME}.png", dpi=130)
     plt.close(figure)
 

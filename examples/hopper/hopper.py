@@ -125,14 +125,16 @@ def draw(run, discharge, folder):
     first = run[0].bodies
     top = float(first["position"][first["radius"] > 0, 1].max()) + DIAMETER
     view = ((-DIAMETER, WIDTH + DIAMETER), (EMPTY, top))
-    figure, axes = plt.subplots(1, 4, figsize=(16.0, 5.0), layout="constrained")
+    figure, axes = plt.subplots(1, 4, figsize=(13.0, 4.6), layout="constrained")
     half = len(run) // 2
     for ax, k in zip(axes, (0, half)):
         plots.plot_step(run[k], "material", ax=ax, view=view, colorbar=False, title=f"t = {run[k].time:.3g} s")
     plots.plot_force_chains(run[half], ax=axes[2], view=view, width=0.8, title="Forces")
     axes[3].plot(discharge.time, discharge.mass, lw=1.5)
-    axes[3].set(xlabel="time [s]", ylabel="mass gone [kg]", title=f"{discharge.rate():.3g} kg/s")
-    figure.savefig(folder / f"{NAME}.png", dpi=110)
+    axes[3].set(xlabel="time [s]", ylabel="mass gone [kg]", title=f"rate {discharge.rate():.3g} kg/s")
+    for ax in axes[1:3]:
+        ax.set_ylabel("")
+    figure.savefig(folder / f"{NAME}.png", dpi=120)
     plt.close(figure)
     run.animate(folder / f"{NAME}.gif", "material", view=view, figsize=(4.5, 6.0), dpi=80, colorbar=False)
 

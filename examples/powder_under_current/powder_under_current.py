@@ -137,15 +137,16 @@ def draw(loops, simulation, peak, folder):
     """Resistance against current with and without films; potentials of the spheres; currents of contacts; clean paths."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 4, figsize=(18.0, 4.4), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(11.0, 8.0), layout="constrained")
+    axes = axes.ravel()
     for name, rows in loops.items():
         half = len(rows) // 2
         for part, style, which in ((slice(0, half + 1), "-", "first"), (slice(half, None), "--", "second")):
             ohm = np.abs(rows[part, 1] / rows[part, 0])
             colour = "C1" if name == "clean" else "C0"
-            axes[0].semilogy(rows[part, 0], ohm, style, lw=1.2, color=colour, label=f"{name}, {which} cycle")
-    axes[0].set(xlabel="current [A]", ylabel="resistance [ohm]")
-    axes[0].legend(fontsize=8)
+            axes[0].semilogy(1e3 * rows[part, 0], ohm, style, lw=1.2, color=colour, label=f"{name}, {which} cycle")
+    axes[0].set(xlabel="current [mA]", ylabel="resistance [ohm]")
+    axes[0].legend(fontsize=9, loc="center left")
     bodies, contacts = simulation.bodies, simulation.contacts
     position, radius = bodies.position, simulation.radii()
     near = (radius > 0) & (np.abs(position[:, 1]) < 1.2 * RADIUS)
@@ -158,7 +159,7 @@ def draw(loops, simulation, peak, folder):
     carried = np.abs(contacts.current)
     carried = carried[carried > 1e-12 * peak]  # the rest are dead ends
     axes[2].hist(np.log10(carried / peak), bins=40)
-    axes[2].set(xlabel="log10 of current in a contact / in all", ylabel="contacts")
+    axes[2].set(xlabel="log10 of the current of a contact over that of the bed [-]", ylabel="number of contacts")
     clean = contacts.electrical_conductance > 10 * FILM
     ids = bodies.id
     ends = position[np.searchsorted(ids, contacts.bodies[clean])]
@@ -169,7 +170,8 @@ def draw(loops, simulation, peak, folder):
 
     lines = LineCollection(ends[:, :, [0, 2]], linewidths=0.3 + 3 * np.abs(contacts.current[clean]) / carried.max(), colors="C3")
     axes[3].add_collection(lines)
-    axes[3].set(xlim=(-width, width), ylim=(0, height), aspect="equal", xlabel="x [m]", title="clean contacts, by current")
+    axes[3].set(xlim=(-width, width), ylim=(0, height), aspect="equal", xlabel="x [m]", ylabel="z [m]")
+    axes[3].set_title("contacts without film, as thick as their current", fontsize=11)
     figure.savefig(folder / f"{NAME}.png", dpi=110)
     plt.close(figure)
 

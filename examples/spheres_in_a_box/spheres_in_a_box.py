@@ -113,7 +113,7 @@ def draw(run, lengths, folder):
         title = f"t = {step.time:.3g} s"
         plots.plot_step(step, height, ax=ax, limits=HEIGHTS, colorbar=False, title=title, cmap="viridis")
 
-    figure, axes = plt.subplots(1, 4, figsize=(17.0, 4.5), layout="constrained")
+    figure, axes = plt.subplots(1, 4, figsize=(13.0, 4.4), layout="constrained")
     for ax, k in zip(axes, (0, len(run) // 3, -1)):
         panel(ax, run[k])
     scale = plt.cm.ScalarMappable(plt.Normalize(*HEIGHTS), "viridis")
@@ -125,8 +125,8 @@ def draw(run, lengths, folder):
         axes[3].scatter([], [], s=20 * times, label=f"{times * mean:.2g} N", **MARKS)
     axes[3].legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[3].set(xlabel="x [m]", ylabel="z [m]", aspect="equal")
-    axes[3].set_title("Forces at the contacts, from the side", fontsize=10, loc="left")
-    figure.savefig(folder / f"{NAME}.png", dpi=110)
+    axes[3].set_title("Contact forces, from the side", fontsize=10, loc="left")
+    figure.savefig(folder / f"{NAME}.png", dpi=120)
     plt.close(figure)
     figure, ax = plt.subplots(figsize=(4.0, 6.0), layout="constrained")
     writer = PillowWriter(fps=10)

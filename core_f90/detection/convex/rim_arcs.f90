@@ -95,7 +95,7 @@ contains
     end do
   end subroutine seen_from_edges
 
-  !> How far the rim goes on over the triangle from an angle, 0 where it is not over it there.
+  !> Angle over which the rim stays above the triangle from `start` on [rad]; 0 if it is not above it there.
   pure real(c_double) function way_within(from, half, start)
     real(c_double), intent(in) :: from(3), half(3), start
     real(c_double) :: passed

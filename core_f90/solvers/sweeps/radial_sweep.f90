@@ -24,13 +24,13 @@ contains
     include "radial_sweep2.inc"
   end subroutine sweep_radial2
 
-  !> Spheres, that open where they slip: see associated_normal.
+  !> Spheres with associated slip (associated_normal).
   subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
     logical, parameter :: associated = .true., extrapolated = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_associated3
 
-  !> Disks, that open where they slip: see associated_normal.
+  !> Disks with associated slip (associated_normal).
   subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
     logical, parameter :: associated = .true., extrapolated = .false.
     include "radial_sweep2.inc"
@@ -48,13 +48,13 @@ contains
     include "radial_sweep2.inc"
   end subroutine sweep_extrapolated2
 
-  !> Spheres, that open where they slip: see associated_normal, from beyond the last sweep: see extrapolated_sweep.
+  !> Spheres with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
   subroutine sweep_extrapolated_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
     logical, parameter :: associated = .true., extrapolated = .true.
     include "radial_sweep3.inc"
   end subroutine sweep_extrapolated_associated3
 
-  !> Disks, that open where they slip: see associated_normal, from beyond the last sweep: see extrapolated_sweep.
+  !> Disks with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
   subroutine sweep_extrapolated_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
     logical, parameter :: associated = .true., extrapolated = .true.
     include "radial_sweep2.inc"

@@ -47,7 +47,8 @@ void Nscd::hold_joints(Simulation& s, int spent) {
   for (int pass = 0; pass < most && share >= least_share && report.status == SolveStatus::converged; ++pass) {
     // unless converged, the error of the solver would be mistaken for drift of joints
     miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
-    settled = miss.contact < 0 || (pass > 0 && miss.small); // none that blocks: limits and ropes have their own
+    // limits and ropes alone leave no miss: they are inequalities of the solver
+    settled = miss.contact < 0 || (pass > 0 && miss.small);
     if (settled) break;
     at_best = pass == 0 || miss.gap < best.gap;
     if (at_best) {

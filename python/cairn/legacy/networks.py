@@ -94,7 +94,7 @@ def _add_grains(scene, box, origin):
 def _number(box, text):
     found = REAL.fullmatch(text)
     if not found:
-        raise LegacyError(f"{box.folder / 'MP_DEM.DAT'}: {text!r} is no number")
+        raise LegacyError(f"{box.folder / 'MP_DEM.DAT'}: {text!r} is no number: write one as 1.0d-3")
     return fortran(found)
 
 

@@ -167,7 +167,7 @@ def _groups(box, origin):
     for (kind, number), state in box.states.items():
         if (kind, number) not in known:
             place = f"{box.state_file}, line {state.line}" if state.line else box.state_file
-            raise LegacyError(f"{box.folder}: {place}: {kind} {number}, which BODIES.DAT does not have")
+            raise LegacyError(f"{box.folder}: {place}: {kind} {number} is not in BODIES.DAT: give files of one run")
     return groups
 
 
@@ -249,7 +249,7 @@ def _mass(box, body, still):
     if not min(moments) > 0 and still:
         return mass, [np.inf] * len(moments)
     if not min(moments) > 0:
-        raise LegacyError(f"{_place(box, body)}: {body.type} {body.number} has a mass and no moment of inertia")
+        raise LegacyError(f"{_place(box, body)}: {body.type} {body.number} has a mass and no moment of inertia: give its gyrd")
     return mass, moments
 
 

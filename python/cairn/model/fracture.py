@@ -90,7 +90,7 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
                 owner[key] = (piece, side)
     _check_whole_sides(owner)
     if not joined:
-        raise ValueError("no two cells of the body share a side: there is nothing to join")
+        raise ValueError("no two cells of the body share a side, so none can be joined: give cells that share nodes")
     start = None if velocity is None else np.broadcast_to(np.asarray(velocity, float), body.points.shape)
     sets = []
     for piece, (_, _, nodes, one) in enumerate(made):

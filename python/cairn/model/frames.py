@@ -23,7 +23,7 @@ def _cells(points, cells):
         raise ValueError(f"cells have shape {cells.shape}: give pairs (m, 2) of numbers of the {len(points)} points")
     length = np.linalg.norm(points[cells[:, 1]] - points[cells[:, 0]], axis=1)
     if not np.all(length > 0):
-        raise ValueError(f"cell {int(np.argmin(length))} has no length")
+        raise ValueError(f"cell {int(np.argmin(length))} has no length: give ends that are apart")
     return points, cells, length
 
 

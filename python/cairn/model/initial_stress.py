@@ -78,7 +78,7 @@ def _of_cells(what, value, points, kind, nodes):
 def linear_blocks(part):
     """Blocks of the core's BulkModel for an ElasticBody, a dict for each kind of cells."""
     if part.plane == "stress" and part.dim == 3:
-        raise ValueError("plane stress is for two dimensions")
+        raise ValueError("plane is 'stress' in 3D: plane stress is for meshes in 2D, leave it out")
     return [
         {
             "cell": kind, "nodes": nodes.astype(np.int32), "material": "isotropic_elastic",
@@ -134,5 +134,5 @@ def stressed(body, given):
             "bars and beams give cn.bars(..., initial_stress=...)"
         )
     if hasattr(body, "parts"):
-        raise ValueError("initial_stress is of the parts of a tied body: give it to each of them, as ElasticBody takes it")
+        raise ValueError("a tied body takes no initial_stress: give it to its parts, as in ElasticBody(..., initial_stress=...)")
     return type(body)(**{**body.given, "initial_stress": given})

@@ -292,7 +292,7 @@ def checked_modal_damping(ratios, body, rigid):
     from .modal_damping import checked
 
     if rigid:
-        raise ValueError("modal_damping is of the modes of a body without rigid parts: leave `rigid` out, or give rayleigh")
+        raise ValueError("modal_damping needs a body without rigid parts: leave `rigid` out, or give the body rayleigh=(a, b)")
     return checked(ratios, body)
 
 

@@ -136,7 +136,7 @@ class FrameBody(GivenBody):
                 if done:
                     break
             else:
-                raise ValueError(f"no balance is found after {most} passes at {part:g} of the load: give more increments")
+                raise ValueError(f"no equilibrium is found after {most} passes at {part:g} of the load: give more increments")
         return u.reshape(self.points.shape)
 
     def _force_of_a_radian(self):

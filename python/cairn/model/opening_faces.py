@@ -168,10 +168,10 @@ class OpeningFaces:
         out.body = self.start
         n = len(out.former)
         if out.is_open.shape != self.is_open.shape or out.node.shape != self.node.shape:
-            raise ValueError(f"faces that open are {len(out.is_open)} of {len(out.node)} corners, of another mesh")
+            raise ValueError(f"the state has {len(out.is_open)} faces that open and {len(out.node)} corners, of another mesh")
         fits = np.array_equal(np.unique(out.node), np.arange(n)) and np.array_equal(out.former[out.node], self.start_node)
         if not fits or not np.array_equal(np.sort(out.shown), np.flatnonzero(out.apart)):
-            raise ValueError("nodes of faces that are open stand where no corner of their cells does")
+            raise ValueError("an open face has a node that is no corner of its cells: the state is damaged, or of another mesh")
         return out.settled()
 
     @property
@@ -198,7 +198,7 @@ def checked(body, law, threshold):
         raise ValueError(f"law is {law!r}, whose strengths {strengths} sides cannot stay below: give strengths above 0")
     out = OpeningFaces(body, strengths, share)
     if not len(out.cells):
-        raise ValueError("no two cells of the body share a side: there is nothing to open")
+        raise ValueError("no two cells of the body share a side, so none can open: give cells that share nodes")
     warps_of(body.points[out.node[out.corners[:, 0]]])
     return out
 

@@ -471,7 +471,7 @@ def checked_sets(dim, given, materials=None, periodic=None):
         if not isinstance(s, bodies.BodySet):
             raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
         if s.dim != dim:
-            raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
+            raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree, give Scene({s.dim})")
     known = one_of_a_name(flat, materials or {})
     probe, meshes = _core.Scene(dim), {}
     for s in flat:

@@ -61,7 +61,7 @@ class SolidBody(ElasticBody):
             raise ValueError(f"node {at} has the radius {points[at, 0]:g} m: give x >= 0, the body goes round the axis x = 0")
         # only the mass of this ElasticBody is used; for a ring it is that of the whole circumference
         if plane == "axisymmetric" and isinstance(density, dict):
-            raise ValueError("density of cells round an axis is one number: tie bodies of others (cairn.tied)")
+            raise ValueError("density of an axisymmetric body is one number: tie bodies of several densities by cairn.tied")
         around = 2 * np.pi if plane == "axisymmetric" and points.ndim == 2 and points.shape[1] == 2 else 1.0
         heavy = density if isinstance(density, dict) else density * around
         super().__init__(
@@ -209,7 +209,7 @@ class SolidBody(ElasticBody):
                 share /= 2
                 if share < 2.0**-10:
                     if wrong is not None:
-                        raise RuntimeError(f"no rest was found: {wrong}: give more increments")
+                        raise RuntimeError(f"no equilibrium was found: {wrong}: give more increments")
                     break
             u = u + share * step
             if np.abs(left[free]).max(initial=0) <= tolerance * size and share == 1:

@@ -190,7 +190,7 @@ def node_ties(body, ties, within):
         raise ValueError(f"ties: node {twice} follows in two of them: leave it out of one of the groups")
     both = np.intersect1d(nodes, leaders)
     if len(both):
-        raise ValueError(f"ties: node {both[0]} follows and is followed: let one side lead everywhere")
+        raise ValueError(f"ties: node {both[0]} follows and is followed: let its group lead in all ties, or follow in all")
     return nodes, np.concatenate([[0], np.cumsum(counts)]).astype(int), leaders, weights
 
 
@@ -199,7 +199,7 @@ def _sides(body, group, what):
     sides = body.boundary_edges() if body.dim == 2 else body.boundary_faces()
     kept = sides[(np.isin(sides, nodes) | (sides < 0)).all(axis=1)]
     if not len(kept):
-        raise ValueError(f"ties: no side of the boundary has all its nodes in {group!r}, which is to {what}")
+        raise ValueError(f"ties: no side of the boundary has all its nodes in {group!r}, which is to {what}: give whole sides")
     return kept
 
 

@@ -54,7 +54,7 @@ def capacities(mesh, capacity, lumped):
     coupled = -capacity * mass[kept]
     if lumped == "one point":  # integration in the middle of triangles, where N = 1/3
         if set(body.cells) != {"triangle"}:
-            raise ValueError(f"lumped is 'one point', and the deformable body {mesh.d.name!r} is not of triangles alone")
+            raise ValueError(f"lumped is 'one point', and {mesh.d.name!r} has other cells than triangles: leave lumped out")
         coupled *= 4 / 3
     return own, pairs, coupled
 

@@ -191,7 +191,7 @@ class Running:
         for end in ("branch_a", "branch_b"):
             lost = out[end][~np.isin(out[end], present)]
             if len(lost):
-                raise ValueError(f"a wire ends at body {lost[0]}, which is not there")
+                raise ValueError(f"a wire ends at body {lost[0]}, which is not there: give ids that Scene.add returned")
         return out
 
     def _moving_meshes(self):
@@ -228,7 +228,7 @@ class Running:
                 if c.joint or not np.isin(np.atleast_1d(s.ids[np.unique(c.body)]), ids).any():
                     continue
                 if c.shape not in ("polygon", "polyhedron"):
-                    raise ValueError(f"gradient names bodies of the shape {c.shape}: polygons and polyhedra bend")
+                    raise ValueError(f"gradient names bodies of the shape {c.shape}: give polygons and polyhedra alone")
                 if not self._simulation._materials[c.material.name].expansion:
                     raise ValueError(f"gradient names bodies of {c.material.name!r}, which has no expansion: give "
                                      f"cairn.Material({c.material.name!r}, expansion=...)")  # fmt: skip

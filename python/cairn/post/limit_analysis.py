@@ -211,7 +211,7 @@ def bisect(stands, low, high, tol=1e-4):
     low, high = checks.number("low", low), checks.number("high", high)
     at_low, at_high = bool(stands(low)), bool(stands(high))
     if at_low == at_high:
-        raise ValueError(f"it {'stands' if at_low else 'falls'} both at {low:g} and at {high:g}: widen the interval")
+        raise ValueError(f"the structure {'stands' if at_low else 'falls'} both at {low:g} and at {high:g}: widen the interval")
     width = abs(high - low) * checks.positive("tol", tol)
     while abs(high - low) > width:
         middle = (low + high) / 2

@@ -76,7 +76,7 @@ def check_format(path, file, group, name, version):
 def read_tree(group, within=()):
     """A group as a nested dict: what `writer.write_tree` stored. within: groups that it stands in."""
     if group._core.address in within:
-        raise ValueError(f"{group.name} stands within itself")
+        raise ValueError(f"{group.name} contains itself: the file is damaged, write it anew")
     within = (*within, group._core.address)
     return {name: read_tree(member, within) if isinstance(member, Group) else _value(member) for name, member in group.items()}
 
@@ -315,13 +315,14 @@ class Run:
         self._steps = {name: own["steps"][name][()] for name in names}
         shapes = {values.shape for values in self._steps.values()}
         if len(shapes) > 1 or len(*shapes) != 1:
-            raise ValueError("the outputs are not told by columns of one length")
+            raise ValueError("the columns of the group steps have several lengths: the file is damaged, go on from a checkpoint")
         for name, values in self._steps.items():
             due = "f" if name.startswith("time") else "i"
             if values.dtype.kind != due:
-                raise ValueError(f"steps/{name} holds {values.dtype}")
+                raise ValueError(f"steps/{name} holds {values.dtype}, not {'float' if due == 'f' else 'int'}: it is damaged")
             if due == "i" and values.size and values.min() < 0 or due == "f" and not np.all(np.isfinite(values)):
-                raise ValueError(f"steps/{name} holds what is no {'number' if due == 'f' else 'count'}")
+                wanted = "finite" if due == "f" else "a count"
+                raise ValueError(f"steps/{name} holds a value that is not {wanted}: the file is damaged")
 
     def close(self):
         """Let go of the file."""
@@ -396,7 +397,7 @@ class Run:
                     table = np.array([*map(str, json.loads(attrs[f"{name}_words"])), ""])
                     result[name] = table[result[name]]
             if len({column.shape for column in result.values()}) > 1:
-                raise ValueError("the columns of the history have several lengths")
+                raise ValueError("the columns of the history have several lengths: the file is damaged")
         return result
 
     def contact_network(self, i=-1, loaded=True):

@@ -22,7 +22,7 @@ def copy(source, target, most, within=()):
         member = source[name]
         if isinstance(member, h5py.Group):
             if member.id in within:
-                raise ValueError(f"{member.name} stands within itself")
+                raise ValueError(f"{member.name} contains itself")
             copy(member, target.create_group(name), most, (*within, member.id))
         elif isinstance(member, h5py.Dataset):
             if member.nbytes > most:

@@ -230,7 +230,7 @@ def _finish(ax, step, palette, limits, label, title):
 
 
 def choose_window():
-    """Has VTK draw in memory where there is no X11 library, without which its usual window stops the program."""
+    """Makes VTK render off screen where the X11 library is missing, since its usual window would abort the program."""
 
     def there(*names):
         for name in names:
@@ -276,7 +276,7 @@ def add_mesh(plotter, mesh, values, palette, limits):
             plotter.add_mesh(edges, color="#3a352c", line_width=1)
 
 
-def add_spheres(plotter, center, radius, values, palette, limits):
+def add_spheres(plotter, center, radius, values, palette, limits, opacity=1.0):
     """Spheres as glyphs; coarser when there are many."""
     import pyvista
 
@@ -294,6 +294,7 @@ def add_spheres(plotter, center, radius, values, palette, limits):
         show_scalar_bar=False,
         smooth_shading=True,
         specular=0.2,
+        opacity=opacity,
     )
     plotter.add_mesh(pyvista.Box(cloud.bounds).outline(), color=WALL, line_width=1)
 

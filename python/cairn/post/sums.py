@@ -10,7 +10,7 @@ from .hdf5 import File, Group
 
 
 def check(path):
-    """How many arrays are as they were written, as a dict. Raises FileError that names the first that is not."""
+    """Checks the checksum of each array: numbers of right and of unchecked ones. Raises FileError for the first damaged."""
     with File(path) as file, told_as_damage(path):
         if file.attrs.get("format") == checkpoint.FORMAT_NAME:
             checkpoint.load(path, "the file")
@@ -29,7 +29,7 @@ def check(path):
 def _arrays(group, within):
     """Every array below a group; links to places elsewhere are left out."""
     if group._core.address in within:
-        raise ValueError(f"{group.name} stands within itself")
+        raise ValueError(f"{group.name} contains itself: the file is damaged")
     for name, member in group.items():
         if group._core.soft_link(name) is not None:
             continue

@@ -191,9 +191,9 @@ def _times(s):
 def _compare(fa, fb, size, speed):
     ids, ia, ib = np.intersect1d(fa.ids, fb.ids, return_indices=True)
     if len(ids) == 0:
-        raise ValueError(f"at t = {fa.time:g} s the runs have no body in common")
+        raise ValueError(f"at t = {fa.time:g} s the runs have no body in common: give runs of the same scene")
     if fa.position.shape[1] != fb.position.shape[1]:
-        raise ValueError("one run is in 2D, the other in 3D")
+        raise ValueError("one run is in 2D, the other in 3D: give runs of the same scene")
     dim = fa.position.shape[1]
     apart = np.linalg.norm(fa.position[ia] - fb.position[ib], axis=1) / size
     faster = np.linalg.norm(fa.velocity[ia, :dim] - fb.velocity[ib, :dim], axis=1)

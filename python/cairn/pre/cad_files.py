@@ -1,4 +1,4 @@
-"""Solids of CAD and of building models: STEP by gmsh, IFC by ifcopenshell. Both tell their unit, and come in metres."""
+"""Solids of CAD (STEP, by gmsh) and of building models (IFC, by ifcopenshell), converted from the unit of the file to metres."""
 
 from __future__ import annotations
 
@@ -116,7 +116,8 @@ def read_ifc(path):
         lengths = [unit for unit in units if getattr(unit, "UnitType", None) == "LENGTHUNIT"]
         named = [((getattr(unit, "Prefix", None) or "") + unit.Name).lower() for unit in lengths]
     except Exception as error:
-        raise ValueError(f"{path.name} cannot be read as IFC: {type(error).__name__}: {error}") from None
+        told = f"{type(error).__name__}: {error}"
+        raise ValueError(f"{path.name} cannot be read as IFC: {told}; export it anew, or as STL or OBJ") from None
     if not found:
         raise ValueError(f"{path.name} holds no element that is solid: give one with walls, slabs, beams, proxies as bodies")
     return found, " and ".join(dict.fromkeys(named))

@@ -481,7 +481,7 @@ def read_lmgc90(path) -> Raw:
             elif kind in ("POLYG", "POLYR"):
                 dim = 2 if kind == "POLYG" else 3
                 if raw.dim not in (0, dim):
-                    raise ValueError("polygons and polyhedra in one file")
+                    raise ValueError("polygons (2D) and polyhedra (3D) in one file: write two files")
                 raw.dim, count = dim, int(line[39:46])
                 starts = (34, 55, 76)[:dim]
                 vertices = [[float(x[a : a + 14]) for a in starts] for x in lines[k + 1 : k + 1 + count]]

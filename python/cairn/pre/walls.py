@@ -202,7 +202,7 @@ def stairs(steps, tread, rise, width, lap=0.1, base=True) -> Blocks:
     tread, rise, width = (checks.positive(n, v) for n, v in (("tread", tread), ("rise", rise), ("width", width)))
     lap = checks.positive("lap", lap)
     if lap >= tread:
-        raise ValueError(f"lap is {lap}, not below the tread {tread}")
+        raise ValueError(f"lap is {lap}, not below the tread {tread}: give a smaller lap [m]")
     blocks = Blocks(3)
     for k in range(steps):
         blocks.add_box((k * tread, 0.0, k * rise), ((k + 1) * tread + lap, width, (k + 1) * rise), "step")

@@ -41,7 +41,7 @@ def _problem(file):
 
 
 def _read(path, what):
-    """what(file), where all that is raised because of the file is a ProblemFileError."""
+    """Result of what(file); errors that the file causes are raised as ProblemFileError."""
     try:
         return read_foreign(path, what)
     except FileError as error:
@@ -229,7 +229,8 @@ def reduce_global(dim, M, H, f, w, mu, G=None, b=None):
     try:
         factor = linalg.splu(M)
     except RuntimeError as error:
-        raise ValueError("the mass matrix (with the equalities) is singular") from error
+        told = "the mass matrix, with the equalities, is singular"
+        raise ValueError(f"{told}: give each body a mass, and leave out equalities that follow from others") from error
     free = factor.solve(f)[:n]
     columns, blocks = 3 * 256, []
     for first in range(0, H.shape[1], columns):

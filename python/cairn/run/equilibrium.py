@@ -48,7 +48,7 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
     simulation.step()
     try:
         if not len(simulation.contacts):
-            raise ValueError("no bodies touch: there is nothing that could be at rest under load")
+            raise ValueError("no bodies touch, so no contact could carry a load: place them in contact, or run a few steps first")
         system = System(simulation)
         keys = np.array(simulation.contacts.key)[system.chosen]
         memory = simulation.get_state()["memory"]
@@ -107,7 +107,7 @@ class System:
         given = ~(np.diagonal(inverse, axis1=1, axis2=2) > 0)  # held or driven dofs
         moves = ~given.all(axis=1)
         if not np.any(moves):
-            raise ValueError("no body is free to move: there is nothing to find")
+            raise ValueError("no body is free to move: give at least one without driven dofs")
         free, given, self.inverse = free[moves], given[moves], inverse[moves]
         # held and driven dofs drop out of the sums below, so that any mass will do
         self.mass = np.linalg.inv(self.inverse + np.eye(self.dofs) * given[:, :, None])

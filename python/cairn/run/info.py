@@ -14,6 +14,6 @@ class Info(dict):
         if not self._steps and name != "energy":
             raise KeyError(f"info has no {name!r} before the first step: run one, sim.step()")
         if name in ("joint_error", "joint_gap", "joint_contact"):
-            told = "is measured of joints of rigid bodies other than Cable, and this scene has none"
-            raise KeyError(f"info has no {name!r}: it {told}")
+            told = "exists in scenes with joints about which a rigid body turns; this scene has none"
+            raise KeyError(f"info has no {name!r}, which {told}")
         raise KeyError(f"info has no {name!r}; it has {listed(self, name)}")

@@ -78,7 +78,7 @@ def _check_width(cell, width, reach):
         if width[k] - cell["vectors"][k, k] > 16 * np.finfo(float).eps * reach[k]:
             wide = f"the grains to merge are {width[k]:g} m wide along {'xyz'[k]} and the periodic cell is "
             raise ValueError(
-                f"{wide}{cell['vectors'][k, k]:g} m, so that one body of them would lie in its own image: give fewer grains"
+                f"{wide}{cell['vectors'][k, k]:g} m, so that the merged body would overlap its own image: give fewer grains"
             )
 
 
@@ -124,7 +124,7 @@ def _check(i, s, row, first):
         if c.joint:
             raise ValueError(f"body {i} is an end of a joint, which another body would not have: merge bodies without joints")
         if c.shape not in ROUND:
-            raise ValueError(f"body {i} is a {c.shape}: disks, spheres and clumps of them merge")
+            raise ValueError(f"body {i} is a {c.shape}: only disks, spheres and clumps of them merge, leave it out")
     if s.group != first.group:
         raise ValueError(f"bodies to merge are of groups {first.group!r} and {s.group!r}: give bodies of one group")
     if force_of(s, row) is not None or damping_of(s, row):

@@ -109,7 +109,7 @@ class Rest:
         finally:
             stages.undo_step()
         if not len(chosen) and not any(len(mesh.held) for mesh in simulation.meshes):
-            raise ValueError("no bodies touch and none is held: there is nothing that could be at rest under load")
+            raise ValueError("no bodies touch and none is held, so nothing carries a load: let them touch, or hold a group")
         self.r = np.zeros((len(chosen), self.dim))
         for row, key in enumerate(map(tuple, self.keys)):
             if key in known:

@@ -64,9 +64,10 @@ def add(simulation, stage, kernel, tol, folder, name, of=None):
     if stage not in known:
         raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(known, stage)}")
     if stage in shadow_cells.STAGES and not any(isinstance(getattr(m.body, "cells", None), dict) for m in simulation.meshes):
-        raise ValueError(f"{stage} are of bodies that deform, by cells: this simulation has none")
+        raise ValueError(f"stage {stage!r} needs a deformable body of cells, and there is none: give another stage")
     if not simulation.strategy.stages:
-        raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
+        own = type(simulation.strategy).__name__
+        raise ValueError(f"shadows need the stages of NSCD, and the strategy is {own}: take cairn.NSCD()")
     if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
         raise ValueError(f"tol is {tol!r}: give a number >= 0, relative to the largest value")
     if stage in shadow_laws.STAGES:

@@ -48,7 +48,7 @@ class Place:
     def at_rest(self, what):
         """Raises ValueError if the core is in the middle of a step. what: name of the refused operation."""
         if self.asks:
-            raise ValueError(f"{what} stands between steps, and one is being made in parts: wait for its end")
+            raise ValueError(f"{what} stands between steps, and one is being made in parts: finish its stages first")
         if get_ident() in self.works:
             text = f"{what} stands between steps, and one is being made, which called this function"
             raise ValueError(f"{text}: wait for its end, or do it in `callback` of run")
@@ -57,7 +57,7 @@ class Place:
     def of_loads(self):
         """Context while users' functions give the loads of a step: they may do anything but step."""
         if get_ident() in self.loads:
-            text = "a step begins with what functions of time say, and one of them steps"
+            text = "a function of time of the scene makes a step, within a step that needs its value"
             raise ValueError(f"{text}: step in `callback` of run, or between calls of step")
         self.loads.add(get_ident())
         try:

@@ -80,7 +80,7 @@ class NLGS(ContactSolver):
         checks.count("patience", self.patience, 0, checks.INT32)
         one_of("acceleration", self.acceleration, ("nesterov", "none"))
         if self.associated_start and self.acceleration == "none":
-            raise ValueError("associated_start is of extrapolated sweeps: give acceleration='nesterov' as well")
+            raise ValueError("associated_start needs extrapolated sweeps: give acceleration='nesterov' as well")
         if not 0 < checks.number("softening_relaxation", self.softening_relaxation) <= 1:
             raise ValueError(f"softening_relaxation is {self.softening_relaxation}: give a number above 0 and up to 1; 1 is none")
 

@@ -81,8 +81,9 @@ def contact_momentum(sim):
 class Recorder:
     """Gathers figures over a run and averages them over its later part.
 
-    names: built-in ones (see SUMMARY), or keys of own, {name: function(sim) -> number}. scale: of each figure that is no
-    number to be relative to itself (energy: the energy in play; mean_height: the extent of the free bodies), known at the end.
+    names: built-in figures (see SUMMARY), or keys of own, {name: function(sim) -> number}. scale: reference value of each figure
+    whose error is not relative to the figure itself (energy: the energy in play; mean_height: the extent of the free bodies), set
+    at the end.
     """
 
     def __init__(self, sim, names, own=None):

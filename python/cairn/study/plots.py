@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 MARKERS = "os^DvP*X"
-MOST_WITHIN = 5  # names of curves in the picture itself
+MOST_BELOW = 2  # names of curves in the legend below a single picture
 FAR_BELOW = 100.0  # times a noise floor that no error comes near
 
 
 def work_precision(table, of, accuracy=None):
     """Error of a figure against CPU seconds, an axes for each target, one curve a solver through its best settings.
 
-    Each setting is a mark (hollow: cold start; shape by time step) at its error, with its upper bound above.
+    Each setting is a mark (hollow: cold start; shape by time step) at its error, with its upper bound above. One legend below
+    serves all axes; the title of each names its noise floor, which is grey.
     """
     from matplotlib.figure import Figure
 
@@ -24,27 +25,31 @@ def work_precision(table, of, accuracy=None):
     solvers = list(dict.fromkeys(_curve(row) for row in rows))
     columns = 2 if len(targets) in (2, 4) else min(len(targets), 3)
     lines = -(-len(targets) // columns)
-    wide = 5.2 if len(solvers) <= MOST_WITHIN else 8.2
-    figure = Figure(figsize=(wide * columns, 4.2 * lines), layout="constrained")
+    beside = columns == 1 and len(solvers) > MOST_BELOW  # a long legend stands on the right
+    size = (9.0, 4.2) if beside else (4.6 * columns, 3.9 * lines + 0.8)
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
+    named = {}
     for ax, target in zip(axes, targets):
         here = [row for row in rows if row["target"] == target]
         _one_target(ax, here, solvers)
         floor = max(row["floor"] for row in here)
         least = min((row["error"] for row in here if row["error"] > 0), default=np.inf)
+        told = f"{target}\nnoise floor {floor:.1g}" if np.isfinite(floor) and floor > 0 else target
         if 0 < floor < least / FAR_BELOW:  # a scene nearly insensitive to its initial state
-            ax.plot([], [], color="grey", alpha=0.4, lw=6, label=f"noise floor {floor:.1g}, below the picture")
+            told += ", below the picture"
         elif np.isfinite(floor) and floor > 0:
             ax.set_ylim(bottom=min(ax.get_ylim()[0], floor / 2))
-            ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label=f"noise floor {floor:.1g}")
+            ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label="below the noise floor")
         if accuracy is not None:
             ax.axhline(accuracy, color="black", lw=0.8, ls=":", label=f"asked {accuracy:g}")
-        ax.set_title(target, fontsize=9)
+        ax.set_title(told, fontsize=10)
         ax.set(xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of} [-]")
         for axis in (ax.xaxis, ax.yaxis):
             few_ticks(axis)
-        beside = len(solvers) > MOST_WITHIN  # many names would hide the marks
-        ax.legend(fontsize=8, frameon=False, **({"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if beside else {}))
+        named |= {name: handle for handle, name in zip(*ax.get_legend_handles_labels()) if name not in named}
+    place, across = ("right upper", 1) if beside else ("lower center", min(len(named), 2 * columns))
+    figure.legend(named.values(), named.keys(), loc=f"outside {place}", ncols=across, fontsize=10, frameon=False)
     for ax in axes[len(targets) :]:
         ax.set_axis_off()
     return figure
@@ -62,7 +67,7 @@ def _curve(row):
 
 
 def _cost(kind):
-    return {"statistics": "CPU seconds of a run", "step": "CPU seconds of a step"}.get(kind, "CPU seconds of a solve")
+    return f"CPU time of a {({'statistics': 'run', 'step': 'step'}).get(kind, 'solve')} [s]"
 
 
 def _one_target(ax, rows, solvers):
@@ -85,7 +90,7 @@ def _one_target(ax, rows, solvers):
     if len(factors) > 1:
         for factor in factors:
             marker = MARKERS[factors.index(factor) % len(MARKERS)]
-            ax.plot([], [], marker, color="grey", ms=5, label=f"{factor:g} dt")
+            ax.plot([], [], marker, color="grey", ms=5, label=f"step of {factor:g} dt")
 
 
 def few_ticks(axis):

@@ -140,7 +140,7 @@ def make_integrator(text):
         call = ast.parse(f"f({options.rstrip().removesuffix(')')})", mode="eval").body
         given = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
         if call.args:
-            raise ValueError("numbers without a name")
+            raise ValueError("give options by name, as Newmark(beta=0.25)")
     except (SyntaxError, ValueError) as error:
         raise ValueError(f"integrator {text!r} cannot be read ({error}): give {name}(NAME=VALUE, ...)") from error
     return INTEGRATORS[name](**given)

@@ -90,7 +90,7 @@ def _targets(what, folder, options, dt):
             raise ValueError(f"two targets are named {name}: rows are kept by name, so give other files or options")
     kinds = {target.kind == "problem" for target in targets}
     if len(kinds) > 1:
-        raise ValueError("scenes and problems have other errors: study them apart")
+        raise ValueError("scenes and contact problems have different errors: study them apart")
     return folder, targets
 
 
@@ -202,8 +202,8 @@ class Study:
             if values:
                 told = ", ".join(f"{value:g}" for value in values[:3])
                 raise ValueError(
-                    f"figure {of!r} has no errors: runs that others are compared with found {told}; let it be a finite number "
-                    "that is not zero, to which an error is relative"
+                    f"figure {of!r} has no relative errors, since the reference runs found {told}: give a figure that is finite "
+                    "and not zero"
                 )
 
     def profile(self, accuracy, of):

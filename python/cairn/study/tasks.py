@@ -169,7 +169,7 @@ def _one_step(sim):
     parts, free = boundary_parts(sim)
     info, cpu = _timed(sim)
     if info is None:
-        raise ValueError("from this state no step can be made")
+        raise ValueError("no step can be made from this state: run the scene on its own to see the error")
     return info, cpu, {
         "velocity": movers(sim).velocity[free],
         "momentum": contact_momentum(sim)[free],

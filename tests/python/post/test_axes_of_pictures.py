@@ -27,7 +27,7 @@ def test_numbers_along_the_axes_of_a_study_stand_apart(span):
     figure.canvas.draw()
     ax = figure.axes[0]
     assert ax.get_ylabel() == "error of top [-]"
-    assert "hollow: cold start" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "hollow: cold start" in [text.get_text() for text in figure.legends[0].get_texts()]
     for axis, side in ((ax.xaxis, 0), (ax.yaxis, 1)):
         shown = [t for t in axis.get_ticklabels(which="both") if t.get_text()]
         low, high = axis.get_view_interval()

@@ -62,7 +62,8 @@ class Viewer:
             self._limits[what] = limits_of(self.run, what)
         limits, palette = self._limits[what], _palette(classes, None)
         values = values % len(CLASSES) if classes else values
-        keep, rows = self._cut(frame, axis, cut)
+        keep, rows, lines = self._cut(frame, axis, cut)
+        opacity = 0.2 if forces and step.dim == 3 else 1.0  # bodies in space hide the forces between them
         self.plotter.clear_actors()
         balls = frame.center[keep], frame.radius[keep], values[frame.row[keep]]
         if step.dim == 2 and len(balls[0]):
@@ -74,21 +75,25 @@ class Viewer:
                 disks, scalars="value", cmap=palette, clim=limits, lighting=False, show_scalar_bar=False
             )
         else:
-            add_spheres(self.plotter, *balls, palette, limits)
+            add_spheres(self.plotter, *balls, palette, limits, opacity)
         if rows.any():
             triangles = frame.triangles[rows]
             surface = pyvista.PolyData(frame.points, np.column_stack((np.full(len(triangles), 3), triangles)).ravel())
             surface.cell_data["value"] = values[frame.rows[rows]]
             self.plotter.add_mesh(
-                surface, scalars="value", cmap=palette, clim=limits, lighting=step.dim == 3, show_scalar_bar=False
+                surface, scalars="value", cmap=palette, clim=limits, lighting=step.dim == 3, opacity=opacity,
+                show_scalar_bar=False,
             )
         self._lines(frame.walls, WALL, 2.0)
         if forces and len(frame.force):
             size = np.abs(frame.force) / np.abs(frame.force).max()
             for sign, colour in ((1, COMPRESSION), (-1, TENSION)):
                 for low, high, width in ((0.0, 0.1, 1.0), (0.1, 0.4, 3.0), (0.4, 2.0, 6.0)):
-                    self._lines(frame.forces[(sign * frame.force > 0) & (size >= low) & (size < high)], colour, width)
-        self.plotter.add_text(title_of(step), font_size=9, color="black", name="title")
+                    self._lines(frame.forces[lines & (sign * frame.force > 0) & (size >= low) & (size < high)], colour, width)
+        title = title_of(step)
+        if forces and len(frame.force):
+            title += f"\nnormal forces up to {np.abs(frame.force).max():.3g} N: red pushes, blue pulls"
+        self.plotter.add_text(title, font_size=9, color="black", name="title")
         if not classes:
             bar = pyvista.Sphere(radius=0.0, center=frame.center[0] if len(frame.center) else (0, 0, 0))
             bar["value"] = np.full(bar.n_points, limits[0])
@@ -99,14 +104,15 @@ class Viewer:
             )
 
     def _cut(self, frame, axis, cut):
-        """Which round contactors and which triangles lie below the cut."""
-        keep, rows = np.ones(len(frame.radius), bool), np.ones(len(frame.rows), bool)
+        """Masks of the round contactors, the triangles and the force lines that lie below the cut."""
+        keep, rows, lines = (np.ones(len(each), bool) for each in (frame.radius, frame.rows, frame.force))
         if axis:
             k, place = AXES.index(axis), self.step.drawn["position"]
             if k < place.shape[1] and len(place):
                 limit = place[:, k].min() + cut * np.ptp(place[:, k])
                 keep, rows = place[frame.row, k] <= limit, place[frame.rows, k] <= limit
-        return keep, rows
+                lines = frame.forces[:, :, k].mean(axis=1) <= limit
+        return keep, rows, lines
 
     def _lines(self, ends, colour, width):
         import pyvista
