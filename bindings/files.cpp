@@ -313,7 +313,7 @@ void bind_files(py::module_& m) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const cairn::FileError& e) {
       const py::object type =
-          py::module_::import("cairn.post.errors")
+          py::module_::import("cairn.base.errors")
               .attr(dynamic_cast<const cairn::UnknownStructure*>(&e) ? "UnknownStructure" : "FileError");
       // names in a damaged file need not be text, nor need a path
       const auto path = py::reinterpret_steal<py::object>(

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import cairn
 from cairn import _core
-from cairn.run import strategies
+from cairn.options import strategies
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = "# written by script/stubs.py from the lists of the core: change those, and run it\n"
@@ -47,7 +47,7 @@ def later():
     for name, module in cairn._LATER.items():
         if module != "model.bulk":  # classes of a list, below
             yield f"from .{module} import {name} as {name}"
-    for name in ("model", "plugs", "post", "run"):
+    for name in ("base", "files", "model", "options", "plugs", "post", "run"):
         yield f"from . import {name} as {name}"
     for name, module in cairn._PARTS.items():
         place, _, last = module.rpartition(".")
@@ -81,7 +81,8 @@ def of_dataclass(cls, base):
 def package(folder):
     """The stub of the package."""
     out = [*sorted({*exports("."), *later()}), "from typing import Any", "from .model.bulk import BulkMaterial"]
-    out += ["from .run.integrators import Integrator", "from .run.strategies import ContactSolver, ProblemSolver, Strategy", ""]
+    out += ["from .options.integrators import Integrator"]
+    out += ["from .options.strategies import ContactSolver, ProblemSolver, Strategy", ""]
     for rows, base in ((_core.laws(), "Law"), (_core.bulk_materials(), "BulkMaterial")):
         out += [made(d["python_name"], base, [(p[0], "float", p[1]) for p in d["parameters"]]) for d in rows]
     out += [made(row[1], "Integrator", [(p[0], "float", p[1]) for p in row[3]]) for row in _core.integrators()]

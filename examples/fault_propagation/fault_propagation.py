@@ -22,7 +22,7 @@ from pathlib import Path
 import cairn as cn
 import matplotlib.pyplot as plt
 import numpy as np
-from cairn.pre import checks
+from cairn.base import checks
 from matplotlib.collections import EllipseCollection
 from scipy.spatial import Delaunay
 

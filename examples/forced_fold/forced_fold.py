@@ -31,8 +31,8 @@ from pathlib import Path
 
 import cairn as cn
 import numpy as np
+from cairn.base import checks
 from cairn.post import histories, plots
-from cairn.pre import checks
 
 NAME = "forced_fold"
 SMALLEST, LARGEST = 0.42, 0.56  # radii [m]

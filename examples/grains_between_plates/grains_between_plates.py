@@ -30,8 +30,8 @@ from pathlib import Path
 import cairn as cn
 import matplotlib.pyplot as plt
 import numpy as np
+from cairn.base import checks
 from cairn.post.measures import body_moments
-from cairn.pre import checks
 from matplotlib.collections import EllipseCollection, PolyCollection
 
 NAME = "grains_between_plates"

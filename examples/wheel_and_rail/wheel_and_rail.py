@@ -43,7 +43,7 @@ from pathlib import Path
 import cairn as cn
 import matplotlib.pyplot as plt
 import numpy as np
-from cairn.pre import checks
+from cairn.base import checks
 from matplotlib.collections import EllipseCollection, LineCollection
 
 NAME = "wheel_and_rail"

@@ -13,20 +13,21 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, names, pre
 from ._core import Error
+from .base.errors import FileError
+from .base.materials import Material
+from .base.time_functions import Harmonic, Servo, Table
 from .model import laws
 from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .model.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
 from .model.laws import Law
-from .model.materials import Material
 from .model.missing_laws import MissingLawWarning
 from .model.round_shapes import capsules, cylinders, superquadrics
 from .model.scene import Periodic, Scene
 from .model.shapes import boxes, polygons, polyhedra, with_corners
+from .options import integrators, strategies
+from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .plugs.plug import plug
-from .post.errors import FileError
 from .post.load import load
-from .run import integrators, strategies
-from .run.servo import Servo
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
@@ -38,8 +39,6 @@ from .run.step_warnings import (
     TurnedWarning,
     UnjoinedWarning,
 )
-from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
-from .run.time_functions import Harmonic, Table
 from .run.unmet_shapes import ShapesWarning
 
 _LATER = {
@@ -155,5 +154,6 @@ __all__ = [
 names.teach(globals(), (name for name in __all__ if name not in _LATER))
 for _space in (pre, pre.masonry):
     names.teach(vars(_space), _space.__all__)
-for _space in (pre.grains, pre.mass_properties, pre.mesh):
+names.teach(vars(pre.mesh), pre.mesh.__all__)
+for _space in (pre.grains, pre.mass_properties):
     names.teach(vars(_space))

@@ -3,10 +3,13 @@
 from typing import Any
 
 from . import _core as _core
+from . import base as base
+from . import files as files
 from . import legacy as legacy
 from . import model as model
 from . import names as names
 from . import networks as networks
+from . import options as options
 from . import plugs as plugs
 from . import post as post
 from . import pre as pre
@@ -14,6 +17,11 @@ from . import problems as problems
 from . import run as run
 from . import study as study
 from ._core import Error as Error
+from .base.errors import FileError as FileError
+from .base.materials import Material as Material
+from .base.time_functions import Harmonic as Harmonic
+from .base.time_functions import Servo as Servo
+from .base.time_functions import Table as Table
 from .model import fracture as fracture
 from .model import laws as laws
 from .model.bodies import BodySet as BodySet
@@ -42,7 +50,6 @@ from .model.joints import Pivot as Pivot
 from .model.joints import Slider as Slider
 from .model.joints import Spring as Spring
 from .model.laws import Law as Law
-from .model.materials import Material as Material
 from .model.meshes import LinearBody as LinearBody
 from .model.meshes import deformable as deformable
 from .model.missing_laws import MissingLawWarning as MissingLawWarning
@@ -58,15 +65,19 @@ from .model.shapes import with_corners as with_corners
 from .model.solid import SolidBody as SolidBody
 from .model.surfaces import surface as surface
 from .model.ties import tied as tied
+from .options import integrators as integrators
+from .options import strategies as strategies
+from .options.integrators import Integrator
+from .options.strategies import NSCD as NSCD
+from .options.strategies import Carpenter as Carpenter
+from .options.strategies import ContactSolver, ProblemSolver, Strategy
+from .options.strategies import GranularElement as GranularElement
+from .options.strategies import SmoothDEM as SmoothDEM
+from .options.strategies import strategy as strategy
 from .plugs.plug import plug as plug
-from .post.errors import FileError as FileError
 from .post.load import load as load
-from .run import integrators as integrators
 from .run import soe as soe
-from .run import strategies as strategies
 from .run.equilibrium import find_equilibrium as find_equilibrium
-from .run.integrators import Integrator
-from .run.servo import Servo as Servo
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import JointWarning as JointWarning
@@ -76,14 +87,6 @@ from .run.step_warnings import StableStepWarning as StableStepWarning
 from .run.step_warnings import TunnellingWarning as TunnellingWarning
 from .run.step_warnings import TurnedWarning as TurnedWarning
 from .run.step_warnings import UnjoinedWarning as UnjoinedWarning
-from .run.strategies import NSCD as NSCD
-from .run.strategies import Carpenter as Carpenter
-from .run.strategies import ContactSolver, ProblemSolver, Strategy
-from .run.strategies import GranularElement as GranularElement
-from .run.strategies import SmoothDEM as SmoothDEM
-from .run.strategies import strategy as strategy
-from .run.time_functions import Harmonic as Harmonic
-from .run.time_functions import Table as Table
 from .run.unmet_shapes import ShapesWarning as ShapesWarning
 
 class Coulomb(Law):

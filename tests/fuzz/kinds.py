@@ -14,7 +14,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 from cairn import legacy, problems
-from cairn.post import checkpoint
+from cairn.files import checkpoint
 
 from . import mutators
 

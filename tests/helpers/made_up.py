@@ -42,7 +42,7 @@ def info(k):
 
 def write(path, outputs, dim=2, flush=True, after=None, **options):
     """A run of so many outputs; `after(k)` is called when output k has been flushed."""
-    from cairn.post.writer import RunWriter
+    from cairn.files.writer import RunWriter
 
     writer = RunWriter(path, {"name": "made up", "materials": ["rock", "sand", "clay"]}, {"version": "1"}, dim, **options)
     for k in range(outputs):

@@ -70,6 +70,7 @@ def build_parser():
     for module in COMMANDS.values():
         module.add_parser(add_command, commands)
     parser.commands = commands.choices
+    parser.commands["completion"].set_defaults(whole=parser)
     return parser
 
 

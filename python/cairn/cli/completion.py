@@ -19,9 +19,7 @@ def main(options):
         import shtab
     except ImportError as error:
         raise ImportError("completion needs shtab: pip install shtab") from error
-    from . import build_parser
-
-    parser = build_parser()
+    parser = options.whole
     for command in parser.commands.values():
         for action in command._actions:
             if not action.option_strings and action.dest in ("file", "files", "what", "a", "b", "study", "interface"):

@@ -24,7 +24,7 @@ def meant_to_be_read(error):
     import dis
 
     from .. import Error
-    from ..post.errors import FileError
+    from ..base.errors import FileError
 
     frame, at, _ = list(_frames(error))[-1]
     code = frame.f_code
@@ -39,7 +39,7 @@ def _package():
 
 def in_a_line(error):
     """The words of an error."""
-    from ..post.errors import FileError, as_file_error
+    from ..base.errors import FileError, as_file_error
 
     if isinstance(error, ModuleNotFoundError) and (package := PACKAGES.get((error.name or "").partition(".")[0])):
         return f"{package} is needed for this: pip install {package}"
@@ -80,7 +80,7 @@ def show_own(error, script):
 
 def save_picture(ax, path, dpi):
     """Saves the figure of some axes; trouble with the file becomes a FileError."""
-    from ..post.errors import FileError, as_file_error
+    from ..base.errors import FileError, as_file_error
 
     try:
         kinds = ax.figure.canvas.get_supported_filetypes()

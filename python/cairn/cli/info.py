@@ -19,7 +19,7 @@ def add_parser(add, commands):
 
 def main(options):
     """`cairn info`."""
-    from ..post.container import restore_superblock
+    from ..files.container import restore_superblock
     from ..post.summary import describe, render
 
     if options.repair:
@@ -33,7 +33,7 @@ def main(options):
         return 0
     facts = describe(options.file)
     if options.check:
-        from ..post.sums import check
+        from ..files.sums import check
 
         facts["checksums"] = check(options.file)
     if options.json:

@@ -2,8 +2,8 @@
 
 import os
 
+from ..base import checks
 from ..names import listed
-from ..pre import checks
 from .errors import save_picture
 
 

@@ -98,7 +98,7 @@ def main(options):
 
 
 def _strategy(options):
-    from ..run.strategies import NSCD, SOLVERS
+    from ..options.strategies import NSCD, SOLVERS
 
     if options.solver is not None and options.solver not in SOLVERS:
         raise ValueError(f"--solver is {options.solver!r}: give one of {listed(SOLVERS, options.solver)}")

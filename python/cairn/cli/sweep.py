@@ -28,7 +28,7 @@ def main(options):
     """`cairn sweep`."""
     import csv
 
-    from ..pre import checks
+    from ..base import checks
     from ..study import sweep as sweeps
 
     if options.processes is not None:

@@ -24,8 +24,8 @@ def add_parser(add, commands):
 
 def main(options):
     """`cairn verify`."""
+    from ..base import checks
     from ..post.verify import verify as compare
-    from ..pre import checks
 
     if options.size is not None:
         checks.positive("size", options.size)

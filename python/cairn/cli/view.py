@@ -24,8 +24,8 @@ def add_parser(add, commands):
 
 def main(options):
     """`cairn view`."""
+    from ..base import checks
     from ..post.load import load
-    from ..pre import checks
 
     checks.count("every", options.every, 1)
     checks.count("port", options.port, 0, 65535)

@@ -168,7 +168,7 @@ APART = {
 # Further parameters that make the law of Cairn equivalent to that of LMGC90, where a gap above zero keeps a contact open even
 # without restitution, and cohesive zones between deformable bodies recover an overlap within a step.
 _OPEN, _BACK, _START = {"closing": 0}, {"recovers": 1}, {"from_start": 1}
-AS_THERE = {name: _OPEN for name in ("RST_CLB", "VEL_SGR_CLB", "RST_DS_CLB", "VEL_SGR_DS_CLB", "RST_WET_CLB")}
+AS_THERE: dict[str, dict] = {name: _OPEN for name in ("RST_CLB", "VEL_SGR_CLB", "RST_DS_CLB", "VEL_SGR_DS_CLB", "RST_WET_CLB")}
 AS_THERE |= {"IQS_STICK": {"mu": np.inf}, "GAP_SGR_STICK": {"mu": np.inf}, "VISCO_ELASTIC_REPELL_CLB": _OPEN}
 AS_THERE |= {name: _BACK for name in ("GAP_SGR_CLB_WEAR", "GAP_WET_DS_CLB", "GAP_SGR_CLB_nosldt")}
 AS_THERE |= {"IQS_CLB_g0": _START, "GAP_SGR_CLB_g0": _START | _BACK, "ELASTIC_REPELL_CLB_g0": _START}

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model.materials import Material
+from ..base.materials import Material
 from . import solids
+from .drives import function_of, read_drive
+from .networks import properties
 from .text import LegacyError, Reader
 
 CELLS = {
@@ -132,8 +134,6 @@ def read_models(box):
 
 def read_mesh_drives(box):
     """{mesh: [(node from 0, Drive)]} of DRV_DOF.DAT."""
-    from .datbox import read_drive
-
     found = {}
     path = box.folder / "DRV_DOF.DAT"
     if not path.is_file():
@@ -253,7 +253,6 @@ def _why_not(box, mesh, models, drives):
 def _heated(box, mesh, models, drives, origin):
     """Sets of a thermal mesh, whose nodes are held; its drives and temperatures are added to origin.heated."""
     from ..model.meshes import deformable
-    from .networks import properties
 
     _, _, model, name = mesh.cells[0]
     body = _body(box, mesh, models)
@@ -351,7 +350,6 @@ def _of_several(box, mesh, models, points, cells, given):
 
 def _deformable(box, mesh, models, drives, state, materials, origin):
     from ..model.meshes import deformable
-    from .scene import _function
 
     if models[mesh.cells[0][2]].get("physics") == "THERM":
         return _heated(box, mesh, models, drives, origin)
@@ -362,7 +360,7 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     drive, pushed = {}, {}
     for node, d in drives:
         target = drive if d.kind == "vlocy" else pushed
-        target.setdefault(f"node {node}", {})["xyz"[d.component - 1]] = _function(d)
+        target.setdefault(f"node {node}", {})["xyz"[d.component - 1]] = function_of(d)
 
     def force(t):
         at = {g: {a: v(t) if callable(v) else v for a, v in by.items()} for g, by in pushed.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .drives import function_of
 from .text import REAL, LegacyError, Reader, fortran
 
 # {label in a material: field of cairn.Material}.
@@ -46,14 +47,12 @@ def add(scene, box, origin):
 
 
 def _add_meshes(scene, origin, heated):
-    from .scene import _function
-
     origin.notes.append("heat in meshes: theta 1/2, which a DATBOX does not say")
     held, given, initial = [], [], []
     for name, _, drives, temperatures in heated:
         initial += [(f"{name}.node {k}", t) for k, t in enumerate(temperatures)]
         for node, d in drives:
-            (held if d.kind == "temp" else given).append((f"{name}.node {node}", _function(d)))
+            (held if d.kind == "temp" else given).append((f"{name}.node {node}", function_of(d)))
     lumped = all(body.heat_lumped for _, body, _, _ in heated)
     if not lumped and all(set(body.cells) == {"triangle"} for _, body, _, _ in heated):
         lumped = "one point"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..post.errors import DAMAGE
-from ..post.hdf5 import read_foreign
+from ..base.errors import DAMAGE
+from ..files.hdf5 import read_foreign
 from . import datbox
 from .mesh import read_mesh_states
 from .text import LegacyError, Reader

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import _core
+from ..base import checks, time_functions
+from ..base.materials import Material
 from ..model import bodies, round_shapes, shapes
-from ..model.materials import Material
 from ..model.scene import Scene
 from ..model.shapes import Hulls
-from ..pre import checks
-from ..run import time_functions
 from . import datbox, mesh, networks
 from .contact_laws import law_of
+from .drives import function_of
 from .rigid import PATCHES, SHORT
 from .text import LegacyError
 
@@ -285,7 +285,7 @@ def _driven(box, members, drives, dofs):
             raise LegacyError(f"{where} drives by {d.kind!r}; vlocy or force was expected")
         if any(x.component == d.component and x.kind == d.kind for x in drives if x.line < d.line):
             raise LegacyError(f"{where} drives dof {d.component} twice by {d.kind}; give it once")
-        value = _function(d)
+        value = function_of(d)
         if d.kind == "vlocy":
             velocity[d.component - 1] = value
             driven.append(names[d.component - 1])
@@ -300,31 +300,6 @@ def _driven(box, members, drives, dofs):
     if any(callable(f) or f != 0 for f in force):
         options["force"] = _together(force)
     return options
-
-
-def _function(d):
-    if d.table is not None:
-        return time_functions.Table(*_going_on(d.table).T)
-    constant, amplitude, omega, phase, begin, slope = d.numbers
-    value = constant
-    if amplitude != 0:
-        value = time_functions.Harmonic(amplitude, omega / (2 * np.pi), constant, phase)
-    if slope != 0:
-        return time_functions.Ramp(value, begin, slope)
-    share = float(np.clip(begin, -1, 1))
-    return value if share == 1 else time_functions.Ramp(value, begin, 0.0) if callable(value) else share * value
-
-
-def _going_on(table):
-    """Table (n, 2) with its first and last pieces extended if they are not level, since LMGC90 extrapolates along them: back to
-    t = 0, and forward by a thousand times the last interval."""
-    t, v = table.T
-    rows = list(table)
-    if t[0] > 0 and v[1] != v[0]:
-        rows.insert(0, (0.0, v[0] - t[0] * (v[1] - v[0]) / (t[1] - t[0])))
-    if v[-1] != v[-2]:
-        rows.append((t[-1] + 1000 * (t[-1] - t[-2]), v[-1] + 1000 * (v[-1] - v[-2])))
-    return np.array(rows)
 
 
 def _together(parts):

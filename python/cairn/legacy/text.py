@@ -6,7 +6,7 @@ import math
 import re
 from pathlib import Path
 
-from ..post.errors import ContentError
+from ..base.errors import ContentError
 
 # A Fortran number: mantissa and exponent, whose letter is optional before a sign.
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeEqQ]?([+-]\d+)|[dDeEqQ](\d+))?")

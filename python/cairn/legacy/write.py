@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base import time_functions
 from ..model import bodies
-from ..run import time_functions
 from .contact_laws import LAW_VALUES, law_of, told_by_alert, words_of
 from .datbox import ContactLaw
 from .scene import UnmappedWarning

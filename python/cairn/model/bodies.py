@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..base import checks
+from ..base.materials import Material
 from ..names import Spelt, listed, takes
-from ..pre import checks
-from .materials import Material
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
 OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping")
@@ -75,7 +75,7 @@ class BodySet(Spelt):
         return len(self.position)
 
     def __repr__(self):
-        from ..post.notebook import line_of_set
+        from ..base.notebook import line_of_set
 
         return line_of_set(self)
 
@@ -105,9 +105,9 @@ def checked(s: BodySet) -> BodySet:
     if s.group is not None and (not isinstance(s.group, str) or not s.group or s.group == "*"):
         raise ValueError(f"group is {s.group!r}: give a non-empty string other than '*'")
     if s.rotation is not None:
-        shape = (len(s),) if s.dim == 2 else (len(s), 4)
+        shape: tuple[int, ...] = (len(s),) if s.dim == 2 else (len(s), 4)
         s.rotation = checks.real_array("rotation", s.rotation, shape)
-        short = np.flatnonzero(~np.any(s.rotation.reshape(len(s), -1), axis=1)) if s.dim == 3 else ()
+        short = np.flatnonzero(~np.any(s.rotation.reshape(len(s), -1), axis=1)) if s.dim == 3 else np.zeros(0, int)
         if len(short):
             raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
     if s.velocity is not None:

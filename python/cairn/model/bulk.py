@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 
 from .. import _core
+from ..base import checks
 from ..names import by_name, listed
-from ..pre import checks
 
 
 class BulkMaterial:

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import one_of
-from ..pre import checks
-from .meshes import GivenBody
+from .mesh_parts import GivenBody
 
 
 class BodyStep(NamedTuple):
@@ -67,7 +67,7 @@ class CallbackBody(GivenBody):
                  faces=None, large=True, thickness=1.0, plane="strain"):  # fmt: skip
         from scipy import sparse
 
-        from ..run.meshes import lower_triangles
+        from .triangles_of_matrices import lower_triangles
 
         self.points = np.ascontiguousarray(points, float)
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
@@ -331,7 +331,7 @@ class Caller:
         if not 1 <= len(parts) <= 4 or (wanted and (len(parts) < 2 or parts[1] is None)):
             text = f"{whose} gave {len(parts)} values" if len(parts) != 2 else f"{whose} gave no tangent"
             raise _core.Error(f"{text}, and at.tangent is {wanted}: give forces, tangent, and if known energy and dissipation")
-        force, tangent, energy, dissipated = (*parts, *(None,) * (4 - len(parts)))
+        force, tangent, energy, dissipated = [*parts, None, None, None][:4]
         size = self._shape[0] * self._shape[1]
         force = np.asarray(force)
         if force.shape not in (self._shape, (size,)) or force.dtype.kind not in "fiu":

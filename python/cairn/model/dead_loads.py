@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..pre import checks
+from ..base import checks
 from .elastic import ELEMENTS
-from .meshes import GivenBody, _group
+from .mesh_parts import GivenBody, group_nodes
 from .pressure import areas, pressed_sides
 
 
@@ -21,7 +21,7 @@ def dead_loads(body, traction, body_force):
             told = f"give {{group: ({body.dim},)}} [Pa], a function of time in the place of ({body.dim},) where it changes"
             raise ValueError(f"traction is {traction!r}: {told}")
         for group, given in traction.items():
-            sides = pressed_sides(body, _group(body, group), group, "traction")
+            sides = pressed_sides(body, group_nodes(body, group), group, "traction")
             out.append((f"traction on {group!r}", areas(body, sides, body.points), given))
     if body_force is not None:
         out.append(("body_force", volumes(body), body_force))

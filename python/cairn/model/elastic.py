@@ -6,14 +6,16 @@ u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import listed
-from ..pre import checks
 from . import initial_stress as initially
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
@@ -25,6 +27,20 @@ SIDES = {cell: np.array(e["sides"])[:, : 2 * e["dim"] - 2] for cell, e in ELEMEN
 def _checked_cells(cells):
     if not isinstance(cells, dict):
         raise ValueError(f"cells is {type(cells).__name__}: give {{kind: nodes (m, k)}}, of the kinds {', '.join(ELEMENTS)}")
+
+
+@contextlib.contextmanager
+def told_of_contents(source, points, cells):
+    """Turns an error of a body made from a file into a FileError, if the mesh is at fault and not the material."""
+    try:
+        yield
+    except (ValueError, TypeError, ArithmeticError):
+        if isinstance(source, (str, Path)):
+            from ..pre.import_report import told_of
+
+            with told_of(Path(source)):
+                ElasticBody(points, cells, young=1.0, poisson=0.0, density=1.0)
+        raise
 
 
 class ElasticBody:
@@ -149,12 +165,12 @@ class ElasticBody:
     @classmethod
     def read(cls, path, **options):
         """Makes a body from a file that meshio reads, a meshio.Mesh or the module gmsh. Named sets become groups of nodes: see
-        cairn.model.mesh_sources. options: those of the class. Raises FileError (a ValueError) if the file is missing or holds no
+        cairn.pre.mesh_sources. options: those of the class. Raises FileError (a ValueError) if the file is missing or holds no
         such mesh."""
-        from . import mesh_sources
+        from ..pre import mesh_sources
 
         points, cells, groups = mesh_sources.read(path)
-        with mesh_sources.told_of_contents(path, points, cells):
+        with told_of_contents(path, points, cells):
             return cls(points, cells, groups=groups, **options)
 
     def _checked(self, kind, nodes):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .. import _core
-from ..post.geometry import turn
+from ..base.geometry import turn
 
 HULLS = _core.shapes("hull", "mover")
 PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import _core
 from . import initial_stress as initially
+from .components import parts_of
 
 
 def cell_matrices(body):
@@ -38,8 +39,6 @@ class FaceForces:
     def __init__(self, opening, matrices):
         from scipy import sparse
         from scipy.sparse.linalg import splu
-
-        from .opening_faces import parts_of
 
         self.opening, self._matrices = opening, matrices
         corners, n = opening.corners, len(opening.node)

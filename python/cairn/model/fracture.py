@@ -11,7 +11,8 @@ import numpy as np
 from ..names import listed
 from . import bodies, opening_faces
 from .elastic import ElasticBody
-from .meshes import _group, deformable
+from .mesh_parts import group_nodes, part_set
+from .meshes import deformable
 
 # laws without tensile strength: cells joined by them would be a loose heap
 PRESS_ALONE = (
@@ -115,7 +116,7 @@ def _check(body, law, given):
         for group in groups or {}:
             if not isinstance(group, str):
                 raise ValueError(f"{field} names {group!r}: give names of groups of the body, {listed(body.groups)}")
-            if not len(_group(body, group)):
+            if not len(group_nodes(body, group)):
                 raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
 
 
@@ -161,8 +162,6 @@ def attach(nodes, opening):
 
 def sides_of(nodes):
     """The set to which the sides of opened faces are added; empty at the start."""
-    from .meshes import part_set
-
     none, dim = np.zeros(0), nodes.mesh.body.dim
     shape, what = ("segment", "edges") if dim == 2 else ("facet", "faces")
     return part_set(dim, [bodies.ContactorSet(shape, nodes.mesh.material, none.astype(int), none)], what, nodes.mesh)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base import checks
 from ..names import one_of
-from ..pre import checks
 from .moving_frames import FrameBody
 from .section_forces import LinearFrame, dofs_of, followed, stiffness_of, sum_of_cells
 

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import listed
-from ..pre import checks
 
 ORDER = "11 22 33 12 13 23"
 SHOWN = {2: [0, 1, 3], 3: [0, 1, 2, 3, 5, 4]}  # components in the order of ElasticBody.stress

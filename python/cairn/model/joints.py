@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..pre import checks
+from ..base import checks
+from ..base.materials import Material
 from . import bodies
 from .laws import BY_NAME
-from .materials import Material
 
 END = 0.1  # radius of the contactor at an end of a joint, over the size of its body
 ROWS = _core.joint_kinds()  # rows of cxx/scene/joints.def

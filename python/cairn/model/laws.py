@@ -10,10 +10,10 @@ import math
 import numpy as np
 
 from .. import _core
+from ..base import checks
+from ..base.materials import OfTemperature
 from ..names import by_name, listed
-from ..pre import checks
 from .law_parameters import told
-from .materials import OfTemperature
 
 
 class Law:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import bodies
+from .mesh_parts import part_set, rows_by_material
 from .shapes import Hulls
 from .surfaces import with_neighbours
 
@@ -83,8 +84,6 @@ class Faces:
 
     def part_set(self, places, material, d):
         """Set with a contactor for each facet. material: of all, or a list over the faces; both facets of a face share it."""
-        from .meshes import part_set, rows_by_material
-
         corners = places[self.nodes]
         centre = corners.mean(axis=1)
         used, renumbered = np.unique(self.nodes, return_inverse=True)

@@ -7,12 +7,12 @@ import importlib
 
 import numpy as np
 
+from ..base import time_functions
+from ..base.materials import Material
 from ..networks.conductances import CONDUCTANCES, Conductance
-from ..run import time_functions
 from . import bulk, fracture
 from .elastic import ElasticBody
 from .joints import end_on_node
-from .materials import Material
 from .meshes import LinearBody, deformable
 from .moving_frames import FrameBody
 from .opening_faces import OpeningFaces
@@ -20,6 +20,8 @@ from .section_forces import LinearFrame
 from .solid import SolidBody
 from .ties import TiedBody
 
+# {module: its name in files, which is that of the first version that wrote it}
+IN_FILES = {"cairn.base.materials": "cairn.model.materials"}
 BODIES = {cls.__name__: cls for cls in (ElasticBody, FrameBody, LinearBody, LinearFrame, SolidBody, TiedBody)}
 
 
@@ -75,8 +77,9 @@ def _encoded(name, value):
         values = dict(zip(value.parameter_names, value.values))
         return {"kind": "bulk", "class": type(value).__name__, "values": {key: float(x) for key, x in values.items()}}
     if dataclasses.is_dataclass(value) and not callable(value):
+        module = type(value).__module__
         fields = {f.name: _encoded(f"{name}.{f.name}", getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
-        return {"kind": "record", "module": type(value).__module__, "class": type(value).__name__, "fields": fields}
+        return {"kind": "record", "module": IN_FILES.get(module, module), "class": type(value).__name__, "fields": fields}
     if BODIES.get(type(value).__name__) is type(value):
         given = {part: _encoded(f"{part} of {name}", of) for part, of in value.given.items()}
         return {"kind": "body", "class": type(value).__name__, "given": given}
@@ -124,6 +127,7 @@ def _decoded(value):
         return CONDUCTANCES[value["class"]].from_values(value["values"])
     if value["kind"] == "record" and value["module"].startswith(("cairn.model.", "cairn.build.", "cairn.networks.")):
         module = value["module"].replace("cairn.build.", "cairn.model.")  # its name before version 0.2
+        module = next((here for here, there in IN_FILES.items() if there == module), module)
         found = getattr(importlib.import_module(module), value["class"])
         if dataclasses.is_dataclass(found):
             return found(**{name: _decoded(part) for name, part in value["fields"].items()})

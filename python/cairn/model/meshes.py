@@ -10,50 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..names import listed
-from ..pre import checks
+from ..base import checks
 from . import bodies
-from .materials import Material
 from .mesh_faces import Faces, outwards
+from .mesh_parts import GivenBody, group_nodes, part_set, rows_by_material
 from .ways_through import ways_through
-
-
-class GivenBody:
-    """Base of bodies with matrices or forces from another code: M (n dim, n dim) [kg], boundary edges and faces as given."""
-
-    def nodal_mass(self):
-        """Sum of the row of each node along the first axis, (n,) [kg]."""
-        return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
-
-    def _sides(self, name, given, widths):
-        """Checked edges or faces (m, k), k in widths, -1 for the fourth node of a triangle; None if not given."""
-        if given is None:
-            return None
-        sides = np.asarray(given)
-        if sides.ndim == 1 and sides.size % 2 == 0:
-            sides = sides.reshape(-1, 2)
-        if sides.size == 0:
-            return np.zeros((0, widths[0]), int)
-        if sides.ndim != 2 or sides.shape[1] not in widths:
-            raise ValueError(f"{name} have shape {sides.shape}: give nodes (m, {' | '.join(str(w) for w in widths)})")
-        lowest = np.where(np.arange(sides.shape[1]) < 3, 0, -1)
-        wrong = ~((sides >= lowest) & (sides < len(self.points)) & (sides == np.floor(sides)))
-        if np.any(wrong):
-            m, k = np.argwhere(wrong)[0]
-            raise ValueError(f"{name}[{m}, {k}] is {sides[m, k]}: give numbers of the {len(self.points)} nodes, from 0")
-        return sides.astype(int)
-
-    def boundary_edges(self):
-        """Edges (m, 2) of the boundary, the body on their left."""
-        if self.edges is None:
-            raise ValueError(f"the edges of this body are not known: give edges=(m, 2) to {type(self).__name__}")
-        return self.edges
-
-    def boundary_faces(self):
-        """Faces (m, 3 | 4) of the boundary, anticlockwise from outside."""
-        if self.faces is None:
-            raise ValueError(f"the faces of this body are not known: give faces=(m, 3 | 4) to {type(self).__name__}")
-        return self.faces
 
 
 class LinearBody(GivenBody):
@@ -194,7 +155,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     named = {"fixed": fixed, "drive": drive, "displace": displace or {}, "force": force, "rigid": _listed(rigid)}
     for field, of in named.items():
         for group in of if isinstance(of, (dict, list)) else ():
-            if not len(_group(body, group)):
+            if not len(group_nodes(body, group)):
                 raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
     displace = checked_displacements(body, displace, drive)
     for group, by_axis in [*drive.items(), *displace.items()]:
@@ -212,7 +173,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     if pressure:
         from .pressure import pressed_sides
 
-        d.pressed = [(pressed_sides(body, _group(body, group), group), p) for group, p in pressure.items()]
+        d.pressed = [(pressed_sides(body, group_nodes(body, group), group), p) for group, p in pressure.items()]
     d.material = material
     faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
     d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
@@ -244,7 +205,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
 
 def _made(body, material, bulk, options):
     """Body from a mesh of another program and its material; a body made before is returned unchanged."""
-    from . import mesh_sources
+    from ..pre import mesh_sources
 
     if not mesh_sources.is_source(body):
         if bulk is not None or options:
@@ -253,7 +214,7 @@ def _made(body, material, bulk, options):
             raise TypeError(f"{extra} is for a mesh that is read: this body is a {made}, made of a material already")
         return body
     from .bulk import BulkMaterial
-    from .elastic import ElasticBody
+    from .elastic import ElasticBody, told_of_contents
     from .solid import SolidBody
 
     if not isinstance(bulk, (BulkMaterial, dict)):
@@ -261,7 +222,7 @@ def _made(body, material, bulk, options):
     points, cells, groups = mesh_sources.read(body)
     options = {"density": material.density, "groups": groups} | options
     linear = getattr(bulk, "name", "") == "isotropic_elastic" and options.get("plane") != "axisymmetric"
-    with mesh_sources.told_of_contents(body, points, cells):
+    with told_of_contents(body, points, cells):
         if linear and options.get("kinematics") in (None, "small") and not options.get("mean_dilatation"):
             young, poisson = bulk.values  # its matrices are factorised once
             options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
@@ -314,7 +275,7 @@ def checked_displacements(body, displace, drive):
                     raise ValueError(f"displace of {group!r} along {axis} is {value!r}: {remedy}")
                 if not callable(value):
                     checks.number(f"drive of {group!r} along {axis}", value)
-                for dof in (body.dim * _group(body, group) + checks.axis(f"{what} of {group!r}", axis, body.dim)).tolist():
+                for dof in (body.dim * group_nodes(body, group) + checks.axis(f"{what} of {group!r}", axis, body.dim)).tolist():
                     if what == "displace" and dof in taken:
                         named = f"node {dof // body.dim} along {axis}"
                         raise ValueError(f"displace of {group!r} moves {named}, which is moved already: leave it out of one")
@@ -331,17 +292,9 @@ def _listed(groups):
 
 def _nodes(body, groups):
     if not isinstance(groups, str) and len(groups) and all(isinstance(of, (bool, np.bool_)) for of in groups):
-        return _group(body, groups)  # a mask
-    parts = [_group(body, g) for g in _listed(groups)]
+        return group_nodes(body, groups)  # a mask
+    parts = [group_nodes(body, g) for g in _listed(groups)]
     return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)
-
-
-def _group(body, group):
-    if not isinstance(group, str):
-        return checks.node_numbers("a group of nodes", group, len(body.points))
-    if group not in body.groups:
-        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}")
-    return body.groups[group]
 
 
 def _edges(body, groups):
@@ -384,31 +337,6 @@ def _edge_set(places, pairs, material, d):
     return part_set(2, contactors, "edges", d)
 
 
-def rows_by_material(field, material, count):
-    """[(material, rows (k,))] of points or sides. material: a Material for all of them, or a list of `count`."""
-    if not isinstance(material, (list, tuple)):
-        return [(material, np.arange(count))] if count else []
-    if len(material) != count:
-        raise ValueError(f"{field} lists {len(material)} materials: give one for all, or one for each of the {count}")
-    found = {}
-    for row, of in enumerate(material):
-        if not isinstance(of, Material):
-            raise ValueError(f"{field} of {row} is {of!r}: give a cairn.Material")
-        found.setdefault(of.name, (of, []))[1].append(row)
-    return [(of, np.array(rows)) for of, rows in found.values()]
-
-
-def part_set(dim, contactors, what, d):
-    """A set without bodies, of contactors on points, edges or faces of a mesh."""
-    none = np.zeros((0, dim))
-    return bodies.checked(
-        bodies.BodySet(
-            dim, none, none[:, 0], np.zeros((0, 2 * dim - 3)), contactors, group=f"{d.name} {what}", mesh=d,
-            parts=sum(len(c.body) for c in contactors),
-        )
-    )  # fmt: skip
-
-
 class MovingMesh:
     """A Deformable in a simulation: ids of its nodes, points and sides (edges, faces), its held dofs and loads."""
 
@@ -417,7 +345,8 @@ class MovingMesh:
         self.d, self.body = d, d.body
         self.node_ids, self.point_ids, self.side_ids = node_ids[:n], node_ids[n:], side_ids
         self.dim, self.size = d.body.dim, d.body.points.size
-        held = [self.dim * _group(d.body, g) + k for g, axes in d.fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
+        fixed = [(group_nodes(d.body, g), k) for g, axes in d.fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
+        held = [self.dim * nodes + k for nodes, k in fixed]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
         self.called = None  # forces of another code, as the core calls them
 
@@ -458,7 +387,7 @@ class MovingMesh:
         given = self.d.force(t) if callable(self.d.force) else self.d.force
         out = np.zeros((self.size // self.dim, self.dim))
         for group, total in (given or {}).items():
-            nodes = _group(self.body, group)
+            nodes = group_nodes(self.body, group)
             out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
         if self.d.loads:
             from .dead_loads import at_time
@@ -505,7 +434,7 @@ class MovingMesh:
         out = np.zeros(self.size)
         for group, by_axis in self.d.drive.items():
             for axis, v in by_axis.items():
-                out[self.dim * _group(self.body, group) + "xyz".index(axis)] = checks.number(
+                out[self.dim * group_nodes(self.body, group) + "xyz".index(axis)] = checks.number(
                     f"drive of {group!r}", v(t) if callable(v) else v
                 )
         return out
@@ -517,7 +446,7 @@ class MovingMesh:
         velocity is chosen so that an error in the displacement is gone after two steps at most."""
         for group, by_axis in self.d.displace.items():
             for axis, given in by_axis.items():
-                dofs = self.dim * _group(self.body, group) + "xyz".index(axis)
+                dofs = self.dim * group_nodes(self.body, group) + "xyz".index(axis)
                 begin, half, end = (checks.number("displace", given(at)) for at in (t, t + h / 2, t + h))
                 rate = (3 * end - 4 * half + begin) / h
                 out[dofs] = (end - u[dofs]) / h + (1 - share) * (rate - v[dofs])

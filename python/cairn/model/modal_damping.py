@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..pre import checks
+from ..base import checks
 
 #: most free dofs for damping of all modes, or for their solution by full matrices
 MOST_DOFS = 3000

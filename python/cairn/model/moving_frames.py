@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..pre import checks
-from .meshes import GivenBody
+from ..base import checks
+from .mesh_parts import GivenBody
 from .section_forces import axes_of, told
 
 
@@ -23,7 +23,7 @@ class FrameBody(GivenBody):
         self.given = {name: value for name, value in locals().items() if name != "self"}
         from scipy import sparse
 
-        from ..run.meshes import lower_triangles
+        from .triangles_of_matrices import lower_triangles
 
         self.points = np.ascontiguousarray(points, float)
         self.dim, n = self.points.shape[1], self.points.size

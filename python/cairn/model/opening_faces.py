@@ -8,8 +8,9 @@ from copy import copy
 
 import numpy as np
 
+from ..base import checks
 from ..names import listed
-from ..pre import checks
+from .components import parts_of
 from .elastic import ELEMENTS, SIDES, ElasticBody
 from .face_forces import FaceForces, cell_matrices
 from .mesh_faces import LoneFaces
@@ -272,15 +273,6 @@ def _by_cell(body):
 def _corner_pairs(faces):
     """Pairs of corners (m, 2) joined by faces."""
     return faces.transpose(0, 2, 1).reshape(-1, 2)
-
-
-def parts_of(pairs, n):
-    """Connected component of each of n corners in the graph of the pairs (m, 2)."""
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
-    graph = sparse.coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
 
 
 def _nodes_apart(node, pairs, count):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .elastic import ELEMENTS, SIDES
-from .meshes import GivenBody
+from .mesh_parts import GivenBody
 
 # Faces of second order, by number of nodes: positions of the nodes in the parent element (_PARENTS), and powers of both parent
 # coordinates in the polynomials that their shape functions span (_POWERS).

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
+from ..base import checks
 from ..names import takes
-from ..pre import checks
 from .bodies import OPTIONS, BodySet, ContactorSet, _density
 from .shapes import Hulls, _body_set, _unit
 

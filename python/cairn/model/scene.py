@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..base import checks, time_functions
+from ..base.materials import Material
 from ..names import Spelt, listed
-from ..pre import checks
-from ..run import time_functions
 from . import bodies, shapes
 from .extents import refuse_narrow_cell
 from .laws import Law, law_from
-from .materials import Material
 
 
 @dataclass(frozen=True)
@@ -224,18 +223,18 @@ class Scene(Spelt):
         return f"<scene, {self.dim}D: {self.count:,} bodies and parts of meshes, {len(self.rules):,} rules>"
 
     def __str__(self):
-        from ..post.notebook import lines_of_scene
+        from ..base.notebook import lines_of_scene
 
         return lines_of_scene(self)
 
     def _repr_html_(self):
-        from ..post.notebook import of_scene
+        from ..base.notebook import of_scene
 
         return of_scene(self)
 
     def save(self, path):
         """Writes the scene, without any Python code, to an HDF5 file. Functions of time must be Table or Harmonic."""
-        from ..post.checkpoint import save
+        from ..files.checkpoint import save
 
         sets, meshes = {}, set()
         for k, s in enumerate(self.sets):
@@ -273,8 +272,8 @@ class Scene(Spelt):
     @classmethod
     def load(cls, path):
         """Reads a scene written by save(). Raises FileError if the file holds none."""
-        from ..post.checkpoint import load
-        from ..post.errors import FileError
+        from ..base.errors import FileError
+        from ..files.checkpoint import load
 
         content = load(path, "a scene", ".scene.h5")
         if not isinstance(content.get("kind"), str) or content["kind"] != "scene":

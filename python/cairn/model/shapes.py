@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base import checks
 from ..names import takes
-from ..pre import checks
 from ..pre import mass_properties as exact
 from ..pre import mesh as surface
+from ..pre.blocks import MAKERS
 from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
 
 
@@ -301,3 +302,6 @@ def _product(p, q):
 def _turned(q, x):
     t = 2 * np.cross(q[:, 1:], x)
     return x + q[:, :1] * t + np.cross(q[:, 1:], t)
+
+
+MAKERS.update(polygons=polygons, polyhedra=polyhedra)

@@ -11,7 +11,7 @@ import warnings
 import numpy as np
 
 from .. import _core
-from ..pre import checks
+from ..base import checks
 from .bulk import BulkMaterial
 from .elastic import ElasticBody, _checked_cells
 from .initial_stress import of_block

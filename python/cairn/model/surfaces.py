@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base import checks
 from ..names import takes
-from ..pre import checks
 from ..pre import mesh as meshes
 from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
 from .shapes import Hulls

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..pre import checks
+from ..base import checks
 from . import side_shapes
 from .elastic import ElasticBody
 from .initial_stress import linear_blocks
-from .meshes import _group
+from .mesh_parts import group_nodes
 from .solid import SolidBody
 from .tied_faces import check_covered, dual_weights
 
@@ -41,10 +41,8 @@ class TiedBody(ElasticBody):
             found = {name: getattr(part, what) for name, part in parts.items()}
             if len(set(found.values())) > 1:
                 raise ValueError(f"parts differ in {what}, {found}: make them of one")
-        self.parts, self.dim, self.plane, self.thickness = (
-            dict(parts),
-            *(getattr(bodies[0], a) for a in ("dim", "plane", "thickness")),
-        )
+        self.parts, first = dict(parts), bodies[0]
+        self.dim, self.plane, self.thickness = first.dim, first.plane, first.thickness
         count = np.cumsum([0, *(len(part.points) for part in bodies)])
         self.first = dict(zip(parts, count[:-1].tolist()))
         self.points = np.concatenate([part.points for part in bodies])
@@ -284,7 +282,7 @@ def rigid_parts(body, groups):
     """Nodes of each rigid group. Raises ValueError for groups whose nodes leave a rotation free, or for a node in two groups."""
     out = []
     for group in groups:
-        nodes = np.unique(_group(body, group))
+        nodes = np.unique(group_nodes(body, group))
         arms = body.points[nodes] - body.points[nodes].mean(axis=0)
         size = np.linalg.norm(arms)
         if np.linalg.matrix_rank(arms, tol=1e-9 * size) < body.dim - 1:

@@ -13,7 +13,7 @@ sim.contacts.current             # (m,) [A]
 """
 
 from .. import names
-from ..model.materials import OfTemperature
+from ..base.materials import OfTemperature
 from .conductances import CONDUCTANCES, Conductance, OxideFilm, plug
 from .graphs import Flow, resistance, solve
 from .settings import Electrical, NetworkWarning, Thermal

@@ -3,7 +3,7 @@
 from typing import Any
 
 from .. import names as names
-from ..model.materials import OfTemperature as OfTemperature
+from ..base.materials import OfTemperature as OfTemperature
 from .conductances import CONDUCTANCES as CONDUCTANCES
 from .conductances import Conductance as Conductance
 from .conductances import OxideFilm as OxideFilm

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import by_name, listed
-from ..pre import checks
 
 
 class Conductance:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import one_of
-from ..pre import checks
 
 METHODS = ("auto", "direct", "multigrid")
 

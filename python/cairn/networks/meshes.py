@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from ..model.materials import OfTemperature
+from ..base.materials import OfTemperature
 
 
 def _constant(name, material, value):

@@ -6,10 +6,9 @@ import warnings
 
 import numpy as np
 
-from ..model.materials import OfTemperature
-from ..pre import checks
-from ..run import time_functions
-from ..run.strategies import SmoothDEM
+from ..base import checks, time_functions
+from ..base.materials import OfTemperature
+from ..options.strategies import SmoothDEM
 from . import meshes
 from .settings import NetworkWarning
 

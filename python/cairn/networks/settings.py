@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base import checks
 from ..names import one_of
-from ..pre import checks
 from .conductances import CONDUCTANCES, Conductance, OxideFilm
 from .graphs import METHODS
 

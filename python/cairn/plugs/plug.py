@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 
 from .. import _core
+from ..base import checks
 from ..model import laws
 from ..names import listed
-from ..pre import checks
 
 
 class Routine:
@@ -100,7 +100,7 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         return CalledRoutine(name, routine, _values(name, parameters, params))
     values = _values(name, routine.described()["parameters"], params)
     if kind == "solver":
-        from ..run import strategies
+        from ..options import strategies
 
         routine.plug_solver(list(values.values()))
         return strategies.solver_class(name, name, f"a contact solver from {path}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..pre import checks
+from ..base import checks
 
 
 class AcousticEvents:

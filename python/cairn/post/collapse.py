@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base import checks
 from ..names import teach
-from ..pre import checks
 from ..pre.blocks import Blocks
 from .limit_analysis import Assembly
 from .masonry import Structure

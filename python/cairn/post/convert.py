@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 import h5py
 import numpy as np
 
-from .errors import FileError, as_file_error
+from ..base.errors import FileError, as_file_error
 from .load import load
 from .shape_meshes import surfaces_of
 

@@ -4,10 +4,11 @@ import contextlib
 
 import numpy as np
 
+from ..base import checks
+from ..base.errors import FileError
 from ..names import teach
-from ..pre import checks
-from .errors import FileError
-from .plots import CATEGORIES, _axes, _pyplot, _view, field_values, plot_force_chains, plot_step, value_limits
+from .drawing import CATEGORIES, _axes, _pyplot, _view, field_values, value_limits
+from .plots import plot_force_chains, plot_step
 
 
 def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, limits=None, view=None, camera=None, **options):

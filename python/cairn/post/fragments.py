@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..files.mesh_cells import meshes_of
 from .load import Fields
-from .mesh_cells import meshes_of
 
 
 def fragments(state, beta=0.0):
@@ -54,7 +54,7 @@ def _pieces_of(mesh):
 
 def _written_pieces(step):
     """Fragments of all meshes of an output."""
-    from ..model.opening_faces import parts_of  # scenes without meshes do not load it
+    from ..model.components import parts_of
 
     out = []
     for mesh, opens in meshes_of(step):

@@ -4,9 +4,9 @@ from collections import Counter
 
 import numpy as np
 
+from ..files import mesh_cells
 from ..names import teach
-from . import mesh_cells
-from .plots import LABELS, _axes, _view, contact_lines, draw_cell, draw_pale, paint, title_of, titled
+from .drawing import LABELS, _axes, _view, contact_lines, draw_cell, draw_lines, draw_pale, paint, title_of, titled
 
 SOUND, BROKEN = np.array([0.35, 0.35, 0.35]), np.array([0.78, 0.08, 0.08])
 
@@ -22,15 +22,6 @@ def plot_borne(step, what, values, ax, cmap, limits, colorbar, walls, title, vie
     paint(ax, drawn, values, what, LABELS.get(what, what), step.run.scene, cmap, limits, colorbar)
     titled(ax, title_of(step) if title is None else title)
     return ax
-
-
-def draw_lines(ax, ends):
-    """Bars and beams (m, 2, 2) [m] as one collection."""
-    from matplotlib.collections import LineCollection
-
-    lines = LineCollection(ends, linewidths=2.5, capstyle="round")
-    ax.add_collection(lines, autolim=False)
-    return lines
 
 
 def plot_bonds(step, ax=None, width=1.5, title=None, view=None, legend=True):

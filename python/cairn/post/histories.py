@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..names import listed, teach
-from .plots import COMPRESSION, TENSION, _axes, _pyplot, titled
+from .drawing import COMPRESSION, TENSION, _axes, _pyplot, titled
 
 COLOURS = (COMPRESSION, TENSION, "#4f6d7a", "#b8860b", "#6b7a4f", "#7a4b2a")
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .errors import FileError
-from .load import Run
+from ..base.errors import FileError
+from .runs import Run
 
 
 class JoinedRun(Run):

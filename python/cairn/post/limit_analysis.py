@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base import checks
 from ..names import teach
-from ..pre import checks
 from ..pre.blocks import Blocks, Joints
 from ..pre.mesh import library
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .plots import COMPRESSION, PALE, _pyplot
+from .drawing import COMPRESSION, PALE, _pyplot
 
 
 def outlines(structure, axes=(0, 2)):

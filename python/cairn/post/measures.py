@@ -7,9 +7,9 @@ the step h; contact quantities act on the first body (A), the normal points from
 import numpy as np
 
 from .. import _core
-from ..pre import checks
-from .errors import FileError
-from .geometry import cell_of, contactors_of, images_about, lever_arms
+from ..base import checks
+from ..base.errors import FileError
+from ..base.geometry import cell_of, contactors_of, images_about, lever_arms
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
 
@@ -146,7 +146,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
     stress (dim, dim) [Pa], pressure, deviator [Pa], and of their loaded contacts: contacts (how many), fabric (dim, dim).
     solid_fraction of the region by all disks and spheres that count; NaN, not known, where bodies of other shapes do.
     """
-    from .plots import step_size
+    from .drawing import step_size
 
     for name, corner in (("low", low), ("high", high)):
         if corner is not None:

@@ -7,9 +7,10 @@ import os
 import numpy as np
 
 from .. import _core
-from . import joint_marks, mesh_cells
-from .geometry import contactors_of
-from .plots import (
+from ..base.geometry import contactors_of
+from ..files import mesh_cells
+from . import joint_marks
+from .drawing import (
     CATEGORIES,
     CLASSES,
     COMPRESSION,

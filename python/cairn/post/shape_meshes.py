@@ -3,7 +3,7 @@ superquadrics."""
 
 import numpy as np
 
-from .geometry import rows_of_nodes, turn
+from ..base.geometry import rows_of_nodes, turn
 
 AROUND, ALONG = 24, 12  # faces around an axis, and from pole to pole
 
@@ -36,7 +36,7 @@ def meshes_of(step):
 def surfaces_of(step):
     """Surfaces as by meshes_of, with disks and spheres among them, as polygons of 24 corners and as globes."""
     from .. import _core
-    from .geometry import contactors_of
+    from ..base.geometry import contactors_of
 
     balls = contactors_of(step).select(*_core.shapes("ball"))
     balls = balls.where(balls.radius > 0)

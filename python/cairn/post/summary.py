@@ -4,9 +4,9 @@ import os
 
 import numpy as np
 
-from . import checkpoint
-from .errors import FileError
-from .hdf5 import File
+from ..base.errors import FileError
+from ..files import checkpoint
+from ..files.hdf5 import File
 from .load import load, open_run
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.errors import FileError
 from ..names import listed
-from .errors import FileError
 
 
 @dataclass

@@ -1,5 +1,8 @@
 """Making scenes: grain sizes, dense deposits, lattices, walls and clumps, as plain numpy arrays."""
 
+import sys
+
+from ..base import checks
 from . import clumps, grains, lattices, masonry, mass_properties, mesh
 from .clumps import clump
 from .decompose import convex_parts
@@ -22,3 +25,5 @@ __all__ = [
     "mesh",
     "solid_fraction",
 ]
+
+sys.modules[f"{__name__}.checks"] = checks  # its name up to version 0.2

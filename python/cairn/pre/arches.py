@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 from .blocks import Blocks
 
 

@@ -12,11 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import checks, mass_properties
+from ..base import checks
+from . import mass_properties
 from .box_pairs import overlapping_pairs
 
 # a box's corners are numbered x + 2 y + 4 z; its faces run anticlockwise seen from outside
 BOX_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+# {"polygons" | "polyhedra": function that makes a set of bodies}, from the layer above: cairn.model.shapes
+MAKERS: dict = {}
 FLUSH = 1e-9  # share of the size of an assembly: faces closer than this lie on each other
 
 
@@ -131,16 +134,14 @@ class Blocks:
     def sets(self, material, **options):
         """One set of bodies for each part, in the order of their first block, and the row of each block among the ids that
         Scene.add returns for them: sets, rows. Blocks of the part "support" are fixed."""
-        from ..model import shapes
-
         sets, order = [], []
         for name in dict.fromkeys(self.part):
             at = [k for k, p in enumerate(self.part) if p == name]
             fixed = {"fixed": True} if name == "support" else {}
             if self.dim == 2:
-                made = shapes.polygons([self.vertices[k] for k in at], material, **fixed, **options)
+                made = MAKERS["polygons"]([self.vertices[k] for k in at], material, **fixed, **options)
             else:
-                made = shapes.polyhedra([(self.vertices[k], self.faces[k]) for k in at], material, **fixed, **options)
+                made = MAKERS["polyhedra"]([(self.vertices[k], self.faces[k]) for k in at], material, **fixed, **options)
             sets.append(made.with_(group=name))
             order += at
         rows = np.empty(len(self), int)

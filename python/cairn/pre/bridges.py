@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 from .arches import ring
 from .blocks import Blocks
 

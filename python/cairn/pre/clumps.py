@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 from .deposits import grains_of
 
 ARC_NODES, ARC_WEIGHTS = np.polynomial.legendre.leggauss(32)  # exact to rounding for the moments over a full circle
@@ -83,14 +83,15 @@ def free_arcs(c: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Arcs of the circles that lie on the outline of their union: rows (number of the disk, angle from, angle to)."""
     arcs = []
     for i in range(len(r)):
-        hidden = []
+        hidden: list[tuple] = []
+        inside = False  # disk j; of equal disks the first one stays
         for j in range(len(r)):
             d = c[j] - c[i]
             distance = np.hypot(*d)
             if j == i or distance >= r[i] + r[j]:
                 continue
             if distance + r[i] <= r[j] and (distance + r[i] < r[j] or r[i] < r[j] or j < i):
-                hidden = None  # inside disk j; of equal disks the first one stays
+                inside = True
                 break
             if distance + r[j] <= r[i]:
                 continue
@@ -99,7 +100,7 @@ def free_arcs(c: np.ndarray, r: np.ndarray) -> np.ndarray:
             start = (towards - half) % (2.0 * np.pi)
             stop = start + 2.0 * half
             hidden += [(start, min(stop, 2.0 * np.pi)), (0.0, stop - 2.0 * np.pi)]
-        if hidden is None:
+        if inside:
             continue
         reached = 0.0
         for start, stop in sorted(hidden):
@@ -138,11 +139,11 @@ def sphere_union_moments(c: np.ndarray, r: np.ndarray, points: int):
         if ring > 0.0:  # the highest and lowest points of the circle in which two spheres meet
             rise = np.sqrt(ring * (1.0 - d[2] ** 2 / square))
             levels.append(c[i, 2] + along * d[2] + np.array([-rise, rise]))
-    levels = np.unique(np.concatenate(levels))
+    heights = np.unique(np.concatenate(levels))
     nodes, weights = np.polynomial.legendre.leggauss(points)
     angle = (nodes + 1.0) * np.pi / 2.0
     volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
-    for low, high in zip(levels[:-1], levels[1:]):
+    for low, high in zip(heights[:-1], heights[1:]):
         # z = cos takes the square roots at both ends out of the integrand
         heights = (low + high) / 2.0 - (high - low) / 2.0 * np.cos(angle)
         shares = weights * np.pi / 2.0 * np.sin(angle) * (high - low) / 2.0

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks, mass_properties, mesh
+from ..base import checks
+from . import mass_properties, mesh
 from .blocks import cut
 from .flatten import plane_faces
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 from .front import Front
 from .sites import Sites
 

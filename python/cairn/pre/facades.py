@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import checks
+from ..base import checks
 from .blocks import Blocks
 from .walls import opening, outside, pieces, with_lintels
 

@@ -179,6 +179,7 @@ class Front:
                     best = place
         for pit in tried:  # with the height that a disk really found there
             heapq.heappush(self.pits, pit)
+        assert best is not None  # a chain that spans the box has a pit
         i, j, x, y = best
         self.x[k], self.y[k] = x, y
         member = self.following[i]

@@ -18,7 +18,7 @@ import os
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 
 SMALLEST_ACCEPTANCE = 1.0e-3  # a truncation that keeps less of the law than this is taken for a mistake
 
@@ -102,7 +102,7 @@ def from_curve(n, curve, *, rng, dim=2, scale="linear", stratified=False) -> np.
 
 def read_curve(path) -> np.ndarray:
     """(m, 2) diameter [m] and fraction passing [-] from a CSV file; empty lines and lines from # on are skipped."""
-    from ..post.errors import MissingFile, as_file_error
+    from ..base.errors import MissingFile, as_file_error
 
     rows = []
     try:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..post.errors import DAMAGE, ContentError, FileError
-from . import mesh
+from ..base.errors import DAMAGE, ContentError, FileError
+from .closed_surfaces import MeshError
 
 
 class BlocksWarning(UserWarning):
@@ -60,7 +60,7 @@ class ImportReport:
         return "\n".join(lines)
 
 
-class BlocksFileError(ContentError, mesh.MeshError):
+class BlocksFileError(ContentError, MeshError):
     """A file of blocks that cannot be read, or whose surfaces bound none. fault, items: as of a MeshError, "" and none else."""
 
     def __init__(self, path, error):

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..post.errors import MissingFile
-from . import cad_files, checks, mass_properties, mesh
+from ..base import checks
+from ..base.errors import MissingFile
+from ..base.libraries import by_library
+from . import cad_files, mass_properties, mesh
 from .block_overlaps import overlaps
 from .blocks import FLUSH, Blocks
 from .decompose import convex_parts
@@ -57,7 +59,8 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
             faults = [(k, not_convex(f"{Path(path).name}, block {k}", x)) for (k, _), x in zip(several, corners)]
             raise all_told(Path(path).name, faults, len(found))
         for body, part in zip(found, parts):
-            blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
+            vertices, faces = (body[0], None) if dim == 2 else body[0]
+            blocks.add(vertices, faces, part)
         blocks.flush = facts.pop("flush", FLUSH)
         return blocks, report_of(blocks, **facts)
 
@@ -71,7 +74,8 @@ def bodies(path, *, repair=False, scale=1.0, flat=1e-6, near=None) -> tuple[list
         blocks, owner = Blocks(dim), []
         for k, body in enumerate(found):
             for piece in body:
-                blocks.add(*([piece] if dim == 2 else piece), part=parts[k])
+                vertices, faces = (piece, None) if dim == 2 else piece
+                blocks.add(vertices, faces, parts[k])
                 owner.append(k)
         blocks.flush = facts.pop("flush", FLUSH)
         return found, parts, report_of(blocks, owner=np.array(owner), **facts)
@@ -317,20 +321,6 @@ def report_of(
 # ---------------------------------------------------------------------- readers
 
 
-def by_library(path, read):
-    """Reads by a library, which may raise any exception and even exit; its messages are kept from the screen."""
-    import contextlib
-    import io
-
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return read(path)
-    except (Exception, SystemExit) as error:
-        words = " ".join(said.getvalue().split()) if isinstance(error, SystemExit) else f"{type(error).__name__}: {error}"
-        raise ValueError(f"{path.name} cannot be read as {path.suffix}: {words}") from None
-
-
 def read_trimesh(path) -> Raw:
     trimesh = mesh.library("trimesh", f"to read {path.suffix} files")
     loaded = by_library(path, lambda p: trimesh.load(p, process=False))
@@ -417,7 +407,7 @@ def tags(m, name, k, count):
     return np.zeros(count, np.int64) if found is None else np.asarray(found[k], np.int64).reshape(count)
 
 
-SKINS = {  # faces of meshio's volume elements, seen from outside anticlockwise
+SKINS: dict[str, list] = {  # faces of meshio's volume elements, seen from outside anticlockwise
     "tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
     "hexahedron": [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
     "wedge": [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
@@ -485,7 +475,7 @@ def read_lmgc90(path) -> Raw:
                 raw.dim, count = dim, int(line[39:46])
                 starts = (34, 55, 76)[:dim]
                 vertices = [[float(x[a : a + 14]) for a in starts] for x in lines[k + 1 : k + 1 + count]]
-                faces = []
+                faces: list | np.ndarray = []
                 if dim == 3:
                     rows = lines[k + 1 + count : k + 1 + count + int(line[59:66])]
                     faces = np.array([[int(x[34:41]), int(x[55:62]), int(x[76:83])] for x in rows]) - 1

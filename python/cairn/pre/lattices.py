@@ -10,8 +10,8 @@ from math import sqrt
 
 import numpy as np
 
+from ..base import checks
 from ..names import listed
-from . import checks
 
 # positions of the sites of a cell in cell lengths, and the cell lengths in spacings
 CELLS = {

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..run.time_functions import Table
-from . import checks
+from ..base import checks
+from ..base.time_functions import Table
 
 STANDARD_GRAVITY = 9.80665  # [m/s2], the unit of PEER's records
 LENGTHS = {"M": 1.0, "CM": 0.01, "MM": 0.001}  # [m]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import checks
+from ..base import checks
 
 # off-diagonal inertia below this share of the trace is rounding of the sums: such a body keeps the axes it was given in
 ROUNDING = 256 * np.finfo(float).eps
@@ -129,13 +129,12 @@ def quaternions(axes) -> np.ndarray:
 def triangles(faces, vertices: int, body: int = 0) -> np.ndarray:
     """Faces as triangles (t, 3): polygons become fans from their first corner. Refuses corners that no vertex has."""
     if isinstance(faces, np.ndarray) and faces.ndim == 2 and faces.shape[1] == 3:
-        fan = faces
+        fan = np.asarray(faces)
     else:
-        fan = [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
+        fan = np.asarray([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)])
         short = [k for k, f in enumerate(faces) if len(f) < 3]
         if short:
             raise ValueError(f"faces[{body}][{short[0]}] is {list(faces[short[0]])}: a face has at least three corners")
-    fan = np.asarray(fan)
     if fan.size == 0 or fan.dtype.kind not in "iu":
         raise ValueError(f"faces[{body}] holds no whole numbers: give lists of numbers of vertices")
     wrong = np.argwhere((fan < 0) | (fan >= vertices))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import mesh
+from . import closed_surfaces
 
 LARGEST_HOLE = 256  # edges up to which the patch of least area is sought, in time of the third power; larger ones get a fan
 
@@ -17,20 +17,20 @@ def repair(vertices, faces, name: str = "mesh"):
     surface turns its front outward, and that of a cavity inward; surfaces that run through each other are joined (manifold3d).
     """
     vertices, done = np.asarray(vertices, float), []
-    faces = mesh.triangles(vertices, faces, name)
+    faces = closed_surfaces.triangles(vertices, faces, name)
     finite = np.isfinite(vertices).all(axis=1)
     if not np.all(finite):
         kept = finite[faces].all(axis=1)
         done.append(f"dropped {np.sum(~kept)} faces with a vertex that is not finite")
         faces, vertices = faces[kept], np.where(finite[:, None], vertices, 0.0)
     before = len(faces)
-    vertices, faces = mesh.weld(vertices, faces, 1e-9)
+    vertices, faces = closed_surfaces.weld(vertices, faces, 1e-9)
     faces = _with_area(vertices, faces)
     faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
     if len(faces) != before:
         done.append(f"merged vertices and dropped {before - len(faces)} faces without area or listed twice")
     if not len(faces):
-        raise mesh.MeshError("flat", f"{name} has no face with an area; give it others")
+        raise closed_surfaces.MeshError("flat", f"{name} has no face with an area; give it others")
     turned = _turned_alike(vertices, faces)
     was = faces
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
@@ -45,13 +45,13 @@ def repair(vertices, faces, name: str = "mesh"):
     if flipped:
         done.append(f"turned {flipped} of {len(was)} faces")
     try:
-        mesh.check(vertices, faces, name)
-    except mesh.MeshError as error:
+        closed_surfaces.check(vertices, faces, name)
+    except closed_surfaces.MeshError as error:
         if error.fault != "crossing":
             raise
         vertices, faces, count = _joined(vertices, faces, error)
         done.append(f"joined {count} surfaces that run through each other")
-        mesh.check(vertices, faces, name)
+        closed_surfaces.check(vertices, faces, name)
     return vertices, faces, done
 
 
@@ -60,10 +60,10 @@ def _joined(vertices, faces, error):
     try:
         import manifold3d
     except ImportError:
-        raise mesh.MeshError(error.fault, f"{error}; surfaces that run through each other are joined by manifold3d: pip install "
-                             "manifold3d", error.items) from None  # fmt: skip
+        told = f"{error}; surfaces that run through each other are joined by manifold3d: pip install manifold3d"
+        raise closed_surfaces.MeshError(error.fault, told, error.items) from None
     pieces = []
-    for corners, own in mesh.parts(vertices, faces):
+    for corners, own in closed_surfaces.parts(vertices, faces):
         inverted = np.linalg.det((corners - corners.mean(axis=0))[own]).sum() < 0  # it was taken for a cavity
         own = own[:, ::-1] if inverted else own
         given = manifold3d.Mesh64(np.ascontiguousarray(corners), np.ascontiguousarray(own, np.uint64))
@@ -82,7 +82,7 @@ def turned_outward(vertices, faces):
 def _with_area(vertices, faces):
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     longest = np.max([np.sum((p - q) ** 2, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > mesh.SLIVER * longest]
+    return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > closed_surfaces.SLIVER * longest]
 
 
 def _runs(faces, start, stop):
@@ -207,7 +207,7 @@ def _least_area(vertices, loop, there):
             area = np.linalg.norm(np.cross(p[m] - p[i], p[k] - p[i]), axis=1)
             longest = np.maximum(np.sum((p[m] - p[i]) ** 2, axis=1), np.sum((p[m] - p[k]) ** 2, axis=1))
             longest = np.maximum(longest, np.sum((p[k] - p[i]) ** 2))
-            total = cost[i, m] + cost[m, k] + np.where(area > mesh.SLIVER * longest, area, worst)
+            total = cost[i, m] + cost[m, k] + np.where(area > closed_surfaces.SLIVER * longest, area, worst)
             at = int(np.argmin(total))
             taken = gap < n - 1 and (min(loop[i], loop[k]), max(loop[i], loop[k])) in there
             cost[i, k], best[i, k] = total[at] + worst * taken, m[at]

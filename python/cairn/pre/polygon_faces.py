@@ -42,7 +42,7 @@ def triangulated(points, loops, name="mesh", limit=None) -> np.ndarray:
     limit = 4 * rounding([points], FLAT) if limit is None else limit
     sizes, corners = flat(loops)
     starts = np.concatenate([[0], np.cumsum(sizes)])
-    found = [None] * len(sizes)
+    found = [np.zeros((0, 3), np.int64)] * len(sizes)
     for size in np.unique(sizes).tolist():
         which = np.flatnonzero(sizes == size)
         faces = corners[starts[which][:, None] + np.arange(size)]

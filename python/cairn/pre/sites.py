@@ -169,7 +169,8 @@ class Sites:
         good = self.free(places, r, near)
         for place, p in zip(places[good], pair[good]):
             # spheres first, since the first support is to be a sphere
-            key = (*sorted((new, int(others[i[p]]), int(others[j[p]])), reverse=True), r)
+            first, second, third = sorted((new, int(others[i[p]]), int(others[j[p]])), reverse=True)
+            key = (first, second, third, r)
             if key not in self.known:
                 self.known.add(key)
                 heapq.heappush(self.heap, (float(place[2]), *key, 0))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks, mesh
+from ..base import checks
+from . import mesh
 from .blocks import Blocks
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..post.errors import MissingFile
-from . import checks
+from ..base import checks
+from ..base.errors import MissingFile
 from .mesh import SLIVER, library, triangles
 from .obj_files import read_objects
 from .polygon_files import read_off, read_ply

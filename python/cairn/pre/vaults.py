@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks, mass_properties
+from ..base import checks
+from . import mass_properties
 from .arches import profile, skewback, symmetric
 from .blocks import Blocks, cut
 
@@ -58,7 +59,8 @@ def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
             left, share = behind_diagonals(outline, low, high)
             least = 0.0 if high == cuts[-1] else SPLINTER * cuts[1] / (high - low)
             if share > least:
-                web.add(*left, "web")
+                corners, faces = left
+                web.add(corners, faces, "web")
             if left is None or share > least:
                 low = high
     blocks, one = Blocks(3), web

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base import checks
 from ..names import listed
-from . import checks
 from .blocks import Blocks
 
 BONDS = ("running", "stack", "English", "Flemish", "Dutch")

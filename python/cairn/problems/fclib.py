@@ -12,8 +12,8 @@ import os
 import numpy as np
 
 from .. import _core
-from ..post.errors import DAMAGE, ContentError, FileError
-from ..post.hdf5 import read_foreign
+from ..base.errors import DAMAGE, ContentError, FileError
+from ..files.hdf5 import read_foreign
 from .problem import Problem
 
 KNOWN = "2 and 3 are known; problems with rolling friction, of 5 unknowns a contact, are not read"

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import listed
-from ..pre import checks
-from ..run.strategies import MOST_THREADS
+from ..options.strategies import MOST_THREADS
 
 
 def solvers():

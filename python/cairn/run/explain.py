@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .. import _core
-from .strategies import NLGS, NSCD, Auto, SmoothDEM
+from ..options.strategies import NLGS, NSCD, Auto, SmoothDEM
 from .views import core_of
 
 

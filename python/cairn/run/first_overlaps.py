@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 
 from .. import _core
+from ..base.geometry import turn
 from ..model.extents import Placed
-from ..post.geometry import turn
 from .sinking import overlaps_of
 from .step_warnings import OverlapWarning
 from .views import core_of

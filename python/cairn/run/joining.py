@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.materials import Material
 from ..model import bodies as sets
 from ..model.joints import ROWS, Cable, JointKind, joined
-from ..model.materials import Material
 from ..model.scene import rule
-from .reshape import _account
+from .changes import account, joints_present
 from .views import core_of
 
 
@@ -79,24 +79,11 @@ def join(sim, a, b, kind):
     return name
 
 
-def _there(sim):
-    """Names of the present joints."""
-    gone = {a for a, b, law in sim._rules if law is None and a == b}
-    return [a for a, b, law in sim._rules if law is not None and law.name == "joint" and a not in gone]
-
-
-def joint_of(sim, number):
-    """Name of a joint with an end on a rigid body, or None."""
-    scene = core_of(sim).scene
-    species = np.ravel(scene.contactor("material"))[np.ravel(scene.contactor("body")) == number]
-    return next((name for name in _there(sim) if sim._species[name, name] in species), None)
-
-
 def unjoin(sim, name):
     """See Simulation.unjoin."""
-    there = _there(sim)
+    there = joints_present(sim)
     if name not in there:
         raise ValueError(f"there is no joint {name!r}: there {'is ' if len(there) == 1 else 'are '}{', '.join(there) or 'none'}")
     stored = core_of(sim).stored_between(sim._species[name, name])
     sim.interact(name, name, None)
-    _account(sim, 0.0, -stored)
+    account(sim, 0.0, -stored)

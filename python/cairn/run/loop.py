@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..pre import checks
+from ..base import checks
 from .views import core_of
 
 log = logging.getLogger("cairn.run")
@@ -188,7 +188,7 @@ def snapshot_of_nodes(simulation, fields):
 
 def _meshes(simulation):
     """Nodes (ids), cells, sides and groups of each deformable body with cells."""
-    from ..post.mesh_cells import cells_of
+    from ..files.mesh_cells import cells_of
 
     out = {}
     for k, mesh in enumerate(simulation.meshes):
@@ -220,7 +220,7 @@ class _Recorder:
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
         self.checkpoint_path, self.fields = None, {}
         if output is not None:
-            from ..post.writer import RunWriter
+            from ..files.writer import RunWriter
             from .mesh_fields import MeshFields
 
             self.mesh_fields = MeshFields(simulation)
@@ -304,7 +304,7 @@ def _place(path):
 
 def checked_output(output):
     """Checked path of a run file. Raises FileError for a suffix that is not that of HDF5."""
-    from ..post.errors import FileError, named
+    from ..base.errors import FileError, named
 
     path = Path(named(output, "a run", ".vtkhdf", "; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it"))
     if path.suffix.lower() not in ENDINGS and not path.is_dir():
@@ -331,11 +331,11 @@ def continued(output, simulation, info):
     """(writer that appends to the run file at a path, number of outputs kept, True if outputs hold the mesh of each node or None
     without outputs). Outputs beyond the step of the simulation are dropped, so that steps made again after a restart replace
     them. Raises FileError if the run is of another scene, or has later steps and no checkpoint was restored."""
-    from .. import load
-    from ..post.errors import FileError
-    from ..post.writer import RunWriter
+    from ..base.errors import FileError
+    from ..files.reader import StoredRun
+    from ..files.writer import RunWriter
 
-    with load(output) as run:
+    with StoredRun(output) as run:
         theirs, own = run.scene.get("contactors") or {}, info["contactors"]
         same = run.dim == simulation.scene.dim and (run.periodic is None) == (simulation.scene.periodic is None)
         if same and len(run):

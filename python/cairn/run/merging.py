@@ -11,7 +11,8 @@ from .. import _core
 from ..model import bodies as sets
 from ..model.bodies import replace
 from .carried_forces import damping_of, force_of
-from .reshape import PassedContacts, _account, _set_of
+from .changes import account
+from .reshape import PassedContacts, _set_of
 from .views import core_of
 
 ROUND = ("disk", "sphere")
@@ -66,7 +67,7 @@ def merge(sim, ids):
     core_of(sim).scene.give_id(int(new[0]), int(ids[0]))
     sim._sets[-1] = replace(sim._sets[-1], ids=ids[:1].astype(np.int64))
     sim._start_functions()
-    _account(sim, -lost, -stored)
+    account(sim, -lost, -stored)
     contacts.pass_to(ids[:1])
     return int(ids[0])
 

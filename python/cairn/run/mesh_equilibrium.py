@@ -14,7 +14,7 @@ from scipy.sparse.linalg import splu
 
 from .. import _core
 from .contact_problem import inverse_mass, jacobians
-from .equilibrium import determined, refuse_springs, slack_of
+from .equilibrium_contacts import determined, refuse_springs, slack_of
 
 
 def find(simulation, tol, unbalanced, rounds, stiffness, report):

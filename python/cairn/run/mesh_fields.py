@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ..files.mesh_cells import VTK_CELLS, cells_of
 from ..model.elastic import ElasticBody
-from ..post.mesh_cells import VTK_CELLS, cells_of
 from .views import MeshView, core_of
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from ..base.geometry import turn
 from ..model.extents import Placed
-from ..post.geometry import turn
 from .views import core_of
 
 MOST = 16  # number of the fastest bodies looked at in a step, and of contactors near the path of each

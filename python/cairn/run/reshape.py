@@ -6,22 +6,21 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..model import bodies as sets
 from ..model.bodies import replace
 from ..model.elastic import ElasticBody
 from ..model.meshes import deformable
 from ..model.shapes import Hulls
 from ..model.solid import SolidBody
-from ..pre import checks
 from .carried_forces import carry, damping_of, force_of
+from .changes import account, joint_of
 from .sets import place_of
 from .views import core_of
 
 
 def deform(sim, id, body, *, material=None, **options):
     """See Simulation.deform."""
-    from .joining import joint_of
-
     s, row = _set_of(sim, id)
     if (joint := joint_of(sim, id)) is not None:
         told = f"body {id} is an end of the joint {joint!r}, which a mesh in its place would not have"
@@ -57,7 +56,7 @@ def deform(sim, id, body, *, material=None, **options):
     sim.remove([id])
     made = sim.add(shown)
     view = next(m for m in sim.meshes if m._mesh.d is d)
-    _account(sim, place["kinetic"] - kinetic, _stored(sim, view) if _stressed(view.body) else 0.0)
+    account(sim, place["kinetic"] - kinetic, _stored(sim, view) if _stressed(view.body) else 0.0)
     contacts.pass_to(made)
     return view
 
@@ -104,16 +103,9 @@ def rigidify(sim, mesh, shape=None):
             sim._sets.append(former["set"])
         new = np.array([former["id"]])
         sim._start_functions()
-    _account(sim, kinetic - at["kinetic"], -at["stored"])
+    account(sim, kinetic - at["kinetic"], -at["stored"])
     contacts.pass_to(new)
     return int(new[0])
-
-
-def _account(sim, kinetic, stored):
-    """Adds changes of kinetic and stored energy [J] to the balance. Before the first step, where the balance starts, and with a
-    strategy without a balance it does nothing."""
-    if sim.steps and getattr(sim.strategy, "energy", True):
-        core_of(sim).account_for_reshaping(kinetic, stored)
 
 
 class Watch:

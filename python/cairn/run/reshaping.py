@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..pre import checks
+from ..base import checks
 
 
 class Reshaping:

@@ -16,7 +16,7 @@ class Restarts:
 
     def checkpoint(self, path):
         """Writes the full state to a file, which is replaced atomically; `restore` continues from it with the same bits."""
-        from ..post.checkpoint import save
+        from ..files.checkpoint import save
 
         self.between_steps("checkpoint")
         state = self.get_state()

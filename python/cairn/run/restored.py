@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..base import checks
+from ..base.errors import DAMAGE, FileError
+from ..files.checkpoint import load
 from ..model.scene import rules_from_dict, rules_to_dict
-from ..post.checkpoint import load
-from ..post.errors import DAMAGE, FileError
-from ..pre import checks
+from ..options.strategies import SOLVERS, Default
 from . import cracks
 from .sets import FUNCTIONS, later_from_dict, mesh_from_dict
-from .strategies import SOLVERS, Default
 
 
 def restore(sim, path):

@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from ..base import checks, time_functions
 from ..model.bodies import BodySet, replace
-from ..pre import checks
-from . import time_functions
 
 FUNCTIONS = ("drive", "force", "damping")  # of time, or constant
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..model import bodies, missing_laws
 from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
-from ..pre import checks
+from ..options.strategies import NSCD, checked_strategy
 from . import cracks, first_overlaps, unmet_shapes, views
 from .drives import Drives
 from .info import Info
@@ -18,7 +19,6 @@ from .restarts import Restarts
 from .sets import found, free_masses, ids_of, living, numbers_of_meshes
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
-from .strategies import NSCD, checked_strategy
 
 
 class Simulation(Reshaping, Restarts, Spelt):
@@ -447,12 +447,12 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ in words
 
     def __repr__(self):
-        from ..post.notebook import line_of_simulation
+        from ..base.notebook import line_of_simulation
 
         return line_of_simulation(self)
 
     def _repr_html_(self):
-        from ..post.notebook import of_simulation
+        from ..base.notebook import of_simulation
 
         return of_simulation(self)
 

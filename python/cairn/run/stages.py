@@ -20,7 +20,7 @@ from threading import get_ident
 
 import numpy as np
 
-from ..pre import checks
+from ..base import checks
 from .contact_rows import ContactRows
 
 ORDER = (

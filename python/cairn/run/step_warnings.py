@@ -7,10 +7,10 @@ import warnings
 
 import numpy as np
 
+from ..options.strategies import NSCD, Auto
 from .passing import Flights
 from .sets import free_masses
 from .sinking import Sinking, deepest_pair
-from .strategies import NSCD, Auto
 from .views import core_of
 
 

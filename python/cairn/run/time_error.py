@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .._core import Error
-from ..pre import checks
+from ..base import checks
 from .views import core_of
 
 # integrators of second order for all parameters; SECOND_AT_HALF: parameter of others that must be 1/2 for second order

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import listed, meant
-from ..pre import checks
 from .shown import shown
 
 # arrays of bodies and of nodes that can be set
@@ -460,9 +460,9 @@ class MeshView(_View):
 
     def body_nodes(self, group):
         """Nodes of a group of the mesh, or the numbers themselves."""
-        from ..model.meshes import _group
+        from ..model.mesh_parts import group_nodes
 
-        return _group(self.body, group)
+        return group_nodes(self.body, group)
 
     @property
     def contact_force(self):

@@ -57,7 +57,7 @@ class Setting:
 
     def strategy(self, base=None):
         """The cairn.NSCD of this setting, on one thread; further options come from base."""
-        from ..run.strategies import NSCD
+        from ..options.strategies import NSCD
 
         if base is not None and not isinstance(base, NSCD):
             raise ValueError(f"strategy of the scene is {base!r}: a study sweeps the settings of cairn.NSCD")
@@ -131,7 +131,7 @@ def make_integrator(text):
     """The integrator that is called so: "Theta(theta=0.5)", "CentralDifference()"."""
     import ast
 
-    from ..run.integrators import INTEGRATORS
+    from ..options.integrators import INTEGRATORS
 
     name, _, options = str(text).strip().partition("(")
     if name not in INTEGRATORS:
@@ -178,7 +178,7 @@ def scene_settings(
 
 def _estimates(name):
     """True if the solver estimates the error of velocities, as NSCD(accuracy=...) requires."""
-    from ..run.strategies import SOLVERS, Auto, ProblemSolver
+    from ..options.strategies import SOLVERS, Auto, ProblemSolver
 
     return issubclass(SOLVERS[name], Auto) or not issubclass(SOLVERS[name], ProblemSolver)
 

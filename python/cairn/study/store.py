@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from .. import _core
-from ..post.errors import FileError
+from ..base.errors import FileError
 
 COLUMNS = (
     "key", "target", "fingerprint", "protocol", "kind", "role", "state", "seed", "setting", "solver", "tol", "dt", "dt_factor",

@@ -29,8 +29,8 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecu
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..base.errors import FileError, as_file_error
 from ..names import listed
-from ..post.errors import FileError, as_file_error
 from .pool import ONE_THREAD, cores
 from .scripts import see_beside, words_of
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..post.hdf5 import read_foreign
+from ..files.hdf5 import read_foreign
 from .scripts import see_beside
 from .settings import digest
 
@@ -113,7 +113,7 @@ class Target:
             W = p.W
             return _hash(W.indptr, W.indices, W.data, p.q, p.mu)
         if self.kind == "scene":
-            from ..post.checkpoint import load
+            from ..files.checkpoint import load
 
             return _hash(*_leaves(load(self.path)))
         simulation = self.simulation()

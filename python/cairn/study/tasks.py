@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..post.errors import FileError
+from ..base.errors import FileError
 from . import claims
 from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum, movers
 from .settings import Setting

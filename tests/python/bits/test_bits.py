@@ -193,7 +193,7 @@ sim.checkpoint(sys.argv[5])
 
 @pytest.mark.parametrize("name", ["disks", "bonds", "clumps"])
 def test_restarted_in_another_process(tmp_path, name):
-    from cairn.post import checkpoint
+    from cairn.files import checkpoint
 
     def run(start, steps, end):
         arguments = [os.path.dirname(__file__), name, start, str(steps), tmp_path / end]

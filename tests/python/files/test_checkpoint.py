@@ -6,8 +6,8 @@ import h5py
 import numpy as np
 import pytest
 from cairn import _core
+from cairn.files import checkpoint as cp
 from cairn.post import FileError
-from cairn.post import checkpoint as cp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp

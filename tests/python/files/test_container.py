@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 import pytest
 from cairn import _core
+from cairn.files.container import GrowingFile
 from cairn.post import FileError
-from cairn.post.container import GrowingFile
 
 
 def test_checksum_is_jenkins_lookup3():

@@ -10,7 +10,8 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import _core, problems
-from cairn.post import FileError, checkpoint
+from cairn.files import checkpoint
+from cairn.post import FileError
 from damaged import damaged
 from small_scenes import heap
 

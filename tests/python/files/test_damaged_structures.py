@@ -5,7 +5,8 @@ import h5py
 import numpy as np
 import pytest
 from cairn import problems
-from cairn.post import RunWriter, hdf5
+from cairn.files import hdf5
+from cairn.post import RunWriter
 from made_up import write
 from made_up_problems import random_problem
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.post import checkpoint
+from cairn.files import checkpoint
 from cairn.post.measures import measure
 
 EARLIER = Path(__file__).with_name("earlier")

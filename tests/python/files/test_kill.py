@@ -8,7 +8,8 @@ import time
 import h5py
 import numpy as np
 import pytest
-from cairn.post import container, load
+from cairn.files import container
+from cairn.post import load
 from made_up import bodies, check_step, contacts, write
 
 FULL = bool(os.environ.get("CAIRN_FULL"))

@@ -3,6 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.model.mesh_files import decoded, encoded
 from second_order import box
 
 meshio = pytest.importorskip("meshio")
@@ -282,3 +283,9 @@ def test_a_restart_goes_on_to_the_same_bits(material, tmp_path):
     assert np.array_equal(whole.contacts.force, second.contacts.force) and whole.info["energy"] == second.info["energy"]
     for name, state in whole.meshes[0].material_state["quad"].items():
         assert np.array_equal(state, second.meshes[0].material_state["quad"][name])
+
+
+def test_materials_have_the_name_in_files_that_every_version_reads():
+    content = encoded({"material": cn.Material("rock", density=2500.0)})
+    assert content["material"]["module"] == "cairn.model.materials"
+    assert decoded(content) == {"material": cn.Material("rock", density=2500.0)}

@@ -82,7 +82,7 @@ def test_meshes_of_gmsh_in_its_second_format_keep_their_names(tmp_path):
 def test_solid_cells_of_med_stand_the_right_way_round(kind, written, tmp_path):
     """Orientation as in MED, reversed, and as meshio writes Cairn's cells."""
     pytest.importorskip("h5py")
-    from cairn.model.med_cells import turned
+    from cairn.pre.med_cells import turned
 
     points, cells = box(kind, (2, 1, 1), (2.0, 1.0, 1.0))
     of_file = cells[kind] if written else cells[kind][:, np.argsort(turned(kind))]

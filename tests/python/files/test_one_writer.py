@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import small_scenes
 from cairn import problems
-from cairn.post import FileError, RunWriter, checkpoint, load
-from cairn.post.container import GrowingFile
+from cairn.files import checkpoint
+from cairn.files.container import GrowingFile
+from cairn.post import FileError, RunWriter, load
 from made_up import write
 from small_scenes import heap
 

@@ -190,7 +190,7 @@ def test_bodies_added_before_a_checkpoint_are_made_deformable_after_it(tmp_path)
 
 def test_a_body_of_a_file_without_shapes_is_told(tmp_path):
     """Older checkpoints lack shapes of bodies inserted later: they are read, and missing operations are reported."""
-    from cairn.post import checkpoint
+    from cairn.files import checkpoint
 
     one = made()
     at = int(one.add(cn.polygons([CORNERS], ROCK, position=[[3.0, 0.2]]))[0])

@@ -13,7 +13,7 @@ import time
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.post import container
+from cairn.files import container
 from cairn.run.loop import snapshot
 from small_scenes import ROCK, differing, heap, state
 

@@ -65,6 +65,6 @@ def test_signal(tmp_path, number):
         if number != signal.SIGKILL:
             assert run.history["step"][-1] == run[-1].step  # the last step taken is an output
         assert len(run[-1].bodies) == 121
-    from cairn.post.checkpoint import checkpoint_path, load
+    from cairn.files.checkpoint import checkpoint_path, load
 
     assert load(checkpoint_path(path))["kind"] == "checkpoint"

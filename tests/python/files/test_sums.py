@@ -4,7 +4,8 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import cli
-from cairn.post import RunWriter, sums
+from cairn.files import sums
+from cairn.post import RunWriter
 from made_up import write
 
 

@@ -126,7 +126,7 @@ def test_a_state_in_memory_holds_what_is_open_where_no_node_parted(tmp_path):
 
 def areas_drawn(step):
     """Areas of the triangles of the plate as drawn in pictures of an output [m2], and its number of nodes."""
-    mesh, rows = next((mesh, rows) for mesh, rows in cn.post.mesh_cells.meshes_at(step) if mesh["name"] == "pieces")
+    mesh, rows = next((mesh, rows) for mesh, rows in cn.files.mesh_cells.meshes_at(step) if mesh["name"] == "pieces")
     a, b, c = (step.drawn["position"][rows, :2][mesh["cells"]["triangle"][:, k]] for k in range(3))
     (x, y), (u, v) = (b - a).T, (c - a).T
     return (x * v - y * u) / 2, len(mesh["nodes"])
@@ -152,7 +152,7 @@ def test_outputs_draw_the_cells_of_a_mesh_by_the_nodes_that_it_has_then(tmp_path
         assert found == pytest.approx(WIDE * HIGH / len(found), rel=1e-3)
         counts.append(count)
     assert len(counts) == 4 and counts[0] == len(body.points) and counts[-1] == len(sim.nodes.id) - 4 > counts[1]
-    other = next(mesh for mesh, _ in cn.post.mesh_cells.meshes_at(cn.load(path)[-1]) if mesh["name"] == "block")
+    other = next(mesh for mesh, _ in cn.files.mesh_cells.meshes_at(cn.load(path)[-1]) if mesh["name"] == "block")
     assert other["cells"]["quad"].tolist() == [[0, 1, 2, 3]]
     cn.load(path).plot(-1)
 

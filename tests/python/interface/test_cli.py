@@ -52,7 +52,7 @@ def test_info(run_file, capsys):
 
 
 def test_info_of_a_checkpoint(tmp_path, capsys):
-    from cairn.post.checkpoint import save
+    from cairn.files.checkpoint import save
 
     save(tmp_path / "a.checkpoint.h5", {"kind": "checkpoint", "dim": 2, "state": {"x": np.arange(3)}})
     out = call(capsys, "info", tmp_path / "a.checkpoint.h5")[1]

@@ -93,7 +93,7 @@ def test_stored_results_of_lmgc90_against_ours(tmp_path):
 
 def bare(path, out, history):
     """A run with the outputs of another as programs in C and Fortran write them: no step is told, but for the history."""
-    from cairn.post.writer import RunWriter
+    from cairn.files.writer import RunWriter
 
     with cn.load(path) as run, RunWriter(out, {"shapes": cn._core.shapes()}, dim=run.dim) as writer:
         for step in run:

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.post.geometry import contactors_of
+from cairn.base.geometry import contactors_of
 from cairn.post.shape_meshes import meshes_of
 from test_mesh_features import SIZE, above, ball, block, low, scene_of
 
@@ -158,7 +158,7 @@ def as_files_of_before_had_it(content, sim):
 @pytest.mark.parametrize("parts", [False, True])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_files_in_which_nodes_or_all_parts_of_meshes_were_bodies_go_on(tmp_path, dim, parts):
-    from cairn.post.checkpoint import load, save
+    from cairn.files.checkpoint import load, save
 
     sim, other = resting(dim), resting(dim)
     for _ in range(3):

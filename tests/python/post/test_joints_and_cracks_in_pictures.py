@@ -4,7 +4,7 @@ import cairn as cn
 import matplotlib
 import numpy as np
 import pytest
-from cairn.post import histories, plots
+from cairn.post import drawing, histories
 from matplotlib.collections import LineCollection
 
 matplotlib.use("Agg")
@@ -109,5 +109,5 @@ def test_steps_above_the_tolerance_hide_no_error():
 
 
 def test_widths_of_forces_are_told_in_figures():
-    told = [plots._figures(x) for x in (0.001234, 621.4, 2953.0, 123456.0, 3.2e7)]
+    told = [drawing._figures(x) for x in (0.001234, 621.4, 2953.0, 123456.0, 3.2e7)]
     assert told == ["0.00123", "621", "2,950", "123,000", "3.2e+07"]

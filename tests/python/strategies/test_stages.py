@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cairn import _core
 from cairn.model.elastic import ElasticBody
-from cairn.run import strategies
+from cairn.options import strategies
 from small_scenes import ROCK, differing, heap, state
 
 

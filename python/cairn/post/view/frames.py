@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import _core
-from ..geometry import contactors_of
-from ..plots import CATEGORIES, CLASSES, chain_lines, field_values, step_size, value_limits
+from ...base.geometry import contactors_of
+from ..drawing import CATEGORIES, CLASSES, chain_lines, field_values, step_size, value_limits
 from ..shape_meshes import meshes_of
 
 _NOT_SHOWN = ("id", "position", "spin")

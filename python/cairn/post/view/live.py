@@ -9,8 +9,8 @@ import os
 import numpy as np
 
 from ...names import listed
+from ..drawing import CLASSES, COMPRESSION, TENSION, WALL, field_values, title_of
 from ..load import load
-from ..plots import CLASSES, COMPRESSION, TENSION, WALL, field_values, title_of
 from ..plots3d import _palette, add_spheres, choose_window
 from .frames import fields_of, frame_of, is_category, limits_of
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.errors import FileError, as_file_error
 from ...names import listed
-from ..errors import FileError, as_file_error
-from ..plots import CLASSES, field_values, title_of
+from ..drawing import CLASSES, field_values, title_of
 from .frames import fields_of, frame_of, is_category, limits_of
 
 MOST_MEGABYTES = 200

@@ -7,7 +7,6 @@ elements (CPE4R, CAX8, ...) give the shape of cells only: `plane` of the body se
 
 from __future__ import annotations
 
-import contextlib
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from ..base.errors import MissingFile
+from ..base.libraries import by_library, library
 from . import abaqus_types, med_cells
+from .import_report import told_of
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 # Kinds of cells by gmsh's numbers, and indices of our nodes in gmsh's order where the orders differ.
@@ -54,10 +56,6 @@ def read(mesh, model=None):
 
     Keeps the cells of the largest dimension and their nodes. Raises FileError (a ValueError) if the file is missing or holds no
     such mesh."""
-    from ..post.errors import MissingFile
-    from ..pre.importing import by_library, told_of
-    from ..pre.mesh import library
-
     if isinstance(mesh, Mesh):
         return mesh
     if _of_gmsh(mesh):
@@ -134,21 +132,6 @@ def _blocks(gmsh):
     }
     points = places.reshape(-1, 3) * gmsh.option.getNumber("Mesh.ScalingFactor")
     return SimpleNamespace(points=points, cells=cells, cell_sets=sets, point_sets={}, field_data={}, cell_data={})
-
-
-@contextlib.contextmanager
-def told_of_contents(source, points, cells):
-    """Turns an error of a body made from a file into a FileError, if the mesh is at fault and not the material."""
-    try:
-        yield
-    except (ValueError, TypeError, ArithmeticError):
-        if isinstance(source, (str, Path)):
-            from ..pre.import_report import told_of
-            from .elastic import ElasticBody
-
-            with told_of(Path(source)):
-                ElasticBody(points, cells, young=1.0, poisson=0.0, density=1.0)
-        raise
 
 
 def parts(mesh):

@@ -9,7 +9,7 @@ import tempfile
 import numpy as np
 
 from .. import _core
-from .errors import FileError, UnknownStructure
+from ..base.errors import FileError, UnknownStructure
 
 # time limit of another process that reads a file: base [s], and bytes it must read in a second beyond that
 SECONDS, BYTES_A_SECOND = 10, 1e6

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ..pre import checks
+from . import checks
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ those of cxx/files/stored_tree.hpp.
 import os
 
 from .. import _core
-from .errors import named
+from ..base.errors import named
 
 FORMAT_NAME = "cairn-checkpoint"
 

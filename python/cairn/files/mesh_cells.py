@@ -3,7 +3,7 @@
 import numpy as np
 
 from .. import _core
-from .errors import told_as_damage
+from ..base.errors import told_as_damage
 
 # corners and middles of the edges of a flat cell, once round
 AROUND = {e["cell"]: np.array(e["sides"])[:, 0] for e in _core.elements() if e["dim"] == 2}

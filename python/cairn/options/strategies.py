@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .. import _core
+from ..base import checks
 from ..names import by_name, one_of
-from ..pre import checks
 from .integrators import INTEGRATORS, Integrator
 
 MOST_THREADS = 1024  # a request for more threads than the operating system gives would end the program

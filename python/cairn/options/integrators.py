@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .. import _core
+from ..base import checks
 from ..names import by_name, one_of
-from ..pre import checks
 
 
 class Integrator:

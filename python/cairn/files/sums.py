@@ -4,8 +4,8 @@ Headers carry the checksum of HDF5, which every reader looks at; arrays the attr
 rows, which is looked at here alone: it takes as long as reading the file.
 """
 
+from ..base.errors import FileError, told_as_damage
 from . import checkpoint
-from .errors import FileError, told_as_damage
 from .hdf5 import File, Group
 
 

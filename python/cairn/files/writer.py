@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from .. import _core
-from .errors import FileError
+from ..base.errors import FileError
 
 FORMAT_NAME = "cairn-run"
 FORMAT_VERSION = (1, 2)  # the first number changes when older programs can no longer read the file

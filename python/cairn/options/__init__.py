@@ -1,0 +1,1 @@
+"""Options of a simulation: strategies, contact solvers and integrators."""

@@ -1,0 +1,27 @@
+"""What changes of bodies and joints between steps share: the energy balance, and joints of a body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .views import core_of
+
+
+def account(sim, kinetic, stored):
+    """Adds changes of kinetic and stored energy [J] to the balance. Before the first step, where the balance starts, and with a
+    strategy without a balance it does nothing."""
+    if sim.steps and getattr(sim.strategy, "energy", True):
+        core_of(sim).account_for_reshaping(kinetic, stored)
+
+
+def joint_of(sim, number):
+    """Name of a joint with an end on a rigid body, or None."""
+    scene = core_of(sim).scene
+    species = np.ravel(scene.contactor("material"))[np.ravel(scene.contactor("body")) == number]
+    return next((name for name in joints_present(sim) if sim._species[name, name] in species), None)
+
+
+def joints_present(sim):
+    """Names of the present joints."""
+    gone = {a for a, b, law in sim._rules if law is None and a == b}
+    return [a for a, b, law in sim._rules if law is not None and law.name == "joint" and a not in gone]
