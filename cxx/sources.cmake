@@ -47,33 +47,49 @@ set(CAIRN_CXX_SOURCES
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp
   contactors/hulls.cpp
-  contacts/anchors.cpp
-  strategies/nscd/bonds.cpp
-  contacts/contact_area.cpp
+  contacts/anchor_frames.cpp
+  contacts/anchored_contacts.cpp
+  contacts/applied_pose.cpp
+  contacts/assembly_input.cpp
+  contacts/batch_assembly.cpp
+  contacts/batch_geometry.cpp
+  contacts/batch_storage.cpp
+  contacts/body_records.cpp
+  contacts/brittle_faces.cpp
+  contacts/contact_areas.cpp
+  contacts/contact_classes.cpp
   contacts/contact_curvature.cpp
-  contacts/contact_flight.cpp
   contacts/contact_growth.cpp
-  contacts/overlap.cpp
+  contacts/contact_matcher.cpp
+  contacts/contact_plan.cpp
+  contacts/contact_recorder.cpp
+  contacts/contact_views.cpp
+  contacts/contact_work.cpp
   contacts/face_area.cpp
+  contacts/face_moments.cpp
   contacts/face_overlap.cpp
+  contacts/impulse_transfer.cpp
   contacts/interaction.cpp
-  contacts/interaction_fill.cpp
-  contacts/interaction_memory.cpp
-  contacts/interaction_plan.cpp
-  contacts/joint_faces.cpp
-  contacts/joint_flight.cpp
-  contacts/joint_seats.cpp
+  contacts/joint_drift.cpp
+  contacts/joint_projection.cpp
   contacts/joint_swing.cpp
-  contacts/joints.cpp
+  contacts/law_commit.cpp
+  contacts/law_preparation.cpp
+  contacts/law_rows.cpp
   contacts/mesh_face_area.cpp
   contacts/mesh_pair_area.cpp
+  contacts/midpoint_motion.cpp
+  contacts/new_anchors.cpp
+  contacts/new_bonds.cpp
+  contacts/overlap_limit.cpp
+  contacts/packed_batches.cpp
+  contacts/plugged_laws.cpp
+  contacts/redundant_bonds.cpp
   contacts/ropes.cpp
-  contacts/law_commit.cpp
-  contacts/law_rows.cpp
   contacts/singular_blocks.cpp
-  contacts/turning_sides.cpp
-  contacts/twin_bonds.cpp
   contacts/unjoined_pairs.cpp
+  contacts/warm_start.cpp
+  strategies/nscd/bonds.cpp
   detection/detection_grid.cpp
   detection/contacts_left_out.cpp
   detection/far_sides.cpp
@@ -115,7 +131,6 @@ set(CAIRN_CXX_SOURCES
   laws/law_rules.cpp
   laws/law_table.cpp
   plugs/plug.cpp
-  contacts/plugged_laws.cpp
   networks/conduction.cpp
   couplings/coupling.cpp
   couplings/electrical.cpp

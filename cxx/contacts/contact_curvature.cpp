@@ -7,6 +7,7 @@
 
 #include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
 
 namespace cairn {
@@ -211,29 +212,29 @@ void principal(const double m[3], double value[2], double along[2]) {
 }
 
 // Finds the curvature of the surface of A (side 0) or B; false where the shape does not tell.
-bool Interactions::State::surface_at(std::int64_t i, int side, const double axes[3][3], SurfaceCurvature& out) const {
-  const Candidates& c = *candidates;
-  const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i], carrier = body(contactor);
+bool ContactCurvature::surface_at(std::int64_t i, int side, const double axes[3][3], SurfaceCurvature& out) const {
+  const Candidates& c = *in_.candidates;
+  const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i], carrier = in_.body(contactor);
   if (carrier < 0) return true; // a side of a mesh is flat
-  const auto shape = Shape(*contactors->shape[contactor]);
-  const double radius = *contactors->radius[contactor], sense = side ? 1 : -1;
-  const int d = dim();
+  const auto shape = Shape(*in_.contactors->shape[contactor]);
+  const double radius = *in_.contactors->radius[contactor], sense = side ? 1 : -1;
+  const int d = in_.dim();
   CurvatureView view{};
   view.size = radius;
   double shift[3] = {0, 0, 0}, n[3] = {0, 0, 0}, direction[3] = {0, 0, 0};
-  if (cell->any() && side) image_shift(*cell, c.image[i], shift);
+  if (in_.cell->any() && side) image_shift(*in_.cell, c.image[i], shift);
   for (int l = 0; l < d; ++l) {
     n[l] = sense * axes[0][l];
-    view.at[l] = c.point[d * i + l] - c.gap[i] / 2 * n[l] - shift[l] - bodies->position[carrier][l];
+    view.at[l] = c.point[d * i + l] - c.gap[i] / 2 * n[l] - shift[l] - in_.bodies->position[carrier][l];
   }
-  to_body_axes(*bodies, d, carrier, n, view.outward);
-  to_body_axes(*bodies, d, carrier, axes[1], view.t);
-  to_body_axes(*bodies, d, carrier, axes[2], view.s);
-  to_body_axes(*bodies, d, carrier, view.at, view.at);
-  for (int l = 0; l < d && contactors->offset.active; ++l) view.at[l] -= contactors->offset[contactor][l];
-  if (info(shape).directed) std::copy_n(contactors->direction[contactor], d, direction);
-  const Hulls& hulls = contactors->hulls;
-  const std::int32_t hull = info(shape).is_hull() ? *contactors->hull[contactor] : 0;
+  to_body_axes(*in_.bodies, d, carrier, n, view.outward);
+  to_body_axes(*in_.bodies, d, carrier, axes[1], view.t);
+  to_body_axes(*in_.bodies, d, carrier, axes[2], view.s);
+  to_body_axes(*in_.bodies, d, carrier, view.at, view.at);
+  for (int l = 0; l < d && in_.contactors->offset.active; ++l) view.at[l] -= in_.contactors->offset[contactor][l];
+  if (info(shape).directed) std::copy_n(in_.contactors->direction[contactor], d, direction);
+  const Hulls& hulls = in_.contactors->hulls;
+  const std::int32_t hull = info(shape).is_hull() ? *in_.contactors->hull[contactor] : 0;
   const auto face = [&] { return std::size_t(hulls.first_face[hull]); };
   const auto vertex = [&] { return &hulls.vertex[std::size_t(d * hulls.first_vertex[hull])]; };
   switch (shape) {
@@ -271,18 +272,18 @@ bool Interactions::State::surface_at(std::int64_t i, int side, const double axes
   }
 }
 
-Interactions::State::Curvatures Interactions::State::curvatures(std::int64_t i, const double axes[3][3]) const {
-  Curvatures out;
-  for (const std::int32_t contactor : {candidates->contactor_a[i], candidates->contactor_b[i]}) {
-    const double radius = *contactors->radius[contactor];
-    if (!(radius > 0) || body(contactor) < 0 || !info(Shape(*contactors->shape[contactor])).mover) continue;
+SurfacePair ContactCurvature::of(std::int64_t i, const double axes[3][3]) const {
+  SurfacePair out;
+  for (const std::int32_t contactor : {in_.candidates->contactor_a[i], in_.candidates->contactor_b[i]}) {
+    const double radius = *in_.contactors->radius[contactor];
+    if (!(radius > 0) || in_.body(contactor) < 0 || !info(Shape(*in_.contactors->shape[contactor])).mover) continue;
     out.size = out.size > 0 ? std::min(out.size, radius) : radius;
   }
   out.known = out.size > 0 && surface_at(i, 0, axes, out.a) && surface_at(i, 1, axes, out.b);
   return out;
 }
 
-bool Interactions::State::Curvatures::radii(double p[3]) const {
+bool SurfacePair::radii(double p[3]) const {
   constexpr double flat = 0x1p-30; // of the inverse of the size
   std::fill_n(p, 3, 0.0);
   const double sum[3] = {a.k[0] + b.k[0], a.k[1] + b.k[1], a.k[2] + b.k[2]};
@@ -307,14 +308,14 @@ bool Interactions::State::Curvatures::radii(double p[3]) const {
 
 // Effective radius and radii about the axes t and s of a rolling contact, in columns of its geometry. Contacts that are
 // round in both directions keep the effective radius.
-void Interactions::State::rolling_radii(const cairn_batch& b, int lane, double* geometry) const {
-  const std::int64_t i = system.candidate[b.first + lane];
-  const int n = b.count, d = dim();
-  const ShapeInfo& one = info(Shape(*contactors->shape[candidates->contactor_a[i]]));
-  const ShapeInfo& other = info(Shape(*contactors->shape[candidates->contactor_b[i]]));
+void ContactCurvature::rolling_radii(const cairn_batch& b, int lane, double* geometry) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  const int n = b.count, d = in_.dim();
+  const ShapeInfo& one = info(Shape(*in_.contactors->shape[in_.candidates->contactor_a[i]]));
+  const ShapeInfo& other = info(Shape(*in_.contactors->shape[in_.candidates->contactor_b[i]]));
   double axes[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   axes_of(b, d, lane, axes);
-  const Curvatures c = curvatures(i, axes);
+  const SurfacePair c = of(i, axes);
   const auto meets_even = [&](const ShapeInfo& with, const Surface& surface) {
     return with.ball() || surface.is_flat() || (d == 2 && with.hollow());
   };
@@ -334,6 +335,23 @@ void Interactions::State::rolling_radii(const cairn_batch& b, int lane, double* 
     }
   }
   for (int l = 0; l < 3; ++l) geometry[(3 + l) * n] = radii[l];
+}
+
+// Effective radius [m]: that of the ball against flat sides, more in a hollow. Bodies with corners count by the radius
+// of their bounding ball, as a size where no ball is there.
+double ContactCurvature::effective_radius(std::int64_t i) const {
+  const std::int32_t ca = in_.candidates->contactor_a[i], cb = in_.candidates->contactor_b[i];
+  const double ra = *in_.contactors->radius[ca], rb = *in_.contactors->radius[cb];
+  const ShapeInfo &a = info(Shape(*in_.contactors->shape[ca])), &b = info(Shape(*in_.contactors->shape[cb]));
+  if (a.ball() != b.ball()) {
+    const double r = a.ball() ? ra : rb, other = a.ball() ? rb : ra;
+    if (r > 0) return (a.ball() ? b : a).hollow() && other > r ? r * other / (other - r) : r;
+  }
+  if (ra > 0 && rb > 0) return ra * rb / (ra + rb);
+  if (ra > 0 || rb > 0 || !in_.meshes) return std::max(ra, rb);
+  for (const std::int32_t contactor : {ca, cb}) // a node has no size: the size of a cell counts instead
+    if (classes_.is_mapped(contactor)) return in_.meshes->meshes[in_.meshes->mesh_of(contactor)].size();
+  return 0;
 }
 
 } // namespace cairn

@@ -1,14 +1,16 @@
 // Bodies that grow push each other apart: laws that leave an overlap alone would not see it come from growth.
+#include "contact_growth.hpp"
+
 #include <algorithm>
 
-#include "interaction_state.hpp"
+#include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
 
 // How far the surfaces of a contact came together by what its bodies grew in a step [m].
-double Interactions::State::grown_at(const cairn_batch& b, int lane, const Field<double>& stretch,
-                                     const Field<double>& bend) const {
-  const int d = dim();
+double ContactGrowth::grown_at(const cairn_batch& b, int lane, const Field<double>& stretch,
+                               const Field<double>& bend) const {
+  const int d = in_.dim();
   const auto side = [&](bool mapped, std::int32_t body, std::int32_t kind, double* lever) {
     if (mapped) return 0.0;
     if (is_radial(kind)) return *stretch[body] * at(b, lever, lane, 0);
@@ -27,44 +29,44 @@ double Interactions::State::grown_at(const cairn_batch& b, int lane, const Field
 
 // Undoes within this step the overlap made by growth in the last step, and no more. Laws whose bias corrects overlaps
 // have done so; laws that close gaps close those left by shrinking.
-void Interactions::State::add_growth(const cairn_batch& b, const double* gap, double* bias) const {
-  const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
+void ContactGrowth::add(const cairn_batch& b, const double* gap, double* bias) const {
+  const BatchStorage::LawColumns& own = storage_.columns_of(b);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t here = b.first + lane;
-    const double grown = grown_at(b, lane, bodies->stretch, bodies->bend);
-    parted[here] = std::clamp(grown, std::min(0.0, -gap[lane]), std::max(0.0, -gap[lane])) / h;
-    if (!(parted[here] > 0) || bias[lane] < 0) continue;
-    bias[lane] -= parted[here];
-    if (own.flight) own.flight[lane] -= parted[here]; // no opening of what the law keeps, either
+    const double grown = grown_at(b, lane, in_.bodies->stretch, in_.bodies->bend);
+    storage_.parted[here] = std::clamp(grown, std::min(0.0, -gap[lane]), std::max(0.0, -gap[lane])) / in_.h;
+    if (!(storage_.parted[here] > 0) || bias[lane] < 0) continue;
+    bias[lane] -= storage_.parted[here];
+    if (own.flight) own.flight[lane] -= storage_.parted[here]; // no opening of what the law keeps, either
   }
 }
 
 // Work of growth: growing surfaces act as moving carriers. Their work on the bodies is heat's, the rest of a contact's
 // work is dissipated or created. Both use the mean of velocities before and after the step; before it contacts under
 // pressure moved at the growth of that time.
-void Interactions::State::count_growth() {
-  const int kept = memory.impulse_components;
-  for (const cairn_batch& b : system.batches)
+void ContactGrowth::count() const {
+  const int kept = memory_.impulse_components;
+  for (const cairn_batch& b : system_.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
       const double push = at(b, b.r, lane, 0), given = 0.5 * b.scale[lane];
       if (push < 0 && law_infos()[b.law].energy) continue; // springs in tension tell their stored energy
-      double speed = parted[b.first + lane];
-      if (const std::int32_t was = place[b.first + lane]; was >= 0 && memory.h > 0) {
-        const double* r = &memory.impulses[std::size_t(was) * kept];
+      double speed = storage_.parted[b.first + lane];
+      if (const std::int32_t was = matcher_.place[b.first + lane]; was >= 0 && memory_.h > 0) {
+        const double* r = &memory_.impulses[std::size_t(was) * kept];
         const bool pressed = std::any_of(r, r + kept, [](double p) { return p < 0 || p > 0; });
         // an overlap that laws left alone takes up what shrank
-        const double left =
-            candidates->gap[system.candidate[b.first + lane]] + grown_at(b, lane, bodies->stretch, bodies->bend);
-        const double was_grown = grown_at(b, lane, bodies->stretch_before, bodies->bend_before);
-        if (pressed) speed += (was_grown < 0 ? std::min(0.0, was_grown - std::min(0.0, left)) : was_grown) / memory.h;
+        const double left = in_.candidates->gap[system_.candidate[b.first + lane]] +
+                            grown_at(b, lane, in_.bodies->stretch, in_.bodies->bend);
+        const double was_grown = grown_at(b, lane, in_.bodies->stretch_before, in_.bodies->bend_before);
+        if (pressed) speed += (was_grown < 0 ? std::min(0.0, was_grown - std::min(0.0, left)) : was_grown) / memory_.h;
       }
       const double work = 0.5 * push * speed;
       if (!(work < 0 || work > 0)) continue;
       b.scale[lane] -= 2 * work;
-      energy.grown += work;
-      energy.normal += work;
-      energy.created += std::max(0.0, given - work) - std::max(0.0, given);
-      energy.turned_over += std::abs(given - work) + std::abs(work) - std::abs(given);
+      energy_.grown += work;
+      energy_.normal += work;
+      energy_.created += std::max(0.0, given - work) - std::max(0.0, given);
+      energy_.turned_over += std::abs(given - work) + std::abs(work) - std::abs(given);
     }
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "interaction_state.hpp"
+#include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
 
@@ -12,15 +12,15 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-double cross(const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[0]; }
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1]; }
+double cross_of(const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[0]; }
+double dot_of(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1]; }
 Point between(const Point& from, const Point& to) { return {to[0] - from[0], to[1] - from[1]}; }
 
 // From the first corner: far from the origin the terms of the usual sum would hide the area.
 double signed_area(const std::vector<Point>& corner) {
   double twice = 0;
   for (std::size_t i = 2; i < corner.size(); ++i)
-    twice += cross(between(corner[0], corner[i - 1]), between(corner[0], corner[i]));
+    twice += cross_of(between(corner[0], corner[i - 1]), between(corner[0], corner[i]));
   return twice / 2;
 }
 
@@ -30,7 +30,7 @@ void cut_by_line(const std::vector<Point>& from, const Point& start, const Point
   const Point along = between(start, end);
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Point &one = from[i], &next = from[(i + 1) % from.size()];
-    const double here = cross(along, between(start, one)), there = cross(along, between(start, next));
+    const double here = cross_of(along, between(start, one)), there = cross_of(along, between(start, next));
     if (here >= 0) to.push_back(one);
     if ((here >= 0) == (there >= 0)) continue;
     const double share = here / (here - there);
@@ -51,18 +51,18 @@ double shared_by_polygons(const FaceOutline& a, const FaceOutline& b) {
 // Area of the disk round 0 within the triangle from 0 to two points, with the sign of their turn.
 double shared_by_sector(const Point& one, const Point& other, double radius) {
   const auto sector = [&](const Point& p, const Point& q) {
-    return radius * radius / 2 * std::atan2(cross(p, q), dot(p, q));
+    return radius * radius / 2 * std::atan2(cross_of(p, q), dot_of(p, q));
   };
   const Point along = between(one, other);
-  const double square = dot(along, along), middle = -dot(one, along) / square;
-  const double off = cross(one, other) / std::sqrt(square);
+  const double square = dot_of(along, along), middle = -dot_of(one, along) / square;
+  const double off = cross_of(one, other) / std::sqrt(square);
   if (!(square > 0) || !(std::abs(off) < radius)) return square > 0 ? sector(one, other) : 0;
   const double half = std::sqrt((radius - off) * (radius + off) / square);
   const double first = std::max(0.0, middle - half), last = std::min(1.0, middle + half);
   if (!(first < last)) return sector(one, other);
   const Point in{one[0] + first * along[0], one[1] + first * along[1]};
   const Point out{one[0] + last * along[0], one[1] + last * along[1]};
-  return (first > 0 ? sector(one, in) : 0) + cross(in, out) / 2 + (last < 1 ? sector(out, other) : 0);
+  return (first > 0 ? sector(one, in) : 0) + cross_of(in, out) / 2 + (last < 1 ? sector(out, other) : 0);
 }
 
 double shared_with_disk(const FaceOutline& polygon, const FaceOutline& disk) {
@@ -75,7 +75,7 @@ double shared_with_disk(const FaceOutline& polygon, const FaceOutline& disk) {
 
 double shared_by_disks(const FaceOutline& a, const FaceOutline& b) {
   const Point apart = between(a.centre, b.centre);
-  const double d = std::sqrt(dot(apart, apart)), smaller = std::min(a.radius, b.radius);
+  const double d = std::sqrt(dot_of(apart, apart)), smaller = std::min(a.radius, b.radius);
   if (d >= a.radius + b.radius) return 0;
   if (d <= std::abs(a.radius - b.radius)) return std::numbers::pi * smaller * smaller;
   double sum = 0;

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "../base/call.hpp"
 #include "../solvers/sweeps/associated_start.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
@@ -30,93 +32,87 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
   scratch();
   if (!(h > 0) || !std::isfinite(h))
     throw std::invalid_argument("interactions: step h is " + std::to_string(h) + " s, must be positive and finite");
-  s.bodies = &bodies;
-  s.contactors = &contactors;
-  s.candidates = &candidates;
-  s.laws = &laws;
-  s.cell = &cell;
-  s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
-  s.nodes = nodes;
-  s.h = h;
-  s.theta = theta;
-  s.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
-                                        [](double g) { return g < 0 || g > 0; });
-  s.load_bodies();
-  s.classify();
-  s.plan();
-  s.fill();
+  s.look_at(bodies, contactors, candidates, laws, cell, meshes, nodes);
+  s.in.h = h;
+  s.in.theta = theta;
+  s.in.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
+                                           [](double g) { return g < 0 || g > 0; });
+  s.classes.take_columns();
+  const Scratch::Mark planning = s.scratch.mark(); // given back before batches are laid out
+  s.classes.take_degrees();
+  s.frames.find_joints();
+  s.ropes.find(contactors, laws);
+  s.records.load();
+  s.classes.classify();
+  s.system.serial = s.classes.serial;
+  if (s.classes.asks_area) find_tributary_areas(s.in, s.frames);
+  s.plan.plan();
+  s.scratch.release(planning);
+  s.matcher.match(s.system.schedule(omp_get_max_threads()).threads);
+  s.storage.lay_out(s.matcher.place);
+  s.assembly.fill();
 }
 
-void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
+std::string Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
+                               const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes,
+                               Nodes* nodes) {
+  State& s = *s_;
+  s.look_at(bodies, contactors, candidates, laws, cell, meshes, nodes);
+  s.classes.mark_mapped();
+  find_tributary_areas(s.in, s.frames);
+  s.ropes.find(contactors, laws);
+  return s.new_bonds.begin(h, theta);
+}
 
-void Interactions::measure_from(const std::array<double, 3>& origin) { s_->origin = origin; }
-void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
-void Interactions::limit_overlap(double share) { s_->overlap_limit = share; }
-void Interactions::correct_meshes_by(double share) { s_->correction = share; }
+void Interactions::measure_anchored(const Bodies& bodies, const Contactors& contactors, const LawTable& laws,
+                                    const Cell& cell, std::span<const std::int32_t> numbers, Candidates& found,
+                                    MeshSet* meshes, Nodes* nodes) {
+  s_->anchors.measure(bodies, contactors, laws, cell, numbers, found, meshes, nodes);
+}
+
+JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) { return s_->drift.miss(bodies, least); }
+void Interactions::keep_joints() { s_->drift.keep(); }
+void Interactions::correct_joints(double share) { s_->drift.correct(share); }
+bool Interactions::ease_joints(const Bodies& bodies, bool settled) { return s_->drift.ease(bodies, settled); }
+bool Interactions::must_project_joints() const { return s_->projection.is_due(); }
+void Interactions::choose_joints_to_project(const Bodies& bodies) { s_->projection.choose(bodies); }
+double Interactions::joint_violation() const { return s_->projection.violation(); }
+bool Interactions::project_joints(const Bodies& bodies, Array<double>& velocity) {
+  return s_->projection.find_velocities(bodies, velocity);
+}
+void Interactions::loads_of_joints(std::vector<JointLoad>& loads) const { s_->swing.loads(loads); }
+double Interactions::swing_across() const { return s_->swing.swing_across(); }
+
+void Interactions::act_on_surfaces(bool surfaces) {
+  s_->in.options.impulse_point = surfaces ? ImpulsePoint::own_surface : ImpulsePoint::middle_of_gap;
+}
+void Interactions::measure_from(const std::array<double, 3>& origin) { s_->in.options.origin = origin; }
+void Interactions::hold_at_detection(bool there) {
+  s_->in.options.configuration = there ? LawConfiguration::detection : LawConfiguration::midpoint;
+}
+void Interactions::limit_overlap(double share) { s_->in.options.overlap_limit = share; }
+void Interactions::correct_meshes_by(double share) { s_->in.options.mesh_correction = share; }
 void Interactions::centre_joints(double share, double left) {
-  s_->joint_theta = share;
-  s_->left_of_step = left;
+  s_->in.options.joint_theta = share > 0 ? std::optional(share) : std::nullopt;
+  s_->in.options.time_left = left;
 }
 void Interactions::pose(const ContactPose& pose) {
-  s_->pose = pose;
+  s_->in.options.pose = pose;
   if (!pose.kernel) s_->memory.forces.clear();
-}
-
-// Impulses besides those that are sought: they change the free velocity, and come on top of the solution.
-void Interactions::State::add_given(const Bodies& bodies) {
-  velocity_given = bodies.velocity_free;
-  if (meshes) nodes_given = nodes->velocity_free;
-  if (system.batches.empty()) return;
-  const auto swap_in = [&] {
-    for (const cairn_batch& b : system.batches)
-      for (std::size_t i = 0; i < std::size_t(b.count) * dim(); ++i)
-        std::swap(b.r[i], given[std::size_t(dim()) * b.first + i]);
-  };
-  swap_in();
-  system.load(free(bodies));
-  const cairn_schedule schedule = system.schedule(1);
-  cairn_add_impulses(&schedule);
-  system.unload(velocity_given, meshes ? &nodes_given : nullptr);
-  swap_in();
-}
-
-// Speeds and weights to which velocity errors are relative.
-void Interactions::State::measure_speeds(const Bodies& bodies) {
-  double by_loads = 0, at_begin = 0, of_meshes = 0;
-  for (std::int64_t b = 0; b < bodies.count; ++b) {
-    const double mass = *bodies.mass[b];
-    if (!(mass > 0) || !std::isfinite(mass) || !(bodies.inverse_mass[b][0] > 0)) continue;
-    for (int k = 0; k < dim(); ++k) {
-      const double change = bodies.velocity_free[b][k] - bodies.velocity_begin[b][k];
-      by_loads += mass * change * change;
-      at_begin += mass * bodies.velocity_begin[b][k] * bodies.velocity_begin[b][k];
-    }
-  }
-  for (std::int64_t i = 0; meshes && i < nodes->count; ++i)
-    for (int k = 0; k < dim(); ++k) {
-      const double v = nodes->velocity_free[i][k], change = v - nodes->velocity_begin[i][k], mass = *nodes->mass[i];
-      by_loads += mass * change * change;
-      of_meshes += mass * v * v;
-    }
-  system.weight_speed_square = by_loads;
-  system.begin_speed_square = at_begin;
-  system.mesh_speed_square = of_meshes;
 }
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
   s.system.grows = bodies.stretch.active;
   s.system.clumps = s.system.clumps && options.enough > options.tolerance;
-  if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold()) s.measure_speeds(bodies);
-  if (s.given) s.add_given(bodies);
-  const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
+  if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold())
+    s.records.measure_speeds(bodies);
   s.system.refinement = &s.memory.refinement;
   s.system.rest = &s.memory.rest;
-  SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
-  for (const cairn_batch& b : s.system.batches)
-    for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)
-      b.r[i] += s.given[std::size_t(s.dim()) * b.first + i];
-  if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
+  const bool posed = s.storage.given != nullptr;
+  SolveReport report = solve_step(s.system, posed ? s.pose.free_with_given(bodies) : s.in.free(bodies), options);
+  if (posed) s.pose.add_given_to_solution();
+  if (report.status == SolveStatus::diverged) s_->plugged.find(bodies, report.iterations);
   return report;
 }
 
@@ -129,7 +125,7 @@ FrictionProblem Interactions::jointed_problem(const Bodies& bodies) {
   const Array<cairn_record> record = s.system.record; // as the stage at hand has them
   const Array<double> condensed = s.system.condensed_velocity;
   const cairn_schedule schedule = s.system.schedule(1);
-  JointedProblem step(s.system, schedule, s.free(bodies));
+  JointedProblem step(s.system, schedule, s.in.free(bodies));
   step.pose_all();
   const bool held = step.hold();
   if (held) step.form();
@@ -140,9 +136,9 @@ FrictionProblem Interactions::jointed_problem(const Bodies& bodies) {
 }
 
 void Interactions::give_impulses(const double* local) {
-  const int d = s_->dim();
+  const int d = s_->in.dim();
   s_->system.keeps_velocity = false;
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
     for (int k = 0; k < d; ++k) at(b, b.r, lane, k) = local[d * i + k];
   });
 }
@@ -153,212 +149,89 @@ void Interactions::update_velocity(Bodies& bodies) {
   s.energy = {};
   if (!system.batches.empty()) {
     const cairn_schedule schedule = system.schedule(omp_get_max_threads());
-    fit(s.work_sums, 4 * system.batches.size());
     // anew from the free velocity, so that bodies get the sum of impulses to rounding; but light bodies between heavy
     // ones would feel that rounding
-    if (!system.keeps_velocity || s.meshes) {
-      system.load(s.free(bodies));
+    if (!system.keeps_velocity || s.in.meshes) {
+      system.load(s.in.free(bodies));
       cairn_add_impulses(&schedule);
     }
-    const Velocities now{bodies.velocity, s.meshes ? &s.nodes->velocity : nullptr};
-    const Velocities begin{bodies.velocity_begin, s.meshes ? &s.nodes->velocity_begin : nullptr};
-    if (s.meshes) {
+    const Velocities now{bodies.velocity, s.in.meshes ? &s.in.nodes->velocity : nullptr};
+    const Velocities begin{bodies.velocity_begin, s.in.meshes ? &s.in.nodes->velocity_begin : nullptr};
+    if (s.in.meshes) {
       system.unload(bodies.velocity);
-      s.push_meshes();
+      s.transfer.push_meshes();
       system.load(now);
     }
     system.unload_and_add(bodies.velocity, begin);
-    cairn_contact_work(&schedule, s.work_sums.data());
+    s.work.measure(schedule);
     system.load(now);
-    if (s.sheared) s.count_cell_work();
-    for (std::size_t b = 0; b < system.batches.size(); ++b) {
-      const double* sums = &s.work_sums[4 * b];
-      s.energy.normal -= 0.5 * sums[0];
-      s.energy.tangential -= 0.5 * sums[1];
-      s.energy.created += 0.5 * sums[2];
-      s.energy.turned_over += 0.5 * sums[3];
-    }
-    if (s.parted) s.count_growth();
-    if (system.drift > 0) s.count_parting();
+    s.work.book();
+    if (s.storage.parted) s.growth.count();
+    if (system.drift > 0) s.overlap.count();
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
-    if (s.meshes) s.push_meshes();
+    if (s.in.meshes) s.transfer.push_meshes();
   }
-  if (bodies.reaction.active) s.add_reactions(bodies);
+  if (bodies.reaction.active) s.transfer.add_reactions(bodies);
 }
 
 void Interactions::refresh_meshes(const Bodies& bodies) {
-  if (!s_->meshes || s_->system.batches.empty()) return;
+  if (!s_->in.meshes || s_->system.batches.empty()) return;
   ContactSystem& system = s_->system;
-  s_->meshes->condense_again(system.condensed, system.condensed_velocity);
+  s_->in.meshes->condense_again(system.condensed, system.condensed_velocity);
   for (std::size_t i = 0; i < system.condensed.size(); ++i) system.condensed_dofs[i] = system.condensed[i].dofs;
-  system.load({bodies.velocity, &s_->nodes->velocity});
+  system.load({bodies.velocity, &s_->in.nodes->velocity});
 }
 
-// Impulses of contacts to the nodes of meshes.
-void Interactions::State::give_meshes() const {
-  for (MeshBody& mesh : meshes->meshes) std::fill(mesh.impulse.begin(), mesh.impulse.end(), 0.0);
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
-      double p[3], m[3];
-      space_impulse(b, lane, p, m);
-      const auto give = [&](std::int32_t which, const std::int32_t* node, const double* weight, double sign) {
-        MeshBody& mesh = meshes->meshes[which];
-        for (int j = 0; j < 4; ++j)
-          system.condensed[which].each_node(std::size_t(node[j * b.count + lane]), [&](std::int32_t at, double share) {
-            for (int k = 0; k < dim(); ++k)
-              mesh.impulse[dim() * (at - mesh.node(0)) + k] += share * (sign * weight[j * b.count + lane]) * p[k];
-          });
-      };
-      if (b.mapped_a) give(b.body_a[lane], b.node_a, b.lever_a, 1);
-      if (b.mapped_b) give(b.body_b[lane], b.node_b, b.lever_b, -1);
-      if (b.turns) give_moment(b, lane);
-    }
-}
-
-// Their velocities follow from one solution each.
-void Interactions::State::push_meshes() const {
-  give_meshes();
-  for (MeshBody& mesh : meshes->meshes) mesh.push(*nodes);
-}
-
-void Interactions::give_meshes() const { s_->give_meshes(); }
+void Interactions::give_meshes() const { s_->transfer.give_meshes(); }
 
 void Interactions::keep_impulses() {
   const std::int64_t seen = s_->memory.contactors_seen; // what bonds on first sight does so once a step
   std::vector<std::int64_t> besides = std::move(s_->memory.seen_besides);
-  s_->remember();
+  s_->recorder.record();
   s_->memory.contactors_seen = seen;
   s_->memory.seen_besides = std::move(besides);
 }
 
-// The image of B moves with the cell: relative velocities of contacts see it, bodies do not.
-void Interactions::State::count_cell_work() {
-  for (std::size_t k = 0; k < system.batches.size(); ++k) {
-    const cairn_batch& b = system.batches[k];
-    double* sums = &work_sums[4 * k];
-    sums[2] = sums[3] = 0;
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      double jump[3 * 128];
-      const int n = b.count;
-      for (int c = 0; c < dim(); ++c) jump[c * n + lane] = 0;
-      add_image_jump(b, lane, 1, jump);
-      double normal = b.r[lane] * jump[lane], tangential = 0;
-      for (int c = 1; c < dim(); ++c) tangential += b.r[c * n + lane] * jump[c * n + lane];
-      energy.cell_work -= normal + tangential;
-      sums[0] += 2 * normal;
-      sums[1] += 2 * tangential;
-      b.scale[lane] += 2 * (normal + tangential);
-      sums[2] += std::max(0.0, b.scale[lane]);
-      sums[3] += std::abs(b.scale[lane]);
-    }
-  }
-}
-
-// Impulse and moment of a contact on A in space axes; m is of 3 components, in 2D its last.
-void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const {
-  const int d = dim();
-  double axes[3][3];
-  axes_of(b, d, lane, axes);
-  std::fill(p, p + 3, 0.0);
-  std::fill(m, m + 3, 0.0);
-  for (int c = 0; c < d; ++c) {
-    const double r = at(b, b.r, lane, c);
-    for (int k = 0; k < d; ++k) p[k] += axes[c][k] * r;
-  }
-  for (int c = d; c < b.components; ++c) {
-    const double r = at(b, b.r, lane, c);
-    if (d == 2)
-      m[2] = r;
-    else
-      for (int k = 0; k < 3; ++k) m[k] += axes[c - 3][k] * r;
-  }
-}
-
-// The far part of a rope, to bodies that are driven.
-void Interactions::State::pull_driven(Bodies& bodies, const cairn_batch& b, int lane) const {
-  for (int end = 0; end < 2; ++end) {
-    const std::int32_t who = b.rope_body[2 * lane + end];
-    if (bodies.driven.active && !*bodies.driven[who]) continue;
-    const double* row = b.rope + rope_numbers * lane + 2 + 12 * end;
-    for (int k = 0; k < system.velocities(); ++k) bodies.reaction[who][k] += b.r[lane] * row[k];
-  }
-}
-
-void Interactions::State::add_reactions(Bodies& bodies) const {
-  const int d = dim();
-  const auto driven = [&](std::int32_t who) { return !bodies.driven.active || *bodies.driven[who]; };
-  const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, double* lever, double sign,
-                       const double p[3], const double m[3]) {
-    double l[3] = {0, 0, 0};
-    const bool radial = is_radial(side);
-    for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
-    double* to = bodies.reaction[who];
-    for (int k = 0; k < d; ++k) to[k] += sign * p[k];
-    if (d == 2)
-      to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
-    else
-      for (int k = 0; k < 3; ++k)
-        to[3 + k] += sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]);
-  };
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      // meshes account for their own supports
-      const bool a = !b.mapped_a && driven(b.body_a[lane]), other = !b.mapped_b && driven(b.body_b[lane]);
-      if (b.rope && !b.pack) pull_driven(bodies, b, lane);
-      if (!a && !other) continue; // most are not
-      double p[3], m[3];
-      space_impulse(b, lane, p, m);
-      if (a) add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
-      if (other) add(b, lane, b.body_b[lane], b.side_b, b.lever_b, -1, p, m);
-    }
-}
-
 ContactEnergy Interactions::commit(bool converged) {
-  s_->commit_laws();
-  s_->mark_steps_of_bonds(converged);
-  s_->remember();
+  s_->commit.commit();
+  s_->commit.mark_bonds(converged);
+  s_->recorder.record();
   return s_->energy;
 }
 
-std::int64_t Interactions::count() const { return s_->candidates ? s_->candidates->count : 0; }
-
-template <class F>
-void Interactions::State::each(F&& f) const {
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane) f(b, lane, std::int64_t(system.candidate[b.first + lane]));
-}
+std::int64_t Interactions::count() const { return s_->in.candidates ? s_->in.candidates->count : 0; }
 
 void Interactions::impulse_local(double* out) const {
-  const int d = s_->dim();
+  const int d = s_->in.dim();
   std::fill(out, out + d * count(), 0.0);
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
     for (int k = 0; k < d; ++k) out[d * i + k] = at(b, b.r, lane, k);
   });
 }
 
 void Interactions::impulse_space(double* out) const {
-  const int d = s_->dim();
+  const int d = s_->in.dim();
   std::fill(out, out + d * count(), 0.0);
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
     double p[3], m[3];
-    s_->space_impulse(b, lane, p, m);
+    space_impulse(s_->in.dim(), b, lane, p, m);
     std::copy_n(p, d, out + d * i);
   });
 }
 
 void Interactions::moment_space(double* out) const {
-  const int d = s_->dim() == 2 ? 1 : 3;
+  const int d = s_->in.dim() == 2 ? 1 : 3;
   std::fill(out, out + d * count(), 0.0);
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
     double p[3], m[3];
-    s_->space_impulse(b, lane, p, m);
+    space_impulse(s_->in.dim(), b, lane, p, m);
     std::copy_n(m + 3 - d, d, out + d * i);
   });
 }
 
 void Interactions::relative_velocity(double* out) const {
-  const int d = s_->dim();
+  const int d = s_->in.dim();
   std::fill(out, out + d * count(), 0.0);
   const cairn_schedule schedule = s_->system.schedule(1);
   for (std::size_t k = 0; k < s_->system.batches.size(); ++k) {
@@ -366,7 +239,7 @@ void Interactions::relative_velocity(double* out) const {
     double u[6 * 128];
     cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane) {
-      if (s_->sheared) s_->add_image_jump(b, lane, 1, u);
+      if (s_->in.sheared) add_image_jump(s_->in, s_->system, b, lane, 1, u);
       for (int c = 0; c < d; ++c)
         out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
     }
@@ -375,12 +248,12 @@ void Interactions::relative_velocity(double* out) const {
 
 void Interactions::status(std::int32_t* out) const {
   std::fill(out, out + count(), std::int32_t(cairn_open));
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
 }
 
 void Interactions::keys(std::int64_t* out) const {
   for (std::int64_t i = 0; i < count(); ++i) {
-    const ContactKey k = s_->key(i);
+    const ContactKey k = s_->in.key(i);
     for (const std::int64_t word : {k.contactor_a, k.contactor_b, std::int64_t(k.feature), std::int64_t(k.image)})
       *out++ = word;
   }
@@ -388,11 +261,11 @@ void Interactions::keys(std::int64_t* out) const {
 
 void Interactions::dissipated(double* out) const {
   std::fill(out, out + count(), 0.0);
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
 }
 
 ContactRows Interactions::rows() const {
-  const int d = s_->dim();
+  const int d = s_->in.dim();
   const auto n = std::size_t(count());
   ContactRows rows{.axes = std::vector<double>(d * d * n),
                    .lever = std::vector<double>(2 * d * n),
@@ -404,12 +277,12 @@ ContactRows Interactions::rows() const {
                    .mesh = {},
                    .node = {},
                    .weight = {}};
-  if (s_->meshes) {
+  if (s_->in.meshes) {
     rows.mesh.assign(2 * n, -1);
     rows.node.assign(8 * n, 0);
     rows.weight.assign(8 * n, 0);
   }
-  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
     double axes[3][3];
     axes_of(b, d, lane, axes);
     const auto lever = [&](double* from, std::int32_t side, int k) {
@@ -431,12 +304,12 @@ ContactRows Interactions::rows() const {
     const auto map = [&](std::int64_t side, std::int32_t which, const std::int32_t* node, const double* weight) {
       rows.mesh[side] = which;
       const CondensedBody& body = s_->system.condensed[which];
-      const std::int32_t first = s_->meshes->meshes[which].node(0);
+      const std::int32_t first = s_->in.meshes->meshes[which].node(0);
       for (int j = 0; j < 4; ++j) {
         const auto row = std::size_t(node[j * b.count + lane]);
         if (row >= body.node.size())
           throw Error(
-              "a contact of the mesh '" + s_->meshes->meshes[which].model.name +
+              "a contact of the mesh '" + s_->in.meshes->meshes[which].model.name +
               "' is a mortar over more than four nodes, of which there are no rows: leave mortar out, or ask a scene "
               "without");
         rows.node[4 * side + j] = body.node[row] - first;
@@ -477,8 +350,8 @@ Scratch& Interactions::scratch() {
 }
 
 void Interactions::act_at(const double* temperature, const double* potential) {
-  s_->temperature = temperature;
-  s_->potential = potential;
+  s_->in.temperature = temperature;
+  s_->in.potential = potential;
 }
 
 void Interactions::forget_impulses() { std::fill(s_->memory.impulses.begin(), s_->memory.impulses.end(), 0.0); }
@@ -496,7 +369,7 @@ void Interactions::restore(ContactMemory m) {
     wrong("states", m.states.size(), m.keys.size() * m.state_components);
   if (!m.anchors.empty() && m.anchors.size() != m.keys.size()) wrong("anchors", m.anchors.size(), m.keys.size());
   s_->memory = std::move(m);
-  s_->in_order = false;
+  s_->matcher.forget_order();
 }
 
 std::int64_t Interactions::bytes() const {
@@ -506,11 +379,7 @@ std::int64_t Interactions::bytes() const {
   return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
          of(c.change) + of(c.before) + of(c.r_before) + of(c.along) + of(c.chosen) + of(c.kept_r) + of(c.kept_u) +
          of(c.best) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.memory.anchors) +
-         of(s.names) + of(s.names_of_last) + of(s.kept_at) + of(s.found_at) + of(s.left_over) + of(s.ids_in_order) +
-         of(s.held) + of(s.anchor_of) + of(s.anchored_places) + of(s.measured.point) + of(s.measured.normal) +
-         of(s.measured.gap) + of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) +
-         of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) + of(s.key_of_order) + of(s.order_count) + of(s.sorted) +
-         s.scratch.bytes();
+         s.matcher.bytes() + s.anchors.bytes() + s.work.bytes() + s.plan.bytes() + s.scratch.bytes();
 }
 
 std::int64_t Interactions::body_bytes() const {

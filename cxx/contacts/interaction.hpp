@@ -17,84 +17,20 @@
 #include "../contactors/contactor.hpp"
 #include "../detection/candidates.hpp"
 #include "../laws/law_table.hpp"
-#include "../solvers/refinement_memory.hpp"
 #include "../solvers/solve_report.hpp"
 #include "../solvers/solver_options.hpp"
 #include "cairn/core.h"
+#include "contact_energy.hpp"
+#include "contact_memory.hpp"
+#include "contact_options.hpp"
+#include "joint_miss.hpp"
+#include "rope_ends.hpp"
 
 namespace cairn {
 
 struct ContactSystem;
 class MeshSet;
 class Scratch;
-
-// Position errors of joints at the next detection, by the velocities of a solution.
-struct JointMiss {
-  double gap = 0;            // largest error along blocked directions [m]
-  double error = 0;          // the largest, over the length of its joint; a turn [rad]
-  std::int64_t contact = -1; // where that is, its place in the candidates; -1: nothing was measured
-  double swing = 0;          // largest square of step times rate at which tension swings a body about its joint
-  bool small = true;         // against how fast the bodies of any joint move against each other, or rounding
-};
-
-// Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
-struct ContactEnergy {
-  double normal = 0, tangential = 0; // rotation components of bonds count as tangential
-  double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
-  double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
-  double turned_over = 0;            // sum of the energies that each contact took or gave
-  double grown = 0;                  // that bodies gave which grew
-  double parted = 0;                 // that contacts gave which take overlap back
-  double driven = 0;                 // that motors of joints gave
-  // Energies told by laws; normal and tangential are without these.
-  double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
-};
-
-// The condition that a strategy poses at contacts, a row of poses.def; null: Moreau's, as laws prepare it.
-struct ContactPose {
-  cairn_pose* kernel = nullptr;
-  double params[2] = {0, 0};
-};
-
-// Where a bond of bodies with sides, or a joint, holds on to them: points that they carry, from their centres of mass.
-struct Anchor {
-  double a[3] = {}, shape_a[3] = {}; // of A in its axes, now and as its shape came in [m]
-  double b[3] = {}, shape_b[3] = {}; // of B in its axes
-  double normal[3] = {};             // in the axes of B
-  double turn[4] = {};               // of A against B when a joint, or a bond, was made: a quaternion, in 2D an angle
-  double length = 0;                 // between the points of a joint then [m]; of a bond held fast 1
-  double siblings = 0;               // anchors that the pair began with
-  double reach = -1; // what detection finds nearer than this is the anchored contact itself [m]; below 0: no anchor
-};
-
-// Contactors that a rope over a pulley runs between; -1: one of them is gone.
-struct RopeEnds {
-  std::int32_t near = -1, pulley = -1, far = -1;
-};
-// Nothing for a material that is no rope's.
-std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
-
-// Contact data for a bit-identical restart.
-struct ContactMemory {
-  double h = 0;                           // step that the impulses belong to [s]; 0 before the first
-  std::int64_t contactors_seen = 0;       // contactor ids below this one can no longer bond on first sight
-  std::vector<std::int64_t> seen_besides; // nor can these, rising: they took the place of others that were seen
-  bool has_seen(std::int64_t contactor) const {
-    return contactor < contactors_seen || std::binary_search(seen_besides.begin(), seen_besides.end(), contactor);
-  }
-  int impulse_components = 0, state_components = 0;
-  bool joints_came = false;     // since joints were seated, see joint_seats.cpp
-  bool gaps_of_bonds = false;   // states of pairs that are held are their gap alone, as files had it once
-  std::vector<ContactKey> keys; // contacts with an impulse or a state
-  std::vector<double>
-      impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
-  std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
-  std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
-  RefinementMemory refinement;
-  RestMemory rest;
-  std::vector<RimSeat> seats; // by ids: nodes of meshes that lie on flat sides, see detection/rims.cpp
-  std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
-};
 
 // The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.
 struct ContactRows {
@@ -139,10 +75,10 @@ public:
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
-  // contact_flight.cpp), or at detection, as LMGC90 has it.
+  // midpoint_motion.hpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
   // Limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest; see
-  // overlap.cpp.
+  // overlap_limit.hpp.
   void limit_overlap(double share);
   // Share of position errors of joints and bonds on meshes that a step corrects, where its integrator moves bodies by
   // part of a jump beside their velocities (mesh_jumps.cpp): correcting all at once would feed back and grow.
@@ -160,20 +96,20 @@ public:
   std::string name_of_joint(std::int64_t contact) const;
   // True if joints came in, or the step length changed, so that joints do not yet fit the place of detection. See
   // joint_seats.cpp.
-  bool seats_joints() const;
-  void joints_seated();
-  // Selects the joints to correct, as assembled, before bodies are displaced.
-  void choose_joints_to_seat(const Bodies&);
+  bool must_project_joints() const;
+  void joints_projected();
+  // Selects the joints to project, as assembled, before bodies are displaced.
+  void choose_joints_to_project(const Bodies&);
   // Largest position error of these joints, as assembled, over that of rounding; 0 if below 1.
-  double joints_off() const;
+  double joint_violation() const;
   // Velocities (3 | 6, bodies) that undo it in a step, the smallest in the metric of mass. False: there are none, or
   // they are more than those of the bodies. Impulses at hand are lost.
-  bool seat_joints(const Bodies&, Array<double>& velocity);
-  // Loads by the impulses at hand, in the order of bodies; see joint_swing.cpp.
+  bool project_joints(const Bodies&, Array<double>& velocity);
+  // Loads by the impulses at hand, in the order of bodies; see joint_swing.hpp.
   void loads_of_joints(std::vector<JointLoad>& loads) const;
   // Largest square of step times rate at which bars and ropes swing across their axis, beyond the implicit part.
   double swing_across() const;
-  // After these; settled: they miss no more than they may. See joint_flight.cpp.
+  // After these; settled: they miss no more than they may. See joint_drift.hpp.
   bool ease_joints(const Bodies&, bool settled);
   void pose(const ContactPose& pose);
   // Temperatures [K] and potentials [V] of bodies, then of nodes, for laws that ask, until the next call; null: none.

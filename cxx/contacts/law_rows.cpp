@@ -33,12 +33,12 @@ LawRows Interactions::law_rows(Law law) const {
   if (!info.has_solve)
     throw Error("law " + info.name +
                 " has no solution of its own, so that it cannot be asked alone: shadow solve_contacts");
-  const auto c = std::size_t(info.components(s.dim()));
-  const std::size_t p = info.parameters.size(), states = std::size_t(info.state_columns(s.dim()));
+  const auto c = std::size_t(info.components(s.in.dim()));
+  const std::size_t p = info.parameters.size(), states = std::size_t(info.state_columns(s.in.dim()));
   LawRows rows;
   rows.components = int(c);
-  rows.h = s.h;
-  rows.theta = s.theta_of(info);
+  rows.h = s.in.h;
+  rows.theta = s.in.theta_of(info);
   std::size_t n = 0;
   for (const cairn_batch& b : s.system.batches) n += Law(b.law) == law ? std::size_t(b.contacts) : 0;
   for (auto [column, width] : {std::pair{&rows.gap, std::size_t(1)},
@@ -51,12 +51,12 @@ LawRows Interactions::law_rows(Law law) const {
                                {&rows.geometry, std::size_t(geometry_columns(info))},
                                {&rows.state, states}})
     column->resize(n * width);
-  if (s.has_fields()) rows.fields.resize(4 * n);
+  if (s.in.has_fields()) rows.fields.resize(4 * n);
   const cairn_schedule schedule = s.system.schedule(1);
   for (std::size_t which = 0, at = 0; which < s.system.batches.size(); ++which) {
     const cairn_batch& b = s.system.batches[which];
     if (Law(b.law) != law) continue;
-    const State::LawColumns& own = s.of_law[which];
+    const BatchStorage::LawColumns& own = s.storage.of_law[which];
     alignas(64) double u[6 * lanes];
     cairn_relative_velocities(&schedule, std::int32_t(which), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane, ++at) {
@@ -65,7 +65,7 @@ LawRows Interactions::law_rows(Law law) const {
         return from[k * std::size_t(b.count) + std::size_t(lane)];
       };
       rows.candidate.push_back(i);
-      rows.gap[at] = s.candidates->gap[std::size_t(i)];
+      rows.gap[at] = s.in.candidates->gap[std::size_t(i)];
       for (std::size_t k = 0; k < c; ++k) {
         double free = of(u, k) + of(b.bias, k) + (b.compliance ? of(b.compliance, k) * of(b.r, k) : 0);
         for (std::size_t l = 0; l < c; ++l) {
@@ -76,7 +76,7 @@ LawRows Interactions::law_rows(Law law) const {
         rows.bias[k * n + at] = of(b.bias, k);
         rows.impulse[k * n + at] = of(b.r, k);
       }
-      if (s.sheared) s.add_image_jump(b, lane, 1, u);
+      if (s.in.sheared) add_image_jump(s.in, s.system, b, lane, 1, u);
       for (std::size_t k = 0; k < c; ++k) rows.velocity[k * n + at] = of(u, k) + (own.flight ? of(own.flight, k) : 0);
       for (std::size_t k = 0; k < p; ++k) rows.params[k * n + at] = of(b.params, k);
       for (std::size_t k = 0; k < rows.geometry.size() / n; ++k) rows.geometry[k * n + at] = of(own.geometry, k);

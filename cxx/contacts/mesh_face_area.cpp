@@ -1,6 +1,8 @@
 // Areas of bonds between a mesh and a flat side of a rigid body. A node has the part of its sides nearer to it than to
 // their other nodes, as far as the body covers it. Parts of nodes that the body does not reach belong to the nearest
 // bond: a corner of the body that stands on the side, or a node beside it.
+#include "mesh_bond_areas.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,9 +11,10 @@
 
 #include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
+#include "contact_areas.hpp"
 #include "face_overlap.hpp"
-#include "interaction_state.hpp"
 #include "sides_of_nodes.hpp"
 
 namespace cairn {
@@ -21,27 +24,27 @@ constexpr double towards = 0.5; // cosine: least facing of a side of the mesh an
 
 } // namespace
 
-struct Interactions::State::MeshFaceBond {
-  std::int32_t mesh, carrier;    // of the bond
-  std::array<double, 3> shift;   // from the body to its image beside the mesh [m]
-  std::int32_t candidate, hull;  // the body's contactor
-  std::int32_t own;              // the mesh's
-  bool spare;                    // it holds if something is left for it
+struct MeshBondAreas::MeshFaceBond {
+  std::int32_t mesh, carrier;   // of the bond
+  std::array<double, 3> shift;  // from the body to its image beside the mesh [m]
+  std::int32_t candidate, hull; // the body's contactor
+  std::int32_t own;             // the mesh's
+  AreaClaim claim;
   bool flat = false;             // a side of the mesh lies flat on one of the body there
   double x[3] = {}, normal[3]{}; // [m]; of that side
   double area = 0;               // [m2]
   auto group() const { return std::tie(mesh, carrier, shift); }
-  auto order() const { return std::tuple(mesh, carrier, shift, spare, candidate); }
+  auto order() const { return std::tuple(mesh, carrier, shift, claim, candidate); }
 };
 
 // How the sides of a mesh and the faces of one body lie on each other.
-class Interactions::State::MeshFaces {
+class MeshBondAreas::MeshFaces {
 public:
-  MeshFaces(const State& state, const SidesOfNodes& sides, std::span<MeshFaceBond> bonds);
+  MeshFaces(const AssemblyInput& in, const SidesOfNodes& sides, std::span<MeshFaceBond> bonds);
   void share() {
     for (MeshFaceBond& b : bonds_) begin(b);
     for (MeshFaceBond& b : bonds_)
-      if (b.flat && !s_.meshes->turns(b.own)) give_own(b);
+      if (b.flat && !in_.meshes->turns(b.own)) give_own(b);
     give_rest();
   }
 
@@ -61,12 +64,12 @@ private:
   MeshFaceBond* nearest(const double* x) const;
   template <class F>
   void each_side(const MeshFaceBond& b, F&& take) const {
-    const MeshSet::Middle& m = s_.meshes->middle(b.own);
+    const MeshSet::Middle& m = in_.meshes->middle(b.own);
     for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
       for (const std::int32_t side : sides_.at(m.node[j])) take(side);
   }
 
-  const State& s_;
+  const AssemblyInput& in_;
   const SidesOfNodes& sides_;
   std::span<MeshFaceBond> bonds_;
   std::vector<std::int32_t> hulls_;
@@ -78,35 +81,35 @@ private:
   FaceOutline face_, side_, part_;
 };
 
-Interactions::State::MeshFaces::MeshFaces(const State& state, const SidesOfNodes& sides, std::span<MeshFaceBond> bonds)
-    : s_(state), sides_(sides), bonds_(bonds) {
+MeshBondAreas::MeshFaces::MeshFaces(const AssemblyInput& in, const SidesOfNodes& sides, std::span<MeshFaceBond> bonds)
+    : in_(in), sides_(sides), bonds_(bonds) {
   for (const MeshFaceBond& b : bonds) {
     hulls_.push_back(b.hull);
-    gap_ = std::max(gap_, std::abs(s_.candidates->gap[b.candidate]));
-    if (!s_.meshes->turns(b.own)) owners_.emplace_back(b.own, std::int32_t(&b - bonds.data()));
+    gap_ = std::max(gap_, std::abs(in_.candidates->gap[b.candidate]));
+    if (!in_.meshes->turns(b.own)) owners_.emplace_back(b.own, std::int32_t(&b - bonds.data()));
   }
   std::sort(owners_.begin(), owners_.end());
   std::sort(hulls_.begin(), hulls_.end());
   hulls_.erase(std::unique(hulls_.begin(), hulls_.end()), hulls_.end());
 }
 
-bool Interactions::State::MeshFaces::lay(std::int32_t side, std::int32_t hull) {
+bool MeshBondAreas::MeshFaces::lay(std::int32_t side, std::int32_t hull) {
   double normal[3] = {};
-  s_.normal_of_side(side, normal);
-  const MeshSet::Middle& middle = s_.meshes->middle(side);
-  for (int j = 0; j < s_.dim(); ++j) x_[j] = s_.nodes->position[middle.node[j]];
+  in_.normal_of_side(side, normal);
+  const MeshSet::Middle& middle = in_.meshes->middle(side);
+  for (int j = 0; j < in_.dim(); ++j) x_[j] = in_.nodes->position[middle.node[j]];
   shared_ = from_ = to_ = 0;
-  return s_.dim() == 2 ? lay_edge(normal, hull) : lay_triangle(normal, hull);
+  return in_.dim() == 2 ? lay_edge(normal, hull) : lay_triangle(normal, hull);
 }
 
-bool Interactions::State::MeshFaces::lay_edge(const double* normal, std::int32_t hull) {
-  const Contactors& c = *s_.contactors;
+bool MeshBondAreas::MeshFaces::lay_edge(const double* normal, std::int32_t hull) {
+  const Contactors& c = *in_.contactors;
   const Hulls& hulls = c.hulls;
-  const std::int32_t body = s_.body(hull);
+  const std::int32_t body = in_.body(hull);
   double face[3] = {};
   if (Shape(*c.shape[hull]) == Shape::half_plane) {
     const double own[3] = {c.direction[hull][0], c.direction[hull][1], 0};
-    to_space_axes(*s_.bodies, 2, body, own, face);
+    to_space_axes(*in_.bodies, 2, body, own, face);
     shared_ = to_ = 1;
     return -dot(face, normal) > flat_faces;
   }
@@ -117,12 +120,12 @@ bool Interactions::State::MeshFaces::lay_edge(const double* normal, std::int32_t
     const double* vertex = &hulls.vertex[2 * std::size_t(hulls.first_vertex[which] + k)];
     double own[3] = {vertex[0], vertex[1], 0};
     for (int l = 0; l < 2 && c.offset.active; ++l) own[l] += c.offset[hull][l];
-    to_space_axes(*s_.bodies, 2, body, own, at);
-    for (int l = 0; l < 2; ++l) at[l] += s_.bodies->position[body][l] + bonds_[0].shift[std::size_t(l)] - x_[0][l];
+    to_space_axes(*in_.bodies, 2, body, own, at);
+    for (int l = 0; l < 2; ++l) at[l] += in_.bodies->position[body][l] + bonds_[0].shift[std::size_t(l)] - x_[0][l];
   };
   for (std::int32_t f = 0; f < hulls.faces(which); ++f) {
     double a[3] = {}, b[3] = {};
-    to_space_axes(*s_.bodies, 2, body, &hulls.normal[2 * std::size_t(hulls.first_face[which] + f)], face);
+    to_space_axes(*in_.bodies, 2, body, &hulls.normal[2 * std::size_t(hulls.first_face[which] + f)], face);
     if (!(-dot(face, normal) > flat_faces)) continue;
     corner(f, a);
     corner((f + 1) % hulls.vertices(which), b);
@@ -135,8 +138,8 @@ bool Interactions::State::MeshFaces::lay_edge(const double* normal, std::int32_t
   return false;
 }
 
-bool Interactions::State::MeshFaces::lay_triangle(const double* normal, std::int32_t hull) {
-  const Contactors& c = *s_.contactors;
+bool MeshBondAreas::MeshFaces::lay_triangle(const double* normal, std::int32_t hull) {
+  const Contactors& c = *in_.contactors;
   const FaceView view{normal, x_[0], *c.radius[hull], gap_};
   double t[3], across[3];
   tangent_of(normal, t);
@@ -149,26 +152,26 @@ bool Interactions::State::MeshFaces::lay_triangle(const double* normal, std::int
   whole_ = side_.area();
   if (Shape(*c.shape[hull]) == Shape::plane) {
     double face[3];
-    to_space_axes(*s_.bodies, 3, s_.body(hull), c.direction[hull], face);
+    to_space_axes(*in_.bodies, 3, in_.body(hull), c.direction[hull], face);
     shared_ = 1;
     return -dot(face, normal) > flat_faces;
   }
-  if (!s_.see_face(view, hull, -1, bonds_[0].shift.data(), face_)) return false;
+  if (!see_face(in_, view, hull, -1, bonds_[0].shift.data(), face_)) return false;
   if (std::abs(face_.height) > as_high * view.size + gap_) return false;
   shared_ = shared_area(side_, face_) / whole_;
   return true;
 }
 
-double Interactions::State::MeshFaces::share_of(std::int32_t side, int corner) {
-  part_of_corner(side_, s_.meshes->shares_of_side(side).data(), corner, part_);
+double MeshBondAreas::MeshFaces::share_of(std::int32_t side, int corner) {
+  part_of_corner(side_, in_.meshes->shares_of_side(side).data(), corner, part_);
   return shared_area(part_, face_) / whole_;
 }
 
 // Parts of the last laid side: owner (-1: no bond), position, whole area and area on the contactor.
 template <class F>
-void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
-  const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
-  const int d = s_.dim();
+void MeshBondAreas::MeshFaces::each_piece(std::int32_t side, F&& take) {
+  const std::span<const MeshSet::SidePart> parts = in_.meshes->parts_of_side(side);
+  const int d = in_.dim();
   double x[3] = {};
   const auto place = [&](double first, double second, double third) {
     for (int k = 0; k < d; ++k) x[k] = first * x_[0][k] + second * x_[1][k] + (d == 3 ? third * x_[2][k] : 0);
@@ -179,7 +182,7 @@ void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
     for (const MeshSet::SidePart& p : parts.empty() ? std::span<const MeshSet::SidePart>(halves) : parts) {
       const double from = std::max(p.from, from_), to = std::min(p.to, to_);
       place(1 - (p.from + p.to) / 2, (p.from + p.to) / 2, 0);
-      take(p.owner, x, p.area, all && p.owner >= 0 ? p.area : from < to ? s_.meshes->edge_area(side, from, to) : 0.0);
+      take(p.owner, x, p.area, all && p.owner >= 0 ? p.area : from < to ? in_.meshes->edge_area(side, from, to) : 0.0);
     }
     return;
   }
@@ -193,7 +196,7 @@ void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
     }
     return;
   }
-  const std::span<const double, 3> share = s_.meshes->shares_of_side(side);
+  const std::span<const double, 3> share = in_.meshes->shares_of_side(side);
   const double sum = share[0] + share[1] + share[2];
   for (int j = 0; j < 3; ++j) {
     const auto p = std::find_if(parts.begin(), parts.end(), [&](const auto& q) { return q.corner == j; });
@@ -204,8 +207,7 @@ void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
   }
 }
 
-Interactions::State::MeshFaceBond* Interactions::State::MeshFaces::of_owner(std::int32_t owner,
-                                                                            std::int32_t hull) const {
+MeshBondAreas::MeshFaceBond* MeshBondAreas::MeshFaces::of_owner(std::int32_t owner, std::int32_t hull) const {
   MeshFaceBond* any = nullptr;
   auto at = std::lower_bound(owners_.begin(), owners_.end(), std::pair(owner, std::int32_t(-1)));
   for (; at != owners_.end() && at->first == owner; ++at) {
@@ -217,7 +219,7 @@ Interactions::State::MeshFaceBond* Interactions::State::MeshFaces::of_owner(std:
   return any;
 }
 
-Interactions::State::MeshFaceBond* Interactions::State::MeshFaces::nearest(const double* x) const {
+MeshBondAreas::MeshFaceBond* MeshBondAreas::MeshFaces::nearest(const double* x) const {
   MeshFaceBond* found = nullptr;
   double least = std::numeric_limits<double>::max();
   for (MeshFaceBond& b : bonds_) {
@@ -227,18 +229,18 @@ Interactions::State::MeshFaceBond* Interactions::State::MeshFaces::nearest(const
   return found;
 }
 
-void Interactions::State::MeshFaces::begin(MeshFaceBond& b) {
+void MeshBondAreas::MeshFaces::begin(MeshFaceBond& b) {
   const auto try_side = [&](std::int32_t side) {
     if (b.flat || !lay(side, b.hull)) return;
     b.flat = true;
-    s_.normal_of_side(side, b.normal);
+    in_.normal_of_side(side, b.normal);
   };
-  s_.meshes->turns(b.own) ? try_side(b.own) : each_side(b, try_side);
+  in_.meshes->turns(b.own) ? try_side(b.own) : each_side(b, try_side);
 }
 
 // Area of a node or a point: its parts of sides, without those off the body.
-void Interactions::State::MeshFaces::give_own(MeshFaceBond& b) {
-  b.area = s_.meshes->area(b.own);
+void MeshBondAreas::MeshFaces::give_own(MeshFaceBond& b) {
+  b.area = in_.meshes->area(b.own);
   std::int32_t last = -1; // of a point between nodes sides come again
   std::vector<std::int32_t> seen;
   each_side(b, [&](std::int32_t side) {
@@ -246,18 +248,18 @@ void Interactions::State::MeshFaces::give_own(MeshFaceBond& b) {
     seen.push_back(last = side);
     const bool flat = lay(side, b.hull);
     double normal[3] = {}, lost = 0;
-    s_.normal_of_side(side, normal);
+    in_.normal_of_side(side, normal);
     if (flat)
       each_piece(side, [&](std::int32_t owner, const double*, double whole, double here) {
         if (owner == b.own) lost += whole - here;
       });
     else if (const double look = dot(normal, b.normal); look < towards || look > flat_faces)
-      for (const MeshSet::SidePart& p : s_.meshes->parts_of_side(side)) lost += p.owner == b.own ? p.area : 0;
+      for (const MeshSet::SidePart& p : in_.meshes->parts_of_side(side)) lost += p.owner == b.own ? p.area : 0;
     if (lost != 0) b.area -= lost;
   });
 }
 
-void Interactions::State::MeshFaces::give_pieces(std::int32_t side, std::int32_t hull) {
+void MeshBondAreas::MeshFaces::give_pieces(std::int32_t side, std::int32_t hull) {
   each_piece(side, [&](std::int32_t owner, const double* x, double, double here) {
     if (!(here > 0)) return;
     MeshFaceBond* to = owner < 0 ? nullptr : of_owner(owner, hull);
@@ -268,7 +270,7 @@ void Interactions::State::MeshFaces::give_pieces(std::int32_t side, std::int32_t
 }
 
 // All sides round the bonds as far as the body lies on them.
-void Interactions::State::MeshFaces::give_rest() {
+void MeshBondAreas::MeshFaces::give_rest() {
   std::vector<std::int32_t> open, seen;
   for (const MeshFaceBond& b : bonds_)
     if (b.flat) each_side(b, [&](std::int32_t side) { open.push_back(side); });
@@ -284,8 +286,8 @@ void Interactions::State::MeshFaces::give_rest() {
         met = true;
         give_pieces(side, hull);
       }
-      const MeshSet::Middle& m = s_.meshes->middle(side);
-      for (int j = 0; met && j < s_.dim(); ++j)
+      const MeshSet::Middle& m = in_.meshes->middle(side);
+      for (int j = 0; met && j < in_.dim(); ++j)
         for (const std::int32_t beside : sides_.at(m.node[j])) next.push_back(beside);
     }
     std::vector<std::int32_t> all;
@@ -296,69 +298,69 @@ void Interactions::State::MeshFaces::give_rest() {
 }
 
 // True if a contact is a bond of a mesh and a body with flat sides, by a law that uses its area.
-bool Interactions::State::as_mesh_bond(std::int32_t i, bool spare, MeshFaceBond& bond) const {
-  const Candidates& c = *candidates;
+bool MeshBondAreas::as_mesh_bond(std::int32_t i, AreaClaim claim, MeshFaceBond& bond) const {
+  const Candidates& c = *in_.candidates;
   const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-  const LawInfo& law = law_infos()[std::size_t(laws->entry(entry[i]).law)];
-  if (!law.anchored || law.joins || law.spans || law.holds || (body(a) < 0) == (body(b) < 0)) return false;
-  const std::int32_t own = body(a) < 0 ? a : b, hull = body(a) < 0 ? b : a;
-  const auto shape = Shape(*contactors->shape[hull]);
+  const LawInfo& law = classes_.law(i);
+  if (!law.anchored || law.joins || law.spans || law.holds || (in_.body(a) < 0) == (in_.body(b) < 0)) return false;
+  const std::int32_t own = in_.body(a) < 0 ? a : b, hull = in_.body(a) < 0 ? b : a;
+  const auto shape = Shape(*in_.contactors->shape[hull]);
   if (shape != Shape::polygon && shape != Shape::polyhedron && shape != Shape::cylinder && shape != Shape::plane &&
       shape != Shape::half_plane)
     return false;
-  if (*contactors->radius[own] > 0 && !meshes->turns(own)) return false;
+  if (*in_.contactors->radius[own] > 0 && !in_.meshes->turns(own)) return false;
   double shift[3] = {0, 0, 0};
-  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  if (in_.cell->any()) image_shift(*in_.cell, c.image[i], shift);
   bond = {};
-  bond.mesh = meshes->mesh_of(own);
-  bond.carrier = body(hull);
+  bond.mesh = in_.meshes->mesh_of(own);
+  bond.carrier = in_.body(hull);
   for (std::size_t k = 0; k < 3; ++k) bond.shift[k] = own == a ? shift[k] : 0.0 - shift[k];
   bond.candidate = i;
   bond.hull = hull;
   bond.own = own;
-  bond.spare = spare;
-  for (int k = 0; k < dim(); ++k) bond.x[k] = c.point[dim() * i + k] - (own == a ? 0 : shift[k]);
+  bond.claim = claim;
+  for (int k = 0; k < in_.dim(); ++k) bond.x[k] = c.point[in_.dim() * i + k] - (own == a ? 0 : shift[k]);
   return true;
 }
 
 // True if a bond of the same body is at that position: a corner above the edge of two triangles is found on both.
-bool Interactions::State::is_there(std::span<const MeshFaceBond> bonds, const MeshFaceBond& wanted) const {
-  const double near = as_high * *contactors->radius[wanted.hull];
+bool MeshBondAreas::is_there(std::span<const MeshFaceBond> bonds, const MeshFaceBond& wanted) const {
+  const double near = as_high * *in_.contactors->radius[wanted.hull];
   return std::any_of(bonds.begin(), bonds.end(), [&](const MeshFaceBond& b) {
     const double from[3] = {b.x[0] - wanted.x[0], b.x[1] - wanted.x[1], b.x[2] - wanted.x[2]};
     return b.hull == wanted.hull && dot(from, from) <= near * near;
   });
 }
 
-// Areas of those that begin, in their order, where they are not what area_of says. Of the spare ones those for which
-// something is left begin, too.
-std::vector<Interactions::State::BondArea> Interactions::State::share_mesh_faces(std::vector<std::int32_t>& beginning,
-                                                                                 std::span<const std::int32_t> spare) {
+// Areas of those that begin, in their order, where they are not what ContactAreas says. Of the remainder those for
+// which something is left begin, too.
+std::vector<MeshBondAreas::BondArea> MeshBondAreas::share_mesh_faces(std::vector<std::int32_t>& beginning,
+                                                                     std::span<const std::int32_t> remainder) const {
   std::vector<BondArea> areas;
   std::vector<MeshFaceBond> bonds;
-  if (!meshes) return areas;
+  if (!in_.meshes) return areas;
   MeshFaceBond made{};
   for (const std::int32_t i : beginning)
-    if (as_mesh_bond(i, false, made)) bonds.push_back(made);
-  for (const std::int32_t i : spare)
-    if (as_mesh_bond(i, true, made)) bonds.push_back(made);
+    if (as_mesh_bond(i, AreaClaim::full, made)) bonds.push_back(made);
+  for (const std::int32_t i : remainder)
+    if (as_mesh_bond(i, AreaClaim::remainder, made)) bonds.push_back(made);
   if (bonds.empty()) return areas;
   std::sort(bonds.begin(), bonds.end(), [](const auto& p, const auto& q) { return p.order() < q.order(); });
-  const SidesOfNodes sides(*this);
+  const SidesOfNodes sides(in_);
   for (std::size_t first = 0, last = 0; first < bonds.size(); first = last) {
-    std::size_t end = first; // of those that stay, in front of which the spare ones stand last
+    std::size_t end = first; // of those that stay, in front of which claims of the remainder stand last
     for (; last < bonds.size() && bonds[last].group() == bonds[first].group(); ++last)
-      if (!bonds[last].spare || !is_there(std::span(&bonds[first], end - first), bonds[last]))
+      if (bonds[last].claim == AreaClaim::full || !is_there(std::span(&bonds[first], end - first), bonds[last]))
         bonds[end++] = bonds[last];
     const std::span<MeshFaceBond> group(&bonds[first], end - first);
-    MeshFaces(*this, sides, group).share();
+    MeshFaces(in_, sides, group).share();
     double most = 0;
     for (const MeshFaceBond& b : group) most = std::max(most, b.area);
     for (const MeshFaceBond& b : group) {
       if (!b.flat) continue;
       const double area = b.area > area_rounding * most ? b.area : 0;
-      if (b.spare && !(area > 0)) continue;
-      if (b.spare) beginning.push_back(b.candidate);
+      if (b.claim == AreaClaim::remainder && !(area > 0)) continue;
+      if (b.claim == AreaClaim::remainder) beginning.push_back(b.candidate);
       areas.emplace_back(b.candidate, area);
     }
   }

@@ -1,6 +1,8 @@
 // Areas of bonds between two meshes. Each pair of overlapping sides shares a piece of the face, whose parts belong to
 // the nearest node of their side: of the mesh added first, if that node is bonded, else of the other, else to the
 // nearest bond.
+#include "mesh_bond_areas.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,8 +11,8 @@
 #include <unordered_set>
 
 #include "../base/vectors.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "face_overlap.hpp"
-#include "interaction_state.hpp"
 #include "sides_of_nodes.hpp"
 
 namespace cairn {
@@ -20,21 +22,21 @@ constexpr double facing = 0.5; // cosine: sides that look less at each other do 
 
 } // namespace
 
-struct Interactions::State::MeshPairBond {
+struct MeshBondAreas::MeshPairBond {
   std::int32_t first, second;          // meshes, in the order in which they were added
   std::array<double, 3> shift;         // from the second to its image beside the first [m]
   std::int32_t candidate, point, side; // contactors: a node or a point of one mesh, a side of the other
   bool of_first;                       // the point is of the first mesh
-  bool spare;                          // it holds if something is left for it
-  double x[3] = {};                    // [m]
-  double area = 0;                     // [m2]
+  AreaClaim claim;
+  double x[3] = {}; // [m]
+  double area = 0;  // [m2]
   auto group() const { return std::tie(first, second, shift); }
-  auto order() const { return std::tuple(first, second, shift, spare, candidate); }
+  auto order() const { return std::tuple(first, second, shift, claim, candidate); }
 };
 
-class Interactions::State::MeshPairFaces {
+class MeshBondAreas::MeshPairFaces {
 public:
-  MeshPairFaces(const State& state, const SidesOfNodes& sides, std::span<MeshPairBond> bonds);
+  MeshPairFaces(const AssemblyInput& in, const SidesOfNodes& sides, std::span<MeshPairBond> bonds);
   // Areas of the bonds; false where sides are not flat on each other, so that pieces would not add up.
   bool share();
 
@@ -58,7 +60,7 @@ private:
   MeshPairBond* of_owner(std::int32_t owner) const;
   MeshPairBond* nearest(const double* x) const;
 
-  const State& s_;
+  const AssemblyInput& in_;
   const SidesOfNodes& sides_;
   std::span<MeshPairBond> bonds_;
   std::vector<std::pair<std::int32_t, std::int32_t>> owners_; // node or point, number of the bond
@@ -68,11 +70,11 @@ private:
   bool curved_ = false;
 };
 
-Interactions::State::MeshPairFaces::MeshPairFaces(const State& state, const SidesOfNodes& sides,
-                                                  std::span<MeshPairBond> bonds)
-    : s_(state), sides_(sides), bonds_(bonds) {
+MeshBondAreas::MeshPairFaces::MeshPairFaces(const AssemblyInput& in, const SidesOfNodes& sides,
+                                            std::span<MeshPairBond> bonds)
+    : in_(in), sides_(sides), bonds_(bonds) {
   for (const MeshPairBond& b : bonds) {
-    gap_ = std::max(gap_, std::abs(s_.candidates->gap[b.candidate]));
+    gap_ = std::max(gap_, std::abs(in_.candidates->gap[b.candidate]));
     owners_.emplace_back(b.point, std::int32_t(&b - bonds.data()));
   }
   std::sort(owners_.begin(), owners_.end());
@@ -80,7 +82,7 @@ Interactions::State::MeshPairFaces::MeshPairFaces(const State& state, const Side
 
 // From the sides at the bonds on to those beside, as far as they lie on each other: beside both, too, where edges of
 // both lie on each other.
-bool Interactions::State::MeshPairFaces::share() {
+bool MeshBondAreas::MeshPairFaces::share() {
   std::unordered_set<std::uint64_t> seen;
   std::vector<Sides> open;
   std::vector<std::int32_t> beside[2];
@@ -88,7 +90,7 @@ bool Interactions::State::MeshPairFaces::share() {
     if (seen.insert(std::uint64_t(one) << 32 | std::uint64_t(other)).second) open.emplace_back(one, other);
   };
   const auto look_round = [&](std::int32_t contactor, std::vector<std::int32_t>& found) {
-    const MeshSet::Middle& m = s_.meshes->middle(contactor);
+    const MeshSet::Middle& m = in_.meshes->middle(contactor);
     found.clear();
     for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
       for (const std::int32_t side : sides_.at(m.node[j])) found.push_back(side);
@@ -112,22 +114,22 @@ bool Interactions::State::MeshPairFaces::share() {
 }
 
 // Shares out the common face of two sides; false if it is empty.
-bool Interactions::State::MeshPairFaces::lay(const Sides& pair) {
+bool MeshBondAreas::MeshPairFaces::lay(const Sides& pair) {
   double other[3] = {};
-  s_.normal_of_side(pair.first, normal_);
-  s_.normal_of_side(pair.second, other);
+  in_.normal_of_side(pair.first, normal_);
+  in_.normal_of_side(pair.second, other);
   const double look = -dot(normal_, other);
   if (look < facing) return false;
   for (const bool second : {false, true}) {
-    const MeshSet::Middle& m = s_.meshes->middle(second ? pair.second : pair.first);
-    for (int j = 0; j < s_.dim(); ++j) x_[second][j] = s_.nodes->position[m.node[j]];
+    const MeshSet::Middle& m = in_.meshes->middle(second ? pair.second : pair.first);
+    for (int j = 0; j < in_.dim(); ++j) x_[second][j] = in_.nodes->position[m.node[j]];
   }
-  if (!(s_.dim() == 2 ? lay_edges(pair) : lay_triangles(pair))) return false;
+  if (!(in_.dim() == 2 ? lay_edges(pair) : lay_triangles(pair))) return false;
   curved_ = curved_ || !(look > flat_faces);
   return true;
 }
 
-bool Interactions::State::MeshPairFaces::lay_edges(const Sides& pair) {
+bool MeshBondAreas::MeshPairFaces::lay_edges(const Sides& pair) {
   const double x = x_[0][1][0] - x_[0][0][0], y = x_[0][1][1] - x_[0][0][1], square = x * x + y * y;
   double at[2], high = 0;
   for (int j = 0; j < 2; ++j) {
@@ -144,13 +146,13 @@ bool Interactions::State::MeshPairFaces::lay_edges(const Sides& pair) {
     for (const Part& other : parts_[1]) {
       const double begin = std::max({one.from, std::min(other.from, other.to), 0.0});
       const double end = std::min({one.to, std::max(other.from, other.to), 1.0});
-      if (begin < end) give(one, other, s_.meshes->edge_area(pair.first, begin, end));
+      if (begin < end) give(one, other, in_.meshes->edge_area(pair.first, begin, end));
     }
   return true;
 }
 
 // True if opposite sides touch: sides of warped faces do although their corners stand off, by less than a ledge.
-bool Interactions::State::MeshPairFaces::meets(double high, double size) {
+bool MeshBondAreas::MeshPairFaces::meets(double high, double size) {
   constexpr double warped = 0.25;
   if (high <= as_high * size + gap_) return true;
   curved_ = curved_ || high <= warped * size + gap_;
@@ -158,9 +160,9 @@ bool Interactions::State::MeshPairFaces::meets(double high, double size) {
 }
 
 // Parts of an edge within a range along it.
-void Interactions::State::MeshPairFaces::take_edge_parts(std::int32_t side, double from, double to,
-                                                         std::vector<Part>& out) const {
-  const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
+void MeshBondAreas::MeshPairFaces::take_edge_parts(std::int32_t side, double from, double to,
+                                                   std::vector<Part>& out) const {
+  const std::span<const MeshSet::SidePart> parts = in_.meshes->parts_of_side(side);
   const MeshSet::SidePart none[1] = {{-1, 0, 0, 1, 0}};
   out.clear();
   for (const MeshSet::SidePart& p : parts.empty() ? std::span<const MeshSet::SidePart>(none) : parts) {
@@ -174,7 +176,7 @@ void Interactions::State::MeshPairFaces::take_edge_parts(std::int32_t side, doub
   }
 }
 
-bool Interactions::State::MeshPairFaces::lay_triangles(const Sides& pair) {
+bool MeshBondAreas::MeshPairFaces::lay_triangles(const Sides& pair) {
   FaceOutline outline[2];
   double t[3], across[3], high = 0;
   tangent_of(normal_, t);
@@ -195,7 +197,7 @@ bool Interactions::State::MeshPairFaces::lay_triangles(const Sides& pair) {
   take_triangle_parts(pair.first, outline[0], parts_[0]);
   take_triangle_parts(pair.second, outline[1], parts_[1]);
   double reference = 0; // of the body as it lies at the start, which may be another
-  for (const MeshSet::SidePart& p : s_.meshes->parts_of_side(pair.first)) reference += p.area;
+  for (const MeshSet::SidePart& p : in_.meshes->parts_of_side(pair.first)) reference += p.area;
   const double scale = reference > 0 ? reference / whole : 1;
   for (const Part& p : parts_[0])
     for (const Part& q : parts_[1])
@@ -204,9 +206,9 @@ bool Interactions::State::MeshPairFaces::lay_triangles(const Sides& pair) {
 }
 
 // A corner has its share of the triangle.
-void Interactions::State::MeshPairFaces::take_triangle_parts(std::int32_t side, const FaceOutline& whole,
-                                                             std::vector<Part>& out) const {
-  const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
+void MeshBondAreas::MeshPairFaces::take_triangle_parts(std::int32_t side, const FaceOutline& whole,
+                                                       std::vector<Part>& out) const {
+  const std::span<const MeshSet::SidePart> parts = in_.meshes->parts_of_side(side);
   const bool first = &out == &parts_[0];
   out.clear();
   const auto place = [&](Part& made, int corner) {
@@ -229,7 +231,7 @@ void Interactions::State::MeshPairFaces::take_triangle_parts(std::int32_t side, 
   }
   for (int j = 0; j < 3; ++j) {
     Part& made = out.emplace_back();
-    part_of_corner(whole, s_.meshes->shares_of_side(side).data(), j, made.outline);
+    part_of_corner(whole, in_.meshes->shares_of_side(side).data(), j, made.outline);
     made.outline.turn_left();
     const auto p = std::find_if(parts.begin(), parts.end(), [&](const auto& q) { return q.corner == j; });
     made.owner[0] = {p == parts.end() ? -1 : p->owner, 1.0};
@@ -238,7 +240,7 @@ void Interactions::State::MeshPairFaces::take_triangle_parts(std::int32_t side, 
   }
 }
 
-void Interactions::State::MeshPairFaces::give(const Part& one, const Part& other, double area) {
+void MeshBondAreas::MeshPairFaces::give(const Part& one, const Part& other, double area) {
   for (int i = 0; i < one.owners; ++i) {
     if (MeshPairBond* to = of_owner(one.owner[std::size_t(i)].first)) {
       to->area += one.owner[std::size_t(i)].second * area;
@@ -252,13 +254,13 @@ void Interactions::State::MeshPairFaces::give(const Part& one, const Part& other
   }
 }
 
-Interactions::State::MeshPairBond* Interactions::State::MeshPairFaces::of_owner(std::int32_t owner) const {
+MeshBondAreas::MeshPairBond* MeshBondAreas::MeshPairFaces::of_owner(std::int32_t owner) const {
   if (owner < 0) return nullptr;
   const auto at = std::lower_bound(owners_.begin(), owners_.end(), std::pair(owner, std::int32_t(-1)));
   return at != owners_.end() && at->first == owner ? &bonds_[std::size_t(at->second)] : nullptr;
 }
 
-Interactions::State::MeshPairBond* Interactions::State::MeshPairFaces::nearest(const double* x) const {
+MeshBondAreas::MeshPairBond* MeshBondAreas::MeshPairFaces::nearest(const double* x) const {
   MeshPairBond* found = &bonds_[0];
   double least = std::numeric_limits<double>::max();
   for (MeshPairBond& b : bonds_) {
@@ -269,78 +271,78 @@ Interactions::State::MeshPairBond* Interactions::State::MeshPairFaces::nearest(c
 }
 
 // True if a contact is a bond of two meshes by a law that uses its area.
-bool Interactions::State::as_mesh_pair_bond(std::int32_t i, bool spare, MeshPairBond& bond) const {
-  const Candidates& c = *candidates;
+bool MeshBondAreas::as_mesh_pair_bond(std::int32_t i, AreaClaim claim, MeshPairBond& bond) const {
+  const Candidates& c = *in_.candidates;
   const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-  const LawInfo& law = law_infos()[std::size_t(laws->entry(entry[i]).law)];
-  if (law.joins || law.spans || law.holds || !(kind[a] & kind[b] & mapped)) return false;
-  const std::int32_t mesh_a = meshes->mesh_of(a), mesh_b = meshes->mesh_of(b);
-  if (mesh_a == mesh_b || meshes->turns(a) == meshes->turns(b)) return false;
+  const LawInfo& law = classes_.law(i);
+  if (law.joins || law.spans || law.holds || !(classes_.is_mapped(a) && classes_.is_mapped(b))) return false;
+  const std::int32_t mesh_a = in_.meshes->mesh_of(a), mesh_b = in_.meshes->mesh_of(b);
+  if (mesh_a == mesh_b || in_.meshes->turns(a) == in_.meshes->turns(b)) return false;
   double shift[3] = {0, 0, 0};
-  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  if (in_.cell->any()) image_shift(*in_.cell, c.image[i], shift);
   const bool in_order = mesh_a < mesh_b;
   bond = {};
   bond.first = std::min(mesh_a, mesh_b);
   bond.second = std::max(mesh_a, mesh_b);
   for (std::size_t k = 0; k < 3; ++k) bond.shift[k] = in_order ? shift[k] : 0.0 - shift[k];
   bond.candidate = i;
-  bond.point = meshes->turns(a) ? b : a;
-  bond.side = meshes->turns(a) ? a : b;
-  bond.of_first = meshes->mesh_of(bond.point) == bond.first;
-  bond.spare = spare;
-  for (int k = 0; k < dim(); ++k) bond.x[k] = c.point[dim() * i + k] - (in_order ? 0 : shift[k]);
+  bond.point = in_.meshes->turns(a) ? b : a;
+  bond.side = in_.meshes->turns(a) ? a : b;
+  bond.of_first = in_.meshes->mesh_of(bond.point) == bond.first;
+  bond.claim = claim;
+  for (int k = 0; k < in_.dim(); ++k) bond.x[k] = c.point[in_.dim() * i + k] - (in_order ? 0 : shift[k]);
   return true;
 }
 
 // A node at the corner of a mesh touches the sides round that of another as well: it is joined to sides that one of its
 // own looks at alone.
-void Interactions::State::leave_out_corners(std::vector<std::int32_t>& beginning) const {
-  if (!meshes) return;
+void MeshBondAreas::leave_out_corners(std::vector<std::int32_t>& beginning) const {
+  if (!in_.meshes) return;
   MeshPairBond made{};
   if (std::none_of(beginning.begin(), beginning.end(),
-                   [&](std::int32_t i) { return as_mesh_pair_bond(i, false, made); }))
+                   [&](std::int32_t i) { return as_mesh_pair_bond(i, AreaClaim::full, made); }))
     return;
-  const SidesOfNodes sides(*this);
+  const SidesOfNodes sides(in_);
   std::erase_if(beginning, [&](std::int32_t i) {
-    if (!as_mesh_pair_bond(i, false, made)) return false;
+    if (!as_mesh_pair_bond(i, AreaClaim::full, made)) return false;
     double face[3] = {}, own[3] = {};
-    normal_of_side(made.side, face);
+    in_.normal_of_side(made.side, face);
     bool any = false;
-    const MeshSet::Middle& m = meshes->middle(made.point);
+    const MeshSet::Middle& m = in_.meshes->middle(made.point);
     for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
       for (const std::int32_t side : sides.at(m.node[j])) {
         any = true;
-        normal_of_side(side, own);
+        in_.normal_of_side(side, own);
         if (-dot(face, own) >= facing) return false;
       }
     return any;
   });
 }
 
-// Adds the areas of bonds of meshes, where they are not what area_of says. Of the spare ones those for which something
-// is left begin, too.
-void Interactions::State::share_mesh_pairs(std::vector<std::int32_t>& beginning, std::span<const std::int32_t> spare,
-                                           std::vector<BondArea>& areas) const {
-  if (!meshes) return;
+// Adds the areas of bonds of meshes, where they are not what ContactAreas says. Of the remainder those for which
+// something is left begin, too.
+void MeshBondAreas::share_mesh_pairs(std::vector<std::int32_t>& beginning, std::span<const std::int32_t> remainder,
+                                     std::vector<BondArea>& areas) const {
+  if (!in_.meshes) return;
   std::vector<MeshPairBond> bonds;
   MeshPairBond made{};
   for (const std::int32_t i : beginning)
-    if (as_mesh_pair_bond(i, false, made)) bonds.push_back(made);
-  for (const std::int32_t i : spare)
-    if (as_mesh_pair_bond(i, true, made)) bonds.push_back(made);
+    if (as_mesh_pair_bond(i, AreaClaim::full, made)) bonds.push_back(made);
+  for (const std::int32_t i : remainder)
+    if (as_mesh_pair_bond(i, AreaClaim::remainder, made)) bonds.push_back(made);
   if (bonds.empty()) return;
   std::sort(bonds.begin(), bonds.end(), [](const auto& p, const auto& q) { return p.order() < q.order(); });
-  const SidesOfNodes sides(*this);
+  const SidesOfNodes sides(in_);
   for (std::size_t first = 0, last = 0; first < bonds.size(); first = last) {
     while (last < bonds.size() && bonds[last].group() == bonds[first].group()) ++last;
     const std::span<MeshPairBond> group(&bonds[first], last - first);
-    if (!MeshPairFaces(*this, sides, group).share()) continue;
+    if (!MeshPairFaces(in_, sides, group).share()) continue;
     double most = 0;
     for (const MeshPairBond& b : group) most = std::max(most, b.area);
     for (const MeshPairBond& b : group) {
-      const double area = b.area > area_rounding * most ? b.area : 0, own = meshes->area(b.point);
-      if (b.spare && !(area > 0)) continue;
-      if (b.spare) beginning.push_back(b.candidate);
+      const double area = b.area > area_rounding * most ? b.area : 0, own = in_.meshes->area(b.point);
+      if (b.claim == AreaClaim::remainder && !(area > 0)) continue;
+      if (b.claim == AreaClaim::remainder) beginning.push_back(b.candidate);
       if (std::abs(area - own) > area_rounding * own) areas.emplace_back(b.candidate, area);
     }
   }

@@ -1,10 +1,12 @@
 // Ropes over a pulley: joints of three ends. The near end and the pulley are the sides of the contact; what runs from
 // the pulley to the far end is added to it: the same impulse acts there, so that the rope has one tension.
+#include "ropes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
+#include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
-#include "interaction_state.hpp"
 
 namespace cairn {
 namespace {
@@ -41,58 +43,58 @@ std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& 
   return RopeEnds{mark[3 - pulley - far], mark[pulley], mark[far]};
 }
 
-void Interactions::State::find_ropes(const Contactors& of, const LawTable& by) {
-  rope_of.clear();
+void Ropes::find(const Contactors& of, const LawTable& by) {
+  of_material_.clear();
   for (int e = 0; e < by.entries(); ++e) {
     const LawTable::Entry& rule = by.entry(e);
     if (!law_infos()[std::size_t(rule.law)].joins || !(rule.params[joint_pulley] > 0)) continue;
-    rope_of.resize(std::size_t(by.materials()));
+    of_material_.resize(std::size_t(by.materials()));
     for (int m = 0; m < by.materials(); ++m)
-      if (by.find(m, m) == e) rope_of[std::size_t(m)] = rope_ends(of, by, m);
+      if (by.find(m, m) == e) of_material_[std::size_t(m)] = rope_ends(of, by, m);
   }
 }
 
-Interactions::State::FarPart Interactions::State::far_part(std::int64_t i) const {
-  const RopeEnds& ends = *rope_of[std::size_t(*contactors->material[candidates->contactor_a[i]])];
+Ropes::FarPart Ropes::far_part(std::int64_t i) const {
+  const RopeEnds& ends = *of_material_[std::size_t(*in_.contactors->material[in_.candidates->contactor_a[i]])];
   FarPart part;
-  part.body[0] = body(ends.far);
-  part.body[1] = body(ends.pulley);
+  part.body[0] = in_.body(ends.far);
+  part.body[1] = in_.body(ends.pulley);
   double at[2][3] = {}, square = 0;
   for (const auto& [end, mark] : {std::pair{0, ends.far}, std::pair{1, ends.pulley}}) {
     double own[3] = {};
-    if (contactors->offset.active) std::copy_n(contactors->offset[mark], dim(), own);
-    carried(mark, own, part.lever[end]);
-    carrier_at(mark, at[end]);
+    if (in_.contactors->offset.active) std::copy_n(in_.contactors->offset[mark], in_.dim(), own);
+    in_.carried(mark, own, part.lever[end]);
+    in_.carrier_at(mark, at[end]);
   }
-  for (int k = 0; k < dim(); ++k) {
+  for (int k = 0; k < in_.dim(); ++k) {
     part.normal[k] = (at[0][k] - at[1][k]) + (part.lever[0][k] - part.lever[1][k]);
     square += part.normal[k] * part.normal[k];
   }
   part.length = std::sqrt(square);
-  for (int k = 0; k < dim() && part.length > 0; ++k) part.normal[k] /= part.length;
+  for (int k = 0; k < in_.dim() && part.length > 0; ++k) part.normal[k] /= part.length;
   return part;
 }
 
 // Terms of the far part in the velocity of the contact and in W, and the response of its bodies to a unit impulse.
-void Interactions::State::fill_ropes(cairn_batch& b) const {
-  const int d = dim(), n = system.velocities();
+void Ropes::fill(cairn_batch& b) const {
+  const int d = in_.dim(), n = system_.velocities();
   for (int lane = 0; lane < b.count && b.rope; ++lane) {
     double* to = b.rope + rope_numbers * lane;
     std::fill_n(to, rope_numbers, 0.0);
-    std::fill_n(b.rope_body + 2 * lane, 2, std::int32_t(system.bodies));
+    std::fill_n(b.rope_body + 2 * lane, 2, std::int32_t(system_.bodies));
     if (lane >= b.contacts) continue;
-    const std::int64_t i = system.candidate[b.first + lane];
+    const std::int64_t i = system_.candidate[b.first + lane];
     const FarPart part = far_part(i);
     double axes[3][3], near[6];
     axes_of(b, d, lane, axes);
     // whether the pulley is on side A; where that is a mesh, body_a is no number of a rigid body
-    const bool first =
-        candidates->contactor_a[i] == rope_of[std::size_t(*contactors->material[candidates->contactor_a[i]])]->pulley;
+    const bool first = in_.candidates->contactor_a[i] ==
+                       of_material_[std::size_t(*in_.contactors->material[in_.candidates->contactor_a[i]])]->pulley;
     row_of(d, part.lever[1], axes[0], first ? 1 : -1, near);
     for (int end = 0; end < 2; ++end) {
       double *row = to + 2 + 12 * end, *answer = row + 6, mass[36], inverse[36];
       row_of(d, part.lever[end], part.normal, end ? -1 : 1, row);
-      body_mass(system, part.body[end], mass, inverse);
+      body_mass(system_, part.body[end], mass, inverse);
       for (int k = 0; k < n; ++k)
         for (int l = 0; l < n; ++l) answer[k] += inverse[n * l + k] * row[l];
       for (int k = 0; k < n; ++k) to[1] += answer[k] * (row[k] + (end ? 2 * near[k] : 0));

@@ -3,19 +3,19 @@
 #include <span>
 #include <vector>
 
-#include "interaction_state.hpp"
+#include "assembly_input.hpp"
 
 namespace cairn {
 
 // Contactors of the edges or facets that have a node of the scene.
-struct Interactions::State::SidesOfNodes {
+struct SidesOfNodes {
   std::vector<std::int64_t> start;
   std::vector<std::int32_t> side;
-  explicit SidesOfNodes(const State& s) : start(std::size_t(s.nodes->count) + 1, 0) {
+  explicit SidesOfNodes(const AssemblyInput& in) : start(std::size_t(in.nodes->count) + 1, 0) {
     const auto each = [&](auto&& take) {
-      for (const std::int32_t c : s.meshes->mapped().contactor)
-        if (s.meshes->turns(c))
-          for (int j = 0; j < s.dim(); ++j) take(c, std::size_t(s.meshes->middle(c).node[j]));
+      for (const std::int32_t c : in.meshes->mapped().contactor)
+        if (in.meshes->turns(c))
+          for (int j = 0; j < in.dim(); ++j) take(c, std::size_t(in.meshes->middle(c).node[j]));
     };
     each([&](std::int32_t, std::size_t node) { ++start[node + 1]; });
     for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];

@@ -13,11 +13,11 @@ void Nscd::seat_joints(Simulation& s) {
   constexpr double fall = 0.25;
   if (seated_ || !s.meshes.linear()) return;
   seated_ = true;
-  if (!s.interactions.seats_joints()) return;
-  s.interactions.joints_seated();
+  if (!s.interactions.must_project_joints()) return;
+  s.interactions.joints_projected();
   Bodies& b = s.scene.bodies;
-  s.interactions.choose_joints_to_seat(b);
-  const double begun = s.interactions.joints_off();
+  s.interactions.choose_joints_to_project(b);
+  const double begun = s.interactions.joint_violation();
   if (!(begun > 0)) return;
   const Array<double> position = b.position.values, rotation = b.rotation.values;
   double off = begun, potential = 0;
@@ -29,10 +29,10 @@ void Nscd::seat_joints(Simulation& s) {
     assemble_contacts(s);
   };
   for (int pass = 0; pass < most && off > 0; ++pass) {
-    if (!s.interactions.seat_joints(b, seat_)) break;
+    if (!s.interactions.project_joints(b, seat_)) break;
     move_bodies(s, seat_);
     detect_again();
-    const double now = s.interactions.joints_off();
+    const double now = s.interactions.joint_violation();
     const bool nearer = now <= fall * off;
     off = now;
     if (!nearer) break;

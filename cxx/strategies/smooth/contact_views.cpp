@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../contacts/interaction_state.hpp"
 #include "../../simulation/contact_fields.hpp"
+#include "../../solvers/sweeps/batch.hpp"
 #include "lanes.hpp"
 
 namespace cairn {

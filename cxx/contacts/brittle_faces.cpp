@@ -2,13 +2,15 @@
 // sweeps: a body that hangs by its face may be held by a single corner, or by corners that pull against each other
 // across it. So the joint is judged by its determinate force and moment, shared as by a thin elastic layer between
 // stiff faces: normal, shear and twist stresses vary linearly along the face.
+#include "brittle_faces.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
+#include "../solvers/sweeps/batch.hpp"
 #include "face_overlap.hpp"
-#include "interaction_state.hpp"
 
 namespace cairn {
 
@@ -25,7 +27,7 @@ struct Borne {
 };
 
 // Shares forces and moments by area. Along a direction in which the points have no width there is no moment.
-void share(std::vector<Borne>& points) {
+void share_elastically(std::vector<Borne>& points) {
   double area = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, normal = 0, t = 0, s = 0, about_x = 0, about_y = 0, twist = 0;
   for (const Borne& p : points) {
     area += p.area;
@@ -60,30 +62,30 @@ void share(std::vector<Borne>& points) {
 } // namespace
 
 // Sound points of brittle laws between rigid bodies, those of the same face together.
-void Interactions::State::share_joints() {
-  shared_of.clear();
-  joint_points.clear();
-  for (std::size_t which = 0; which < system.batches.size(); ++which) {
-    const cairn_batch& b = system.batches[which];
+void BrittleFaces::share() {
+  shared_.clear();
+  points_.clear();
+  for (std::size_t which = 0; which < system_.batches.size(); ++which) {
+    const cairn_batch& b = system_.batches[which];
     if (!is_brittle(law_infos()[b.law]) || b.mapped_a || b.mapped_b)
       continue;                                               // nodes of a mesh each give way by themselves
     if (is_radial(b.side_a) && is_radial(b.side_b)) continue; // two balls have one point
     for (int lane = 0; lane < b.contacts; ++lane)
       if (b.state[lane] > 0) {
-        const std::int32_t i = system.candidate[b.first + lane];
-        joint_points.push_back(
-            {b.body_a[lane], b.body_b[lane], candidates->image[i], entry[i], i, std::int32_t(which), lane});
+        const std::int32_t i = system_.candidate[b.first + lane];
+        points_.push_back({b.body_a[lane], b.body_b[lane], in_.candidates->image[i], classes_.entry[i], i,
+                           std::int32_t(which), lane});
       }
   }
-  if (joint_points.size() < 2) return;
+  if (points_.size() < 2) return;
   const auto joint = [](const JointPoint& p) { return std::tie(p.body_a, p.body_b, p.image, p.entry); };
-  std::sort(joint_points.begin(), joint_points.end(), [&](const JointPoint& p, const JointPoint& q) {
+  std::sort(points_.begin(), points_.end(), [&](const JointPoint& p, const JointPoint& q) {
     return joint(p) != joint(q) ? joint(p) < joint(q) : p.candidate < q.candidate;
   });
   thread_local std::vector<JointPoint> face, others; // each step asks
-  for (std::size_t first = 0, end = 0; first < joint_points.size(); first = end) {
-    while (end < joint_points.size() && joint(joint_points[end]) == joint(joint_points[first])) ++end;
-    others.assign(joint_points.begin() + std::ptrdiff_t(first), joint_points.begin() + std::ptrdiff_t(end));
+  for (std::size_t first = 0, end = 0; first < points_.size(); first = end) {
+    while (end < points_.size() && joint(points_[end]) == joint(points_[first])) ++end;
+    others.assign(points_.begin() + std::ptrdiff_t(first), points_.begin() + std::ptrdiff_t(end));
     while (others.size() > 1) { // faces that look elsewhere, and steps of a stair, are joints of their own
       const JointPoint one = others.front();
       const auto rest =
@@ -95,12 +97,13 @@ void Interactions::State::share_joints() {
   }
 }
 
-bool Interactions::State::on_one_face(const JointPoint& one, const JointPoint& other) const {
-  const int d = dim();
-  const double *n = &candidates->normal[d * one.candidate], *m = &candidates->normal[d * other.candidate];
+bool BrittleFaces::on_one_face(const JointPoint& one, const JointPoint& other) const {
+  const int d = in_.dim();
+  const double *n = &in_.candidates->normal[d * one.candidate], *m = &in_.candidates->normal[d * other.candidate];
   double alike = 0, off = 0, square = 0;
   for (int k = 0; k < d; ++k) {
-    const double between = candidates->point[d * other.candidate + k] - candidates->point[d * one.candidate + k];
+    const double between =
+        in_.candidates->point[d * other.candidate + k] - in_.candidates->point[d * one.candidate + k];
     alike += n[k] * m[k];
     off += n[k] * between;
     square += between * between;
@@ -109,10 +112,10 @@ bool Interactions::State::on_one_face(const JointPoint& one, const JointPoint& o
 }
 
 // Impulses of one joint as its commit is to judge them, in the axes of their contacts.
-void Interactions::State::share_face(const std::vector<JointPoint>& face) {
-  const int d = dim();
+void BrittleFaces::share_face(const std::vector<JointPoint>& face) {
+  const int d = in_.dim();
   double axes[3][3] = {}, own[3][3] = {};
-  const auto batch = [&](const JointPoint& p) -> const cairn_batch& { return system.batches[std::size_t(p.batch)]; };
+  const auto batch = [&](const JointPoint& p) -> const cairn_batch& { return system_.batches[std::size_t(p.batch)]; };
   axes_of(batch(face.front()), d, face.front().lane, axes);
   thread_local std::vector<Borne> points;
   points.clear();
@@ -121,7 +124,8 @@ void Interactions::State::share_face(const std::vector<JointPoint>& face) {
     axes_of(b, d, p.lane, own);
     Borne to{};
     for (int k = 0; k < d; ++k) {
-      const double from = candidates->point[d * p.candidate + k] - candidates->point[d * face.front().candidate + k];
+      const double from =
+          in_.candidates->point[d * p.candidate + k] - in_.candidates->point[d * face.front().candidate + k];
       to.x += axes[1][k] * from;
       to.y += axes[2][k] * from;
       for (int l = 1; l < d; ++l) {
@@ -133,11 +137,11 @@ void Interactions::State::share_face(const std::vector<JointPoint>& face) {
     to.area = b.state[law_infos()[b.law].state_column("area", d) * b.count + p.lane];
     points.push_back(to);
   }
-  share(points);
-  if (shared_of.empty()) shared_of.assign(3 * system.candidate.size(), std::numeric_limits<double>::quiet_NaN());
+  share_elastically(points);
+  if (shared_.empty()) shared_.assign(3 * system_.candidate.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t j = 0; j < face.size(); ++j) {
     const cairn_batch& b = batch(face[j]);
-    double* to = &shared_of[3 * std::size_t(b.first + face[j].lane)];
+    double* to = &shared_[3 * std::size_t(b.first + face[j].lane)];
     axes_of(b, d, face[j].lane, own);
     to[0] = points[j].normal;
     for (int l = 1; l < d; ++l) {

@@ -1,6 +1,8 @@
 // Joints hold where the next step detects them: what the flight of their law misses there, of third order in the step,
 // is found from the velocities of its solution and made good by its biases. This is SHAKE (Ryckaert, Ciccotti &
 // Berendsen 1977) by Newton's method, so that neither errors nor the energy drift.
+#include "joint_drift.hpp"
+
 #include <omp.h>
 
 #include <algorithm>
@@ -8,8 +10,8 @@
 #include <limits>
 #include <utility>
 
+#include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
-#include "interaction_state.hpp"
 
 namespace cairn {
 namespace {
@@ -56,8 +58,8 @@ struct Ahead {
 } // namespace
 
 // Velocity of a side that rests on nodes of a mesh, with the impulses at hand [m/s].
-void Interactions::State::velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const {
-  const int n = b.count, d = dim();
+void JointDrift::velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const {
+  const int n = b.count, d = in_.dim();
   const std::int32_t *const node = of_b ? b.node_b : b.node_a, *const dof = of_b ? b.dof_b : b.dof_a;
   const double* weight = of_b ? b.lever_b : b.lever_a;
   const cairn_condensed& mesh = b.condensed[(of_b ? b.body_b : b.body_a)[lane]];
@@ -71,20 +73,21 @@ void Interactions::State::velocity_of_mapped(const cairn_batch& b, bool of_b, in
 }
 
 // Velocity and spin of the carrier of an end; nodes have no spin.
-void Interactions::State::velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const {
+void JointDrift::velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const {
   std::fill_n(out, 6, 0.0);
   if (of_b ? b.mapped_b : b.mapped_a) return velocity_of_mapped(b, of_b, lane, out);
-  std::copy_n(system.record[(of_b ? b.body_b : b.body_a)[lane]].x, system.velocities(), out);
+  std::copy_n(system_.record[(of_b ? b.body_b : b.body_a)[lane]].x, system_.velocities(), out);
 }
 
 // Pose of a joint after a time of flight, in the present axes of B, so that motion with B is no error.
-void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const {
-  const std::int64_t i = system.candidate[b.first + lane];
-  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-  const int d = std::min(dim(), 3);
+void JointDrift::pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  const Anchor& anchor = anchors_.of(i);
+  const int d = std::min(in_.dim(), 3);
   const auto ahead = [&](bool of_b) {
     const std::int32_t body = (of_b ? b.body_b : b.body_a)[lane];
-    if (!(of_b ? b.mapped_b : b.mapped_a)) return Ahead(*bodies, system.record[body], body, d, time, left_of_step);
+    if (!(of_b ? b.mapped_b : b.mapped_a))
+      return Ahead(*in_.bodies, system_.record[body], body, d, time, in_.options.time_left);
     double velocity[3];
     velocity_of_mapped(b, of_b, lane, velocity);
     return Ahead(velocity, d, time);
@@ -92,20 +95,20 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time
   const Ahead of_a = ahead(false), of_b = ahead(true);
   double a[3] = {}, to_b[3] = {}, at_a[3] = {}, at_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0},
          between[3] = {};
-  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-  if (sheared) image_velocity(*cell, candidates->image[i], flown);
-  carrier_at(candidates->contactor_a[i], at_a);
-  carrier_at(candidates->contactor_b[i], at_b);
+  if (in_.cell->any()) image_shift(*in_.cell, in_.candidates->image[i], shift);
+  if (in_.sheared) image_velocity(*in_.cell, in_.candidates->image[i], flown);
+  in_.carrier_at(in_.candidates->contactor_a[i], at_a);
+  in_.carrier_at(in_.candidates->contactor_b[i], at_b);
   of_a.carry(d, anchor.a, a);
   of_b.carry(d, anchor.b, to_b);
   for (int k = 0; k < d; ++k)
     between[k] =
         (at_a[k] - (at_b[k] + shift[k])) + (of_a.moved[k] - (of_b.moved[k] + time * flown[k])) + (a[k] - to_b[k]);
   const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
-  const double* now = bodies->rotation.active && !b.mapped_b ? bodies->rotation[b.body_b[lane]] : standing;
+  const double* now = in_.bodies->rotation.active && !b.mapped_b ? in_.bodies->rotation[b.body_b[lane]] : standing;
   pose.ahead = true;
   pose.turns = !b.mapped_a && !b.mapped_b;
-  if (pose.turns) turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
+  if (pose.turns) frames_.turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
   if (d == 2) {
     const double back = now[0] - of_b.rotation[0], c = std::cos(back), s = std::sin(back);
     pose.between[0] = c * between[0] - s * between[1];
@@ -120,21 +123,20 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time
   turn_about(now, 1, own, pose.turned + 1);
 }
 
-JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) {
-  State& s = *s_;
-  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return {};
-  s.system.load(s.free(bodies));
-  const cairn_schedule schedule = s.system.schedule(omp_get_max_threads());
+JointMiss JointDrift::miss(const Bodies& bodies, double least) {
+  if (!frames_.joints_at_midpoint() || system_.batches.empty()) return {};
+  system_.load(in_.free(bodies));
+  const cairn_schedule schedule = system_.schedule(omp_get_max_threads());
   cairn_add_impulses(&schedule);
-  return s.miss_of_joints(least);
+  return largest_miss(least);
 }
 
 // True if the ends of a joint pass each other on curved paths, however contacts are solved.
-bool Interactions::State::flies_bent(const cairn_batch& b, int lane) const {
+bool JointDrift::bends(const cairn_batch& b, int lane) const {
   if (b.params[joint_spans * b.count + lane] > 0) return true;
   const auto turns = [&](bool mapped, bool moves, std::int32_t body) {
-    const double* x = mapped ? nullptr : bodies->velocity[body];
-    return !mapped && (moves || std::any_of(x + dim(), x + 3 * dim() - 3, [](double w) { return w != 0; }));
+    const double* x = mapped ? nullptr : in_.bodies->velocity[body];
+    return !mapped && (moves || std::any_of(x + in_.dim(), x + 3 * in_.dim() - 3, [](double w) { return w != 0; }));
   };
   return turns(b.mapped_a != 0, b.moves_a != 0, b.body_a[lane]) ||
          turns(b.mapped_b != 0, b.moves_b != 0, b.body_b[lane]);
@@ -142,72 +144,72 @@ bool Interactions::State::flies_bent(const cairn_batch& b, int lane) const {
 
 // f(batch, lane, component, miss) by the records, which hold the velocities of a solution.
 template <class F>
-void Interactions::State::each_miss(F&& f) const {
-  for (const cairn_batch& b : system.batches) {
+void JointDrift::each_miss(F&& f) const {
+  for (const cairn_batch& b : system_.batches) {
     if (!law_infos()[b.law].joins) continue;
     const bool of_mesh = b.mapped_a || b.mapped_b;
     for (int lane = 0; lane < b.contacts; ++lane) {
-      const std::int64_t i = system.candidate[b.first + lane];
-      const int blocked = int(laws->entry(entry[i]).params[joint_blocked]);
-      if (blocked == 0 || !is_anchored(i) || !(b.state[lane] > 0) || (of_mesh && !flies_bent(b, lane))) continue;
+      const std::int64_t i = system_.candidate[b.first + lane];
+      const int blocked = int(classes_.rule(i).params[joint_blocked]);
+      if (blocked == 0 || !anchors_.is_anchored(i) || !(b.state[lane] > 0) || (of_mesh && !bends(b, lane))) continue;
       JointPose pose;
       double error[6];
-      pose_ahead(b, lane, h, pose);
-      joint_errors(b, lane, pose, error);
-      for (int c = 0; c < (of_mesh ? dim() : b.components); ++c)
-        if (blocked >> c & 1) f(b, lane, c, error[dim() == 2 && c == 2 ? 3 : c]);
+      pose_ahead(b, lane, in_.h, pose);
+      frames_.errors(b, lane, pose, error);
+      for (int c = 0; c < (of_mesh ? in_.dim() : b.components); ++c)
+        if (blocked >> c & 1) f(b, lane, c, error[in_.dim() == 2 && c == 2 ? 3 : c]);
     }
   }
 }
 
 // Position errors of joints, small beside the relative speed of their bodies, in any frame of the scene; below the
 // rounding of positions and velocities there is nothing to correct.
-JointMiss Interactions::State::miss_of_joints(double least) const {
+JointMiss JointDrift::largest_miss(double least) const {
   JointMiss found;
   double fastest = 0, rounding = 0;
   each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    const std::int64_t i = system.candidate[b.first + lane];
-    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+    const std::int64_t i = system_.candidate[b.first + lane];
+    const Anchor& anchor = anchors_.of(i);
     double one[6], two[6], at_a[3], at_b[3], apart = 0, whole = 0, place = 0;
     velocity_of_end(b, false, lane, one);
     velocity_of_end(b, true, lane, two);
-    carrier_at(candidates->contactor_a[i], at_a);
-    carrier_at(candidates->contactor_b[i], at_b);
-    for (int k = 0; k < dim(); ++k) {
+    in_.carrier_at(in_.candidates->contactor_a[i], at_a);
+    in_.carrier_at(in_.candidates->contactor_b[i], at_b);
+    for (int k = 0; k < in_.dim(); ++k) {
       apart = std::hypot(apart, one[k] - two[k]);
       whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
       place = std::max({place, std::abs(at_a[k]), std::abs(at_b[k])});
     }
-    rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / h + whole));
+    rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / in_.h + whole));
     for (const auto& [x, arm] :
          {std::pair{&one[0], anchor.a}, std::pair{&two[0], anchor.b}}) { // how fast an end turns about its body
       double spin = 0, length = 0;
-      for (int k = dim(); k < 3 * dim() - 3; ++k) spin = std::hypot(spin, x[k]);
-      for (int k = 0; k < dim(); ++k) length = std::hypot(length, arm[k]);
+      for (int k = in_.dim(); k < 3 * in_.dim() - 3; ++k) spin = std::hypot(spin, x[k]);
+      for (int k = 0; k < in_.dim(); ++k) length = std::hypot(length, arm[k]);
       apart = std::max(apart, spin * length);
     }
     fastest = std::max(fastest, apart);
-    const double length = length_of_joint(b, lane, anchor), error = std::abs(miss) / (c < dim() ? length : 1);
-    if (c < dim()) found.gap = std::max(found.gap, std::abs(miss));
+    const double length = length_of_joint(b, lane, anchor), error = std::abs(miss) / (c < in_.dim() ? length : 1);
+    if (c < in_.dim()) found.gap = std::max(found.gap, std::abs(miss));
     if (found.contact < 0 || error > found.error) found.error = error, found.contact = i;
     found.swing = std::max(found.swing, swing_of(b, lane, length));
   });
-  found.small = found.gap / h <= std::max(least * fastest, rounding);
+  found.small = found.gap / in_.h <= std::max(least * fastest, rounding);
   return found;
 }
 
 // How far from the middles of its bodies a joint holds them, or apart; at the middle of both, how far these reach.
-double Interactions::State::length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const {
+double JointDrift::length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const {
   double length = anchor.length, of_a = 0, of_b = 0;
-  for (int k = 0; k < dim(); ++k) of_a = std::hypot(of_a, anchor.a[k]), of_b = std::hypot(of_b, anchor.b[k]);
+  for (int k = 0; k < in_.dim(); ++k) of_a = std::hypot(of_a, anchor.a[k]), of_b = std::hypot(of_b, anchor.b[k]);
   length = std::max({length, of_a, of_b});
   if (length > 0) return length;
   if (b.mapped_a || b.mapped_b) {
-    const std::int64_t i = system.candidate[b.first + lane];
-    length = meshes->cell_size(candidates->contactor_a[i], candidates->contactor_b[i]);
+    const std::int64_t i = system_.candidate[b.first + lane];
+    length = in_.meshes->cell_size(in_.candidates->contactor_a[i], in_.candidates->contactor_b[i]);
   } else {
     for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
-      const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
+      const double mass = *in_.bodies->mass[body], inertia = in_.bodies->inertia[body][0];
       if (!(length > 0) && mass > 0 && std::isfinite(mass) && std::isfinite(inertia))
         length = std::sqrt(inertia / mass);
     }
@@ -217,69 +219,60 @@ double Interactions::State::length_of_joint(const cairn_batch& b, int lane, cons
 
 // Square of step times rate at which the force F of a joint swings the lighter body like a weight on a string: rate^2 =
 // F W/length, W the compliance of its end.
-double Interactions::State::swing_of(const cairn_batch& b, int lane, double length) const {
+double JointDrift::swing_of(const cairn_batch& b, int lane, double length) const {
   double impulse = 0;
-  for (int c = 0; c < std::min(dim(), b.components); ++c) impulse = std::hypot(impulse, at(b, b.r, lane, c));
-  return h * impulse / (b.rho[lane] * length);
+  for (int c = 0; c < std::min(in_.dim(), b.components); ++c) impulse = std::hypot(impulse, at(b, b.r, lane, c));
+  return in_.h * impulse / (b.rho[lane] * length);
 }
 
-void Interactions::keep_joints() {
-  State& s = *s_;
+void JointDrift::keep() {
   std::size_t n = 0;
-  s.each_miss([&](const cairn_batch&, int, int, double) { ++n; });
-  fit(s.joint_biases, n);
-  fit(s.joint_misses, n);
+  each_miss([&](const cairn_batch&, int, int, double) { ++n; });
+  fit(biases_, n);
+  fit(misses_, n);
   n = 0;
-  s.each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    s.joint_biases[n] = b.bias[c * b.count + lane];
-    s.joint_misses[n++] = miss;
+  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
+    biases_[n] = b.bias[c * b.count + lane];
+    misses_[n++] = miss;
   });
 }
 
-void Interactions::correct_joints(double share) {
-  State& s = *s_;
+void JointDrift::correct(double share) {
   std::size_t n = 0;
-  s.each_miss([&](const cairn_batch& b, int lane, int c, double) {
-    b.bias[c * b.count + lane] = s.joint_biases[n] + share * s.joint_misses[n] / s.h;
+  each_miss([&](const cairn_batch& b, int lane, int c, double) {
+    b.bias[c * b.count + lane] = biases_[n] + share * misses_[n] / in_.h;
     ++n;
   });
-}
-
-std::string Interactions::name_of_joint(std::int64_t contact) const {
-  const State& s = *s_;
-  const std::string name = s.laws->name(*s.contactors->material[s.candidates->contactor_a[contact]]);
-  return name.substr(0, name.find(" (")); // its group has the same name
 }
 
 // Eases joints whose blocked direction is nearly orthogonal to all possible motions of their bodies, such as a weight
 // between two straight bars: correcting their error asks for any speed, which makes it larger. They go without
 // correction for a step, and hold their velocities alone. True if there are any.
-bool Interactions::ease_joints(const Bodies& bodies, bool settled) {
-  State& s = *s_;
-  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
-  if (settled && !s.any_spans()) return false;
-  s.system.load(s.free(bodies));
-  const cairn_schedule schedule = s.system.schedule(omp_get_max_threads());
+bool JointDrift::ease(const Bodies& bodies, bool settled) {
+  if (!frames_.joints_at_midpoint() || system_.batches.empty()) return false;
+  if (settled && !any_spans()) return false;
+  system_.load(in_.free(bodies));
+  const cairn_schedule schedule = system_.schedule(omp_get_max_threads());
   cairn_add_impulses(&schedule);
-  return s.ease_joints();
+  return ease();
 }
 
 // True if there are joints of a length: beside the speeds to which these can throw bodies their error is small.
-bool Interactions::State::any_spans() const {
-  for (const cairn_batch& b : system.batches)
+bool JointDrift::any_spans() const {
+  for (const cairn_batch& b : system_.batches)
     for (int lane = 0; lane < b.contacts && law_infos()[b.law].joins; ++lane)
       if (b.params[joint_spans * b.count + lane] > 0) return true;
   return false;
 }
 
-bool Interactions::State::ease_joints() {
+bool JointDrift::ease() {
   constexpr double much = 0.1, some = 1e-4; // of how far the fastest joint flies
   bool of_spans = false, of_others = false;
   double fastest = 0;
   const auto each = [&](auto&& visit) {
-    for (const cairn_batch& b : system.batches)
+    for (const cairn_batch& b : system_.batches)
       for (int lane = 0; lane < b.contacts && law_infos()[b.law].joins && !b.mapped_a && !b.mapped_b; ++lane)
-        if (is_anchored(system.candidate[b.first + lane]) && b.state[lane] > 0) visit(b, lane);
+        if (anchors_.is_anchored(system_.candidate[b.first + lane]) && b.state[lane] > 0) visit(b, lane);
   };
   each([&](const cairn_batch& b, int lane) { fastest = std::max(fastest, flown(b, lane)); });
   each([&](const cairn_batch& b, int lane) {
@@ -305,22 +298,22 @@ bool Interactions::State::ease_joints() {
 }
 
 // How far the bodies of a joint fly past each other in a step, by the velocities at hand.
-double Interactions::State::flown(const cairn_batch& b, int lane) const {
-  const double *one = system.record[b.body_a[lane]].x, *two = system.record[b.body_b[lane]].x;
+double JointDrift::flown(const cairn_batch& b, int lane) const {
+  const double *one = system_.record[b.body_a[lane]].x, *two = system_.record[b.body_b[lane]].x;
   double apart = 0;
-  for (int k = 0; k < dim(); ++k) apart = std::hypot(apart, one[k] - two[k]);
-  return h * apart;
+  for (int k = 0; k < in_.dim(); ++k) apart = std::hypot(apart, one[k] - two[k]);
+  return in_.h * apart;
 }
 
 // Error of a joint by the velocities at hand, if far larger than its present error, else 0.
-double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
+double JointDrift::missed_more(const cairn_batch& b, int lane) const {
   constexpr double worse = 4;
-  const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;
-  const int n = b.count, d = dim(), blocked = int(params[joint_blocked]);
+  const double* params = classes_.rule(system_.candidate[b.first + lane]).params;
+  const int n = b.count, d = in_.dim(), blocked = int(params[joint_blocked]);
   JointPose pose;
   double error[6], was = 0, is = 0, far = 0;
-  pose_ahead(b, lane, h, pose);
-  const double reach = joint_errors(b, lane, pose, error);
+  pose_ahead(b, lane, in_.h, pose);
+  const double reach = frames_.errors(b, lane, pose, error);
   for (int c = 0; c < d; ++c)
     if (blocked >> c & 1 && !(d == 2 && c == 2)) {
       was = std::max(was, std::abs(b.state[(1 + c) * n + lane]));
@@ -329,8 +322,9 @@ double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
   if (!(blocked & 1) && params[joint_spans] > 0) {
     const auto beyond = [&](double x) { return std::max({x - params[joint_highest], params[joint_lowest] - x, 0.0}); };
     for (int end = 0; end < 2 && b.rope; ++end)
-      for (int k = 0; k < system.velocities(); ++k)
-        far += h * b.rope[rope_numbers * lane + 2 + 12 * end + k] * system.record[b.rope_body[2 * lane + end]].x[k];
+      for (int k = 0; k < system_.velocities(); ++k)
+        far +=
+            in_.h * b.rope[rope_numbers * lane + 2 + 12 * end + k] * system_.record[b.rope_body[2 * lane + end]].x[k];
     was = std::max(was, beyond(b.state[7 * n + lane]));
     is = std::max(is, beyond(reach + far));
   }

@@ -3,6 +3,8 @@
 // along the normal of detection. Gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen 1977), of second order on
 // curved or turning surfaces, and a contact that stays closed neither gives nor takes energy. Flat contacts without
 // rotation gain nothing.
+#include "midpoint_motion.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,10 +12,10 @@
 #include "../contactors/shapes.hpp"
 #include "../detection/detection_workspace.hpp"
 #include "../laws/bond_laws.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/side_names.hpp"
 #include "body_axes.hpp"
 #include "contact_curvature.hpp"
-#include "interaction_state.hpp"
 
 namespace cairn {
 
@@ -202,45 +204,47 @@ double round_rate(const Motion& A, const Motion& B, const double* n, const doubl
 } // namespace
 
 // Rows n, t and s of one contact.
-void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3]) const {
-  const std::int64_t i = system.candidate[b.first + lane];
-  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
-  const auto shape_a = Shape(*contactors->shape[ca]), shape_b = Shape(*contactors->shape[cb]);
+void MidpointMotion::change_of(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  const std::int32_t ca = in_.candidates->contactor_a[i], cb = in_.candidates->contactor_b[i];
+  const auto shape_a = Shape(*in_.contactors->shape[ca]), shape_b = Shape(*in_.contactors->shape[cb]);
   Curved how = curved(shape_a, shape_b);
   const LawInfo& law = law_infos()[b.law];
   const bool beside_mesh = b.mapped_a || b.mapped_b;
-  if (is_anchored(i) && (!beside_mesh || law.joins || law.spans)) return flight_of_anchored(b, lane, out);
+  if (anchors_.is_anchored(i) && (!beside_mesh || law.joins || law.spans)) return change_of_anchored(b, lane, out);
   std::fill_n(out, 3, 0.0);
-  if (beside_mesh) return flight_beside_mesh(b, lane, out);
-  const int d = dim();
+  if (beside_mesh) return change_beside_mesh(b, lane, out);
+  const int d = in_.dim();
   const auto turns = [&](std::int32_t of) {
-    const double* x = system.record[of].x;
+    const double* x = system_.record[of].x;
     return d == 2 ? x[2] != 0 : !vanishes(x + 3);
   };
   if (how == Curved::plane && is_radial(b.side_a) && !turns(b.body_b[lane])) return; // what slides or rolls on a plane
   const bool bonded = is_sound_bond(b, lane);
   const auto lies = [&] {
-    return info(shape_a).is_hull() && lies_with_others(*candidates, d, i, [&](std::int32_t of) { return body(of); });
+    return info(shape_a).is_hull() &&
+           lies_with_others(*in_.candidates, d, i, [&](std::int32_t of) { return in_.body(of); });
   };
   if (how == Curved::unknown || replaced(shape_a, shape_b)) {
     if (bonded)
-      flight_of_carried(b, lane, out);
+      change_of_carried(b, lane, out);
     else if (!replaced(shape_a, shape_b) && has_radii(shape_a, shape_b) && !lies())
-      flight_of_surfaces(b, lane, out);
+      change_of_surfaces(b, lane, out);
     return;
   }
   if (lies()) return;
-  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
-  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
+  const Motion A(*in_.bodies, system_.record[b.body_a[lane]], b.body_a[lane], d, in_.h);
+  const Motion B(*in_.bodies, system_.record[b.body_b[lane]], b.body_b[lane], d, in_.h);
   if (how == Curved::plane && !A.turns && !B.turns) return; // what slides on a plane
 
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
   const double* n = axes[0];
   const bool ball = info(shape_a).ball(), hull_b = info(shape_b).is_hull();
-  const double gap = candidates->gap[i], ra = ball ? *contactors->radius[ca] : 0;
-  double rb = hull_b || how == Curved::plane ? 0 : *contactors->radius[cb];
-  if (how == Curved::segment) how = at_end(*contactors, *bodies, cb, b.body_b[lane], n) ? Curved::round : Curved::plane;
+  const double gap = in_.candidates->gap[i], ra = ball ? *in_.contactors->radius[ca] : 0;
+  double rb = hull_b || how == Curved::plane ? 0 : *in_.contactors->radius[cb];
+  if (how == Curved::segment)
+    how = at_end(*in_.contactors, *in_.bodies, cb, b.body_b[lane], n) ? Curved::round : Curved::plane;
   if (how == Curved::ring || how == Curved::tube) rb = -rb;
 
   // centres of A's and B's curvature; for a flat side, the point on its surface
@@ -252,37 +256,37 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
     for (int k = 0; k < d; ++k) lever_b[k] = b.lever_b[k * b.count + lane] - to_b * n[k];
   A.carry(lever_a, va, aa);
   B.carry(lever_b, vb, ab);
-  if (sheared) image_velocity(*cell, candidates->image[i], v);
+  if (in_.sheared) image_velocity(*in_.cell, in_.candidates->image[i], v);
   for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
 
   Vector rate;
   for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k];
   double bend = 0;
   if (how == Curved::plane || how == Curved::faces) {
-    bend = flat_rate(how, A, B, n, v, ra, h, rate);
+    bend = flat_rate(how, A, B, n, v, ra, in_.h, rate);
   } else {
     Vector across;
     std::copy_n(v, 3, across);
     if (how == Curved::tube) {
       Vector axis;
-      axis_of(*contactors, *bodies, cb, axis);
+      axis_of(*in_.contactors, *in_.bodies, cb, axis);
       if (std::abs(dot(axis, n)) > 1e-6) { // the rim of an open end
-        if (bonded) flight_of_carried(b, lane, out);
+        if (bonded) change_of_carried(b, lane, out);
         return;
       }
       const double along = dot(v, axis);
       for (int k = 0; k < 3; ++k) across[k] -= along * axis[k];
     }
-    bend = round_rate(A, B, n, across, ra, rb, gap, h, rate);
+    bend = round_rate(A, B, n, across, ra, rb, gap, in_.h, rate);
   }
-  for (int k = 0; k < 3; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * n[k];
+  for (int k = 0; k < 3; ++k) out[0] += in_.h / 2 * (aa[k] - ab[k]) * n[k];
   out[0] += bend;
   // friction of round bodies takes a bias along the normal alone; a bond would tilt to first order without the others,
   // but of two disks, whose spins and branch are square to each other
   if (is_radial(b.side_a) && !(bonded && (d == 3 || !is_radial(b.side_b)))) return;
   const bool branch = how == Curved::round && is_radial(b.side_a) && is_radial(b.side_b);
-  if (branch) turned_branch(A, B, n, ra, rb, gap, h, rate);
-  for (int k = 1; k < d; ++k) out[k] = (branch ? 1 : h / 2) * dot(rate, axes[k]);
+  if (branch) turned_branch(A, B, n, ra, rb, gap, in_.h, rate);
+  for (int k = 1; k < d; ++k) out[k] = (branch ? 1 : in_.h / 2) * dot(rate, axes[k]);
 }
 
 namespace {
@@ -336,29 +340,29 @@ Travel travel_of(const Curvatures& c, const double p[3], const Planar v, const P
 } // namespace
 
 // Flight of two surfaces with known curvatures; one may have an edge or a corner at the contact.
-void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, double out[3]) const {
-  const std::int64_t i = system.candidate[b.first + lane];
+void MidpointMotion::change_of_surfaces(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
   double axes[3][3] = {};
   axes_of(b, 3, lane, axes);
-  const double *n = axes[0], gap = candidates->gap[i];
-  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], 3, h);
-  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], 3, h);
-  const Curvatures c = curvatures(i, axes);
+  const double *n = axes[0], gap = in_.candidates->gap[i];
+  const Motion A(*in_.bodies, system_.record[b.body_a[lane]], b.body_a[lane], 3, in_.h);
+  const Motion B(*in_.bodies, system_.record[b.body_b[lane]], b.body_b[lane], 3, in_.h);
+  const SurfacePair c = curvature_.of(i, axes);
   double radii[3];
   if (!c.known || c.a.rocks || c.b.rocks || (c.a.sharp && c.b.sharp) || !c.radii(radii)) return;
   if (!A.turns && !B.turns && (c.a.is_flat() || c.b.is_flat())) return; // what slides on a plane
   Vector lever[2], v[2], a[2], between{}, over_a{}, over_b{}, of_a, of_b;
   for (const int side : {0, 1}) {
     const double* from = (side ? b.lever_b : b.lever_a) + lane;
-    const std::int32_t contactor = side ? candidates->contactor_b[i] : candidates->contactor_a[i];
+    const std::int32_t contactor = side ? in_.candidates->contactor_b[i] : in_.candidates->contactor_a[i];
     const double sense = side ? -1 : 1;
     const bool round = is_radial(side ? b.side_b : b.side_a);
     for (int k = 0; k < 3; ++k)
-      lever[side][k] = round ? -sense * *contactors->radius[contactor] * n[k]
+      lever[side][k] = round ? -sense * *in_.contactors->radius[contactor] * n[k]
                              : from[std::ptrdiff_t(k) * b.count] + sense * gap / 2 * n[k];
     (side ? B : A).carry(lever[side], v[side], a[side]);
   }
-  if (sheared) image_velocity(*cell, candidates->image[i], between);
+  if (in_.sheared) image_velocity(*in_.cell, in_.candidates->image[i], between);
   for (int k = 0; k < 3; ++k) between[k] = v[0][k] - v[1][k] - between[k];
   Vector turn_a, turn_b;
   cross(A.spin, n, turn_a);
@@ -370,9 +374,9 @@ void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, dou
     swing[k] = kept_b * dot(turn_b, axes[k + 1]);
     tilt[k] = kept_a * dot(turn_a, axes[k + 1]) - swing[k];
   }
-  const Travel travel = travel_of(c, radii, slip, tilt, swing, h);
-  out[0] = h / 2 * travel.gain;
-  for (int k = 0; k < 3; ++k) out[0] += h / 2 * (a[0][k] - a[1][k]) * n[k];
+  const Travel travel = travel_of(c, radii, slip, tilt, swing, in_.h);
+  out[0] = in_.h / 2 * travel.gain;
+  for (int k = 0; k < 3; ++k) out[0] += in_.h / 2 * (a[0][k] - a[1][k]) * n[k];
   if (is_radial(b.side_a)) return; // friction of round bodies takes a bias along the normal alone
   for (int k = 0; k < 3; ++k) {
     over_a[k] = travel.over_a[0] * axes[1][k] + travel.over_a[1] * axes[2][k];
@@ -381,17 +385,17 @@ void Interactions::State::flight_of_surfaces(const cairn_batch& b, int lane, dou
   cross(A.spin, over_a, of_a);
   cross(B.spin, over_b, of_b);
   for (int k = 0; k < 3; ++k) of_a[k] = a[0][k] - a[1][k] + kept_a * of_a[k] - kept_b * of_b[k];
-  for (int k = 1; k < 3; ++k) out[k] = h / 2 * dot(of_a, axes[k]);
+  for (int k = 1; k < 3; ++k) out[k] = in_.h / 2 * dot(of_a, axes[k]);
 }
 
 // True for a sound bond that holds along the tangents as well: its errors there add up from step to step.
-bool Interactions::State::is_sound_bond(const cairn_batch& b, int lane) const {
+bool MidpointMotion::is_sound_bond(const cairn_batch& b, int lane) const {
   return can_bond(Law(b.law)) && b.state && b.state[lane] > 0;
 }
 
 // Flight of two bonded bodies without known curvature: from the points that they carry.
-void Interactions::State::flight_of_carried(const cairn_batch& b, int lane, double out[3]) const {
-  const int d = dim();
+void MidpointMotion::change_of_carried(const cairn_batch& b, int lane, double out[3]) const {
+  const int d = in_.dim();
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
   Vector v, a[2];
@@ -401,98 +405,99 @@ void Interactions::State::flight_of_carried(const cairn_batch& b, int lane, doub
     const std::int32_t of = (side ? b.body_b : b.body_a)[lane];
     Vector lever{};
     for (int k = 0; k < d; ++k) lever[k] = round ? from[0] * axes[0][k] : from[k * b.count];
-    Motion(*bodies, system.record[of], of, d, h).carry(lever, v, a[side]);
+    Motion(*in_.bodies, system_.record[of], of, d, in_.h).carry(lever, v, a[side]);
   }
   for (int c = 0; c < d; ++c)
-    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (a[0][k] - a[1][k]) * axes[c][k];
+    for (int k = 0; k < 3; ++k) out[c] += in_.h / 2 * (a[0][k] - a[1][k]) * axes[c][k];
 }
 
 // Flight of a turning body against a mesh, whose nodes fly straight: nodes that stick to it or are joined to it would
 // part from it by the square of the turn in each step, and stretch the mesh as much. Along the normal gaps measure the
 // error. A round body rolls on the side of a mesh with a single point.
-void Interactions::State::flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const {
+void MidpointMotion::change_beside_mesh(const cairn_batch& b, int lane, double out[3]) const {
   if ((b.mapped_a && b.mapped_b) || law_infos()[b.law].joins) return; // or a joint that broke
   const auto side = b.mapped_a ? b.side_b : b.side_a;
   const double* from = (b.mapped_a ? b.lever_b : b.lever_a) + lane;
   const bool flat = side == rigid2 || side == rigid3;
   if (!flat && !(b.mapped_a && is_radial(side))) return;
-  const int d = dim();
+  const int d = in_.dim();
   const std::int32_t turning = (b.mapped_a ? b.body_b : b.body_a)[lane];
   double axes[3][3] = {};
   Vector lever{}, v{}, a{};
   axes_of(b, d, lane, axes);
   for (int k = 0; k < d; ++k) lever[k] = flat ? from[k * b.count] : from[0] * axes[0][k];
-  Motion(*bodies, system.record[turning], turning, d, h).carry(lever, v, a);
-  for (int c = 1; c < d; ++c) out[c] = (b.mapped_a ? -h : h) / 2 * dot(a, axes[c]);
+  Motion(*in_.bodies, system_.record[turning], turning, d, in_.h).carry(lever, v, a);
+  for (int c = 1; c < d; ++c) out[c] = (b.mapped_a ? -in_.h : in_.h) / 2 * dot(a, axes[c]);
 }
 
 // Flight of two anchored points; the direction between them turns as they pass each other.
-void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
-  const std::int64_t i = system.candidate[b.first + lane];
-  const int d = dim();
+void MidpointMotion::change_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  const int d = in_.dim();
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
   Vector lever_a{}, lever_b{}, va{}, vb{}, aa{}, ab{}, v{};
   const LawInfo& law = law_infos()[b.law];
-  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+  const Anchor& anchor = anchors_.of(i);
+  const std::int32_t ca = in_.candidates->contactor_a[i], cb = in_.candidates->contactor_b[i];
   const auto carry = [&](std::int32_t contactor, const double* own, Vector lever, Vector speed, Vector rate) {
-    carried(contactor, own, lever);
-    const std::int32_t carrier = body(contactor);
-    if (carrier >= 0) return Motion(*bodies, system.record[carrier], carrier, d, h).carry(lever, speed, rate);
-    for (int k = 0; k < d; ++k) speed[k] = meshes->middle(contactor).of(nodes->velocity, k); // a node flies straight on
+    in_.carried(contactor, own, lever);
+    const std::int32_t carrier = in_.body(contactor);
+    if (carrier >= 0) return Motion(*in_.bodies, system_.record[carrier], carrier, d, in_.h).carry(lever, speed, rate);
+    for (int k = 0; k < d; ++k)
+      speed[k] = in_.meshes->middle(contactor).of(in_.nodes->velocity, k); // a node flies straight on
   };
   carry(ca, anchor.a, lever_a, va, aa);
   carry(cb, anchor.b, lever_b, vb, ab);
-  if (sheared) image_velocity(*cell, candidates->image[i], v);
+  if (in_.sheared) image_velocity(*in_.cell, in_.candidates->image[i], v);
   for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
   for (int k = 0; k < 3; ++k) out[k] = 0;
   for (int c = 0; c < d; ++c)
-    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (aa[k] - ab[k]) * axes[c][k];
-  const bool joint_that_spans = law.joins && laws->entry(entry[i]).params[joint_spans] > 0;
+    for (int k = 0; k < 3; ++k) out[c] += in_.h / 2 * (aa[k] - ab[k]) * axes[c][k];
+  const bool joint_that_spans = law.joins && classes_.rule(i).params[joint_spans] > 0;
   if (!law.spans && !joint_that_spans) return;
   double between[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, square = 0;
-  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+  if (in_.cell->any()) image_shift(*in_.cell, in_.candidates->image[i], shift);
   double xa[3] = {}, xb[3] = {};
-  carrier_at(ca, xa);
-  carrier_at(cb, xb);
+  in_.carrier_at(ca, xa);
+  in_.carrier_at(cb, xb);
   for (int k = 0; k < d; ++k) {
     between[k] = xa[k] + lever_a[k] - (xb[k] + shift[k] + lever_b[k]);
     square += between[k] * between[k];
   }
-  out[0] += flight_of_round(v, axes[0], 3, std::sqrt(square), h);
+  out[0] += flight_of_round(v, axes[0], 3, std::sqrt(square), in_.h);
   if (!b.rope) return;
-  const FarPart part = far_part(i);
+  const Ropes::FarPart part = ropes_.far_part(i);
   for (const int end : {0, 1})
-    Motion(*bodies, system.record[part.body[end]], part.body[end], d, h)
+    Motion(*in_.bodies, system_.record[part.body[end]], part.body[end], d, in_.h)
         .carry(part.lever[end], end ? vb : va, end ? ab : aa);
   for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k];
-  for (int k = 0; k < d; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * part.normal[k];
-  out[0] += flight_of_round(v, part.normal, 3, part.length, h);
+  for (int k = 0; k < d; ++k) out[0] += in_.h / 2 * (aa[k] - ab[k]) * part.normal[k];
+  out[0] += flight_of_round(v, part.normal, 3, part.length, in_.h);
 }
 
 // Spins of bodies that are no balls change while they turn freely; those that a bond holds as one would part by that.
-void Interactions::State::turn_of_bond(const cairn_batch& b, int lane, double out[3]) const {
+void MidpointMotion::turn_of_bond(const cairn_batch& b, int lane, double out[3]) const {
   std::fill_n(out, 3, 0.0);
-  if (law_infos()[b.law].holds && is_anchored(system.candidate[b.first + lane])) return; // see hold_places
+  if (law_infos()[b.law].holds && anchors_.is_anchored(system_.candidate[b.first + lane])) return; // see hold_places
   double axes[3][3];
   axes_of(b, 3, lane, axes);
-  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], 3, h);
-  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], 3, h);
+  const Motion A(*in_.bodies, system_.record[b.body_a[lane]], b.body_a[lane], 3, in_.h);
+  const Motion B(*in_.bodies, system_.record[b.body_b[lane]], b.body_b[lane], 3, in_.h);
   for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (A.spin_rate[k] - B.spin_rate[k]) * axes[c][k];
+    for (int k = 0; k < 3; ++k) out[c] += in_.h / 2 * (A.spin_rate[k] - B.spin_rate[k]) * axes[c][k];
 }
 
 // Flights of all contacts of an unpacked batch, by components; false if all are zero.
-bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) const {
-  const int n = b.count, d = dim();
+bool MidpointMotion::fill(const cairn_batch& b, double* flight) const {
+  const int n = b.count, d = in_.dim();
   bool some = false;
   std::fill_n(flight, n * b.components, 0.0);
   // deformable bodies hold at detection, unless their other end may turn
-  if (!flies || (b.mapped_a && b.mapped_b && !law_infos()[b.law].joins)) return false;
+  if (!in_.at_midpoint() || (b.mapped_a && b.mapped_b && !law_infos()[b.law].joins)) return false;
   for (int lane = 0; lane < b.contacts; ++lane) {
     double change[3];
-    flight_of(b, lane, change);
+    change_of(b, lane, change);
     for (int k = 0; k < d; ++k) {
       flight[k * n + lane] = change[k];
       some |= change[k] < 0 || change[k] > 0;
@@ -507,8 +512,9 @@ bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) cons
   return some;
 }
 
-bool Interactions::State::flies_as_round() const {
-  return flies && !(dim() == 2 ? replaced(Shape::disk, Shape::disk) : replaced(Shape::sphere, Shape::sphere));
+bool MidpointMotion::applies_to_balls() const {
+  return in_.at_midpoint() &&
+         !(in_.dim() == 2 ? replaced(Shape::disk, Shape::disk) : replaced(Shape::sphere, Shape::sphere));
 }
 
 } // namespace cairn

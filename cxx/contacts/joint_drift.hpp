@@ -1,0 +1,48 @@
+// Drift of joints up to the next detection.
+#pragma once
+#include <vector>
+
+#include "anchor_frames.hpp"
+#include "joint_miss.hpp"
+
+namespace cairn {
+
+// Corrects the position errors that joints would have at the next detection.
+class JointDrift {
+public:
+  JointDrift(const AssemblyInput& in, const ContactClasses& classes, const AnchoredContacts& anchors,
+             const AnchorFrames& frames, ContactSystem& system)
+      : in_(in), classes_(classes), anchors_(anchors), frames_(frames), system_(system) {}
+  // Once a solution is there; small: no more than `least` of the speed of joints.
+  JointMiss miss(const Bodies& bodies, double least);
+  // Stores the biases for the next solution and the present errors; then sets biases that correct a share of these.
+  void keep();
+  void correct(double share);
+  bool ease(const Bodies& bodies, bool settled);
+
+  // Pose after a flight of that time, at the velocities of the records.
+  void pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const;
+  double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;
+
+private:
+  void velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const;
+  void velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const;
+  bool bends(const cairn_batch& b, int lane) const;
+  template <class F>
+  void each_miss(F&& f) const;
+  JointMiss largest_miss(double least) const;
+  double swing_of(const cairn_batch& b, int lane, double length) const;
+  bool any_spans() const;
+  bool ease();
+  double flown(const cairn_batch& b, int lane) const;
+  double missed_more(const cairn_batch& b, int lane) const;
+
+  const AssemblyInput& in_;
+  const ContactClasses& classes_;
+  const AnchoredContacts& anchors_;
+  const AnchorFrames& frames_;
+  ContactSystem& system_;
+  std::vector<double> biases_, misses_; // in the order of each_miss [m/s], [m]
+};
+
+} // namespace cairn
