@@ -1,6 +1,6 @@
 !> Runs of contacts as the search for seams reads them, and the bodies that they are of: see seams.f90.
 module seam_scene
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int16_t, c_int32_t, c_int64_t, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int16_t, c_int32_t, c_int64_t, c_int8_t, c_ptr
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use convex_shape, only: convex, reach, see_capsule, see_cylinder, see_superquadric
   implicit none
@@ -54,7 +54,7 @@ module seam_scene
     real(c_double) :: sunk = 0, far = 0   !< how deep X is in Y, and the largest gap without its sign [m]
     logical :: many = .false.             !< others than Y have this plane too
     logical :: mixed = .false.            !< several bodies have this plane
-    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed
+    integer(c_int8_t) :: motion = 0       !< bits, see seams.f90
   end type meeting
 
 contains
@@ -85,9 +85,10 @@ contains
     call c_f_pointer(given%free, s%free, [3*s%dim - 3, many])
   end subroutine open_scene
 
-  subroutine meet(s, entry, m)
+  subroutine meet(s, entry, motion, m)
     type(scene), intent(in) :: s
     integer(c_int32_t), intent(in) :: entry
+    integer(c_int8_t), intent(in) :: motion
     type(meeting), intent(inout) :: m
     real(c_double) :: shift(3)
     integer(c_int64_t) :: k
@@ -103,6 +104,7 @@ contains
     m%n = 0
     m%many = .false.
     m%mixed = .false.
+    m%motion = motion
     shift = 0
     if (s%periodic) then
       do j = 1, d

@@ -4,9 +4,10 @@
 !> vertices; Jolt: active edges; Bullet: internal edges). Here pieces are separate bodies; the neighbours of a piece are the
 !> other bodies that the same body touches.
 !>
-!> A contact of X with Y is dropped under three conditions. Its points lie on the rim of Y and its normal leans outward there. X
-!> touches a third body along a plane, or the points lie on a side of that body. All of Y lies below this plane, flush with it.
-!> Where Y rises above the plane, as a ramp does, the contact takes the normal of the rising face instead.
+!> A contact of X with Y takes another normal under three conditions. Its points lie on the rim of Y and its normal leans
+!> outward there. X touches a third body along a plane, or the points lie on a side of that body. All of Y lies below this plane,
+!> flush with it, and X above: the plane separates the two at this distance, and its normal is that of the contact. Where Y rises
+!> above the plane, as a ramp does, the contact takes the normal of the rising face.
 module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
@@ -21,36 +22,43 @@ module seams
   real(c_double), parameter :: flush = 1e-4_c_double
   real(c_double), parameter :: lean = 1e-4_c_double !< sine from which on a normal leans
   real(c_double), parameter :: wide = 0.05_c_double !< least width of a wide patch, relative to its length
-  ! Bodies at rest keep speeds of this share of what forces add in a step: the tolerance of a solver leaves them.
-  real(c_double), parameter :: rest = 1e-2_c_double
   integer, parameter :: most_planes = 64            !< planes of contact kept for one body
   integer, parameter :: most_sides = 4              !< sides of a body found at one point
+  !> Bits of the motion of a run: these are the values of enum cairn_seam_motion of rows.h.
+  integer(c_int8_t), parameter :: touches = 1, meets = 2, closes = 4, asked = 8
 
 contains
 
-  !> Marks the runs first to last - 1 that have a closing contact, by the velocities at the start of the step or by those at its
-  !> end without contacts. Other runs carry no impulse unless another contact presses on them.
-  subroutine cairn_seam_closing(given, first, last, closing) bind(c)
+  !> Motion of the runs first to last - 1, by the velocities at the start of the step and by those at its end without contacts.
+  !> A run of one line at most touches if its gap is flush, and meets if it closes within the step. A run closes if its bodies come
+  !> nearer now, and presses on other contacts of theirs.
+  subroutine cairn_seam_closing(given, step, first, last, motion) bind(c)
     type(cairn_seams), intent(in) :: given
+    real(c_double), value :: step !< [s]
     integer(c_int64_t), value :: first, last
-    integer(c_int8_t), intent(inout) :: closing(0:*)
+    integer(c_int8_t), intent(inout) :: motion(0:*)
     type(scene) :: s
     integer(c_int64_t) :: r, k
     integer(c_int32_t) :: a, b
-    real(c_double) :: least, by_forces, by_speed
+    real(c_double) :: by_speed, by_forces, slack
+    logical :: apart
     call open_scene(given, s)
     do r = first, last - 1
-      closing(r) = 0
+      motion(r) = 0
       k = s%run(r + 1) + 1
       a = s%body(s%a(k) + 1) + 1
       b = s%body(s%b(k) + 1) + 1
-      if (move_as_one(s, a, b)) cycle
-      least = rest*max(change(s, a), change(s, b))
+      slack = flush*min(size_of(s, s%a(k)), size_of(s, s%b(k)))
+      apart = .not. move_as_one(s, a, b)
       do k = k, s%run(r + 2)
+        if (abs(s%gap(k)) <= slack) motion(r) = ior(motion(r), touches)
+        if (.not. apart) cycle
         call approach(s, k, a, b, by_speed, by_forces)
-        if (by_forces > least) closing(r) = max(closing(r), 1_c_int8_t)
-        if (by_speed > least) closing(r) = 2
+        if (by_speed > 0) motion(r) = ior(motion(r), closes)
+        if (max(by_speed, by_forces) > 0 .and. s%gap(k) <= step*max(by_speed, by_forces)) motion(r) = ior(motion(r), meets)
       end do
+      if (iand(motion(r), touches + meets) == 0) cycle
+      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2))) motion(r) = iand(motion(r), closes)
     end do
   end subroutine cairn_seam_closing
 
@@ -69,18 +77,6 @@ contains
     end do
     move_as_one = .true.
   end function move_as_one
-
-  !> Change of the velocity of body i by the forces of one step [m/s].
-  pure real(c_double) function change(s, i)
-    type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: i
-    integer :: k
-    change = 0
-    if (i < 1) return
-    do k = 1, s%dim
-      change = max(change, abs(s%free(k, i) - s%velocity(k, i)))
-    end do
-  end function change
 
   !> Speeds at which the bodies a and b of contact k come nearer along its normal [m/s], images of a cell included: now, and at the
   !> end of the step without contacts.
@@ -133,15 +129,15 @@ contains
     end if
   end subroutine wrench
 
-  !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
-  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, verdict, turned) bind(c)
+  !> Verdicts on the runs of contactors first to last - 1: 1 replaces the normal of a run by `turned`.
+  subroutine cairn_seam_contacts(given, first, last, start, entry, motion, verdict, turned) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int32_t), value :: first, last
     integer(c_int32_t), intent(in) :: start(0:*)     !< (contactors + 1) of the runs of each in `entry`
     integer(c_int32_t), intent(in) :: entry(0:*)     !< a run, from 0, times 2, and 1 where the contactor is B
-    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run: 1 by the forces, 2 by the speed of the bodies
+    integer(c_int8_t), intent(in) :: motion(0:*)     !< of each run, with the bit `asked` where a verdict is sought
     integer(c_int8_t), intent(inout) :: verdict(0:*) !< of each entry, 0 before
-    real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 2
+    real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 1
     type(scene) :: s
     type(meeting) :: plane(most_planes), of_run
     integer(c_int32_t) :: c, e
@@ -152,52 +148,28 @@ contains
       k = start(c + 1) - start(c)
       if (k < 2) cycle
       if (s%seen(s%shape(c + 1) + 1) == half_space) cycle
-      if (.not. any_may_leave(s, start(c), start(c + 1), entry, closing)) cycle
       planes = 0
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
-          call meet(s, entry(e), of_run)
-          of_run%closing = closing(entry(e)/2)
+          call meet(s, entry(e), motion(entry(e)/2), of_run)
           call note_plane(s, of_run, planes, plane)
         else
           planes = planes + 1
-          call meet(s, entry(e), plane(planes))
-          plane(planes)%closing = closing(entry(e)/2)
+          call meet(s, entry(e), motion(entry(e)/2), plane(planes))
         end if
       end do
       do e = start(c), start(c + 1) - 1
+        if (iand(motion(entry(e)/2), asked) == 0) cycle
         if (k > most_planes) then
-          call meet(s, entry(e), of_run)
-          of_run%closing = closing(entry(e)/2)
+          call meet(s, entry(e), motion(entry(e)/2), of_run)
           call judge(s, of_run, planes, plane, verdict(e), n)
         else
           call judge(s, plane(e - start(c) + 1), planes, plane, verdict(e), n)
         end if
-        if (verdict(e) == 2) turned(:, e) = n(1:s%dim)
+        if (verdict(e) == 1) turned(:, e) = n(1:s%dim)
       end do
     end do
   end subroutine cairn_seam_contacts
-
-  !> True if a run closes, and one with the rim of another body spans no area: is_wide keeps others.
-  logical function any_may_leave(s, first, last, entry, closing)
-    type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: first, last, entry(0:*)
-    integer(c_int8_t), intent(in) :: closing(0:*)
-    integer(c_int32_t) :: e
-    integer(c_int64_t) :: k
-    logical :: any_closing
-    any_closing = .false.
-    do e = first, last - 1
-      any_closing = any_closing .or. closing(entry(e)/2) /= 0
-    end do
-    any_may_leave = .false.
-    if (.not. any_closing) return
-    do e = first, last - 1
-      k = s%run(entry(e)/2 + 1) + 1
-      any_may_leave = has_rim(s, merge(s%b(k), s%a(k), iand(entry(e), 1) == 0))
-      if (any_may_leave) return
-    end do
-  end function any_may_leave
 
   !> Adds a plane to the list, or merges it with one that coincides. Large bodies touch many others in one plane.
   pure subroutine note_plane(s, m, planes, plane)
@@ -215,7 +187,7 @@ contains
       plane(k)%height = max(plane(k)%height, m%height)
       plane(k)%sunk = max(plane(k)%sunk, m%sunk)
       plane(k)%far = max(plane(k)%far, m%far)
-      plane(k)%closing = max(plane(k)%closing, m%closing)
+      plane(k)%motion = ior(plane(k)%motion, m%motion)
       return
     end do
     if (planes == most_planes) return
@@ -223,7 +195,7 @@ contains
     plane(planes) = m
   end subroutine note_plane
 
-  !> The verdict on one run: 0 keeps it, 1 drops it, 2 gives it the normal n of a face of Y that rises there.
+  !> The verdict on one run: 0 keeps it, 1 gives it the normal n.
   subroutine judge(s, m, planes, plane, verdict, n)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
@@ -237,8 +209,7 @@ contains
     n = 0
     verdict = 0
     if (.not. has_rim(s, m%y)) return
-    if (.not. (m%closing > 0 .or. is_pressed(s, m, planes, plane))) return
-    if (is_wide(s, m)) return
+    if (.not. (iand(m%motion, meets) > 0 .or. is_pressed(m, planes, plane))) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
     q = on_y(s, m, m%first)
@@ -256,39 +227,37 @@ contains
       end if
       found = under_plane(s, m, plane(j), n)
       if (found == 0 .and. .not. plane(j)%many) found = under_sides(s, m, plane(j), n)
-      if (found == 1) verdict = 1
+      if (found > 0) verdict = 1
       if (found == 1) return
-      if (found == 2) verdict = 2
     end do
   end subroutine judge
 
   !> True if another contact closes and presses X against Y.
-  pure logical function is_pressed(s, m, planes, plane)
-    type(scene), intent(in) :: s
+  pure logical function is_pressed(m, planes, plane)
     type(meeting), intent(in) :: m
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
     integer :: j
     is_pressed = .false.
-    if (m%far > flush*size_of(s, m%x)) return
+    if (iand(m%motion, touches) == 0) return
     do j = 1, planes
-      is_pressed = is_pressed .or. (plane(j)%closing == 2 .and. dot_product(plane(j)%n, m%n) < -lean)
+      is_pressed = is_pressed .or. (iand(plane(j)%motion, closes) > 0 .and. dot_product(plane(j)%n, m%n) < -lean)
     end do
   end function is_pressed
 
-  !> True if the points of a run span an area. A contact with a covered side spans a line at most.
-  pure logical function is_wide(s, m)
+  !> True if contacts first to last span an area. A contact with a covered side spans a line at most.
+  pure logical function is_wide(s, first, last)
     type(scene), intent(in) :: s
-    type(meeting), intent(in) :: m
+    integer(c_int64_t), intent(in) :: first, last
     real(c_double) :: d(3), e(3), w(3)
     integer(c_int64_t) :: k
     is_wide = .false.
-    if (m%last < m%first + 2) return
+    if (last < first + 2) return
     d = 0
     e = 0
-    d(1:s%dim) = s%point(:, m%first + 1) - s%point(:, m%first)
-    do k = m%first + 2, m%last
-      e(1:s%dim) = s%point(:, k) - s%point(:, m%first)
+    d(1:s%dim) = s%point(:, first + 1) - s%point(:, first)
+    do k = first + 2, last
+      e(1:s%dim) = s%point(:, k) - s%point(:, first)
       w = [d(2)*e(3) - d(3)*e(2), d(3)*e(1) - d(1)*e(3), d(1)*e(2) - d(2)*e(1)]
       is_wide = is_wide .or. dot_product(w, w) > wide**2*max(dot_product(d, d), dot_product(e, e))**2
     end do
@@ -339,8 +308,12 @@ contains
     end do
     if (-reach_of(s, m%x, -p%n) < p%height - tolerance - p%sunk) return
     top = dot_product(p%n, m%at) + reach_of(s, m%y, p%n) - p%height
-    if (abs(top) <= tolerance) found = 1
-    if (top > tolerance) call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
+    if (top > tolerance) then
+      call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
+    else if (abs(top) <= tolerance) then
+      found = 1
+      n = p%n
+    end if
   end function under_plane
 
   !> The verdict by the sides of the third body: one of them covers the points of the run. X need not lie along this side.
@@ -376,9 +349,13 @@ contains
         if (covers) covers = leans_out(s, m, on_y(s, m, k) - m%at, side(:, i), tolerance)
       end do
       if (.not. covers) cycle
+      if (reach_of(s, m%x, -side(:, i)) + dot_product(side(:, i), q) - above(i) > tolerance + m%sunk + p%sunk) cycle
       top = dot_product(side(:, i), m%at - q) + reach_of(s, m%y, side(:, i)) + above(i)
-      if (top <= tolerance) found = 1
-      if (found == 1) return
+      if (top <= tolerance) then
+        found = 1
+        n = side(:, i)
+        return
+      end if
       call turn(s, m, side(:, i), q, tolerance, found, n)
     end do
   end function under_sides
