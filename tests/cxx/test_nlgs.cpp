@@ -7,6 +7,7 @@
 #include "cairn/core.h"
 #include "contact_scene.hpp"
 #include "contacts/interaction_state.hpp"
+#include "solvers/sweeps/batch.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 
 namespace cairn::test {
