@@ -108,8 +108,8 @@ def _sweeps(simulation, solver):
     elif not found:
         lines.append(
             "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps where masses of moving "
-            f"bodies differ by at most {MOST_APART:,} and at most half of the contacts are between faces or of meshes swept in turn; in "
-            "others they are plain and over-relaxed. No contacts are known yet"
+            f"bodies differ by at most {MOST_APART:,} and at most half of the contacts are between faces or of meshes swept in "
+            "turn; in others they are plain and over-relaxed. No contacts are known yet"
         )
     elif found["extrapolates"]:
         lines.append(
