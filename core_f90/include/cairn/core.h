@@ -35,14 +35,14 @@ typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double
                              const double* params, const double* state, double* r, int32_t* status);
 typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, double* state);
-/* Residual of a law with a local solution of its own. rho (n): 1 / W_NN [kg]; w, params, state as solve has them; u (n, c)
+/* How far a law with its own solution is from it. rho (n): 1 / W_NN [kg]; w, params, state as solve has them; u (n, c)
  * is the velocity that r leaves, bias included. Out: f (n, c) [N s], 0 where the law is obeyed, else about the change
  * that would mend r, weight (n, c) [1/kg], by which squares of f are energies, status (n). Asked with r = 0, too. */
 typedef void cairn_law_residual(int32_t n, int32_t c, const cairn_law_context* context, const double* rho,
                                 const double* w, const double* u, const double* bias, const double* r,
                                 const double* params, const double* state, double* f, double* weight, int32_t* status);
-/* Called after commit, with states of before and after: energy (n, 4) [J]: stored; taken from the bodies in the step along
- * the normal, and along tangents and rotations; released of what was taken. The store gains the difference. */
+/* Called after commit, with states of before and after: energy (n, 4) [J]: stored; taken from the bodies in the step
+ * along the normal, and along tangents and rotations; released of what was taken. The store gains the difference. */
 typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, const double* state_begin,
                               const double* state, double* energy);
