@@ -110,6 +110,7 @@ def draw(path, shown=((26, 0.39), (27, 0.33))):
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(1500, 620))
+    bar = {"position_x": 0.47, "position_y": 0.02, "width": 0.5, "height": 0.09, "color": "black"}
     for column, (k, slope) in enumerate(shown):
         b, _, load = blocks_of(list(walls())[k])
         s = structure(b, load, lambda t, slope=slope: tilted_gravity(np.arctan(slope), 3, (0, -1, 0)), tol=1e-4)
@@ -120,7 +121,10 @@ def draw(path, shown=((26, 0.39), (27, 0.33))):
             moved = s.moved(np.asarray(vertices), np.full(len(vertices), block))
             surface = pyvista.PolyData(moved, np.concatenate([[len(f), *f] for f in faces]))
             surface.cell_data["displacement [mm]"] = np.full(surface.n_cells, gone)
-            plotter.add_mesh(surface, clim=(0, 25), cmap="YlOrRd", show_edges=True, show_scalar_bar=column == 1)
+            plotter.add_mesh(
+                surface, clim=(0, 25), cmap="YlOrRd", show_edges=True, show_scalar_bar=column == 1, scalar_bar_args=bar
+            )
+        plotter.add_text(f"{'corners loosely tied' if column else 'corners tied'}, slope {slope:g}", font_size=12, color="black")
         plotter.camera_position = [(-0.35, -1.0, 0.55), (0.28, 0.06, 0.14), (0, 0, 1)]
     plotter.screenshot(path)
 

@@ -47,7 +47,7 @@ PARTS = {
     "clump_collapse": (0.5, 0.0, 1.0, 1.0),
     "disc_brake": (0.0, 0.15, 0.44, 0.85),
     "drum": (0.0, 0.0, 1.0, 0.47),
-    "fault_propagation": (0.0, 0.0, 0.5, 1.0),
+    "fault_propagation": (0.0, 0.0, 0.455, 1.0),
     "flue_wall": (0.0, 0.0, 0.3, 1.0),
     "forced_fold": (0.0, 0.52, 0.455, 1.0),
     "grains_between_plates": (0.0, 0.0, 0.55, 1.0),

@@ -81,7 +81,7 @@ def main(arguments=None):
         if not fallen and speed > 1.0:
             fallen.append(apart)
         if sim.steps == max(options.steps // 4, 1):
-            axes = plt.subplots(1, 2, figsize=(14, 5), layout="constrained")[1]
+            axes = plt.subplots(1, 2, figsize=(11.5, 4.4), layout="constrained")[1]
             masonry_plots.draw(structure, ax=axes[0], what=None, thrust=chain, title=f"supports apart by {apart:.3f} R")
             pictures["axes"] = axes
 
@@ -113,7 +113,7 @@ def draw(table, bounds, weight, axes, folder):
     ax.plot(table[still, 0], table[still, 1], color="#8c1515")
     for bound, name in zip(bounds, ("least", "greatest")):
         ax.axhline(bound / weight, color="#1f4e9c", linestyle="--", linewidth=1, label=f"{name} at the start, limit analysis")
-    ax.set(xlabel="spread over radius", ylabel="thrust over weight", title="The supports feel the least thrust")
+    ax.set(xlabel="spread of the supports over the radius [-]", ylabel="thrust over weight [-]")
     ax.set_ylim(0.8 * bounds[0] / weight, 1.5 * bounds[1] / weight)
     ax.legend()
     ax.figure.savefig(folder / f"{NAME}.png", dpi=110)

@@ -133,7 +133,7 @@ def simulated(options, way, name):
 
 def draw(results, options):
     """Layers and shear of both, with the fault of the block and the line that was fitted."""
-    figure, axes = plt.subplots(2, 2, figsize=(13, 6.5), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(11, 6.6), layout="constrained")
     for (name, (deposit, place, strain, dip, place_of_block)), (layers, shear) in zip(results.items(), axes.T):
         across = 2 * deposit.radii
         for axis, array, cmap, limits in (
@@ -148,6 +148,8 @@ def draw(results, options):
             axis.set(aspect="equal", xlim=(0.1 * deposit.length, 0.9 * deposit.length),
                      ylim=(-0.45 * deposit.height, 1.4 * deposit.height))  # fmt: skip
         shear.set_facecolor("0.85")
+        shear.set(xlabel="x [m]")
+        layers.label_outer()
         for angle, style, label in ((options.dip, "c-", "block"), (dip, "w--", "deposit")):
             t = np.radians(angle)
             size = np.array([-0.45 if label == "block" else 0.0, 0.0 if label == "block" else 1.3]) * deposit.height
@@ -155,6 +157,10 @@ def draw(results, options):
             shear.plot(x, size, style, lw=1.5, label=f"{label}: {angle:.0f} degrees")
         shear.legend(loc="upper right")
         layers.set_title(f"{name} fault")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("y [m]")
+    shown = plt.cm.ScalarMappable(plt.Normalize(0.0, 1.0), "inferno")
+    figure.colorbar(shown, ax=list(axes[1]), label="shear strain around a disk [-]", shrink=0.9)
     figure.savefig(options.output / f"{NAME}.png", dpi=110)
     plt.close(figure)
 

@@ -120,18 +120,19 @@ def draw(options, found, folder):
     import matplotlib.pyplot as plt
     from matplotlib.collections import PolyCollection
 
-    figure, axes = plt.subplots(len(found), 2, figsize=(13, 2.2 * len(found)), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(len(found), 2, figsize=(11, 2.4 * len(found)), layout="constrained", squeeze=False)
     largest = max(np.abs(of["cold"][-1]).max() for of in found.values()) * 1e3
     for (left, right), (name, of) in zip(axes, found.items()):
         cells = [wall.box((x - w / 2, x + w / 2), (z - wall.COURSE / 2, z + wall.COURSE / 2)) for x, z, w in of["places"]]
         for axis, values, colours, label, limits in (
-            (left, of["warm"] - 273.15, "inferno", "hot [deg C]", (None, None)),
-            (right, of["cold"][-1] * 1e3, "coolwarm", "left aside [mm]", (-largest, largest)),
+            (left, of["warm"] - 273.15, "inferno", "temperature, hot [deg C]", (None, None)),
+            (right, of["cold"][-1] * 1e3, "coolwarm", "out of the wall, cold [mm]", (-largest, largest)),
         ):
             drawn = PolyCollection(cells, array=values, cmap=colours, edgecolor="0.3", linewidth=0.5)
             drawn.set_clim(*limits)
             axis.add_collection(drawn)
             axis.set(xlim=(0, options.bricks * LONG), ylim=(0, options.courses * wall.COURSE), aspect="equal", title=name)
+            axis.set(xlabel="x [m]", ylabel="z [m]")
             figure.colorbar(drawn, ax=axis, label=label, shrink=0.8)
     figure.savefig(folder / f"{NAME}.png", dpi=110)
     plt.close(figure)

@@ -107,12 +107,12 @@ def draw(structure, limit, folder):
     """The fallen wall beside the mechanism of limit analysis."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(14, 6.5), layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained")
     speed = np.linalg.norm(limit.mechanism[:, :2], axis=1)
     shown = speed / speed.max()
     now = structure.places
     structure.places = lambda: structure.start
-    masonry_plots.draw(structure, ax=axes[0], what=shown, forces=False, largest=1.0, title="what limit analysis lets go")
+    masonry_plots.draw(structure, ax=axes[0], what=shown, forces=False, largest=1.0, title="mechanism of limit analysis")
     structure.places = now
     masonry_plots.draw(structure, ax=axes[1], what="displacement", forces=False, title="the wall as it falls")
     figure.savefig(folder / f"{NAME}.png", dpi=110)

@@ -41,8 +41,8 @@ typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* con
 typedef void cairn_law_residual(int32_t n, int32_t c, const cairn_law_context* context, const double* rho,
                                 const double* w, const double* u, const double* bias, const double* r,
                                 const double* params, const double* state, double* f, double* weight, int32_t* status);
-/* After commit, states of before and after: energy (n, 4) [J] stored now; in the step taken from the bodies along the
- * normal, along tangents and rotations, into the store or for good; for good. The store gains the difference. */
+/* Called after commit, with states of before and after: energy (n, 4) [J]: stored; taken from the bodies in the step
+ * along the normal, and along tangents and rotations; released of what was taken. The store gains the difference. */
 typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, const double* state_begin,
                               const double* state, double* energy);

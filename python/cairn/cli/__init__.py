@@ -46,7 +46,7 @@ examples:
   cairn study pile.py --accuracy 1e-2 --of solid_fraction
                                                which setting is the cheapest that is accurate enough
   cairn sweep study.toml -j 4                  a script over many values of its parameters, results in one table
-  cairn view pile.vtkhdf                       turn it round in the browser; --html page.html writes a page to send
+  cairn view pile.vtkhdf                       3D view in the browser; --html page.html writes a page to send
   cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
   cairn doctor                                 what is installed, what is missing, a self-test
   cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run

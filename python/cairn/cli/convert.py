@@ -16,7 +16,7 @@ def add_parser(add, commands):
     )
     convert.add_argument("file", help="a .vtkhdf file")
     convert.add_argument("out", help="file to write: .csv, .npz, .h5, .vtp or .vtu")
-    convert.add_argument("--what", choices=("bodies", "contacts", "history"), default="bodies", help="of a .csv: which table")
+    convert.add_argument("--what", choices=("bodies", "contacts", "history"), default="bodies", help="table to write to a .csv")
     convert.add_argument("--step", type=int, metavar="I", help="only this output")
     convert.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
 

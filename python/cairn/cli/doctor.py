@@ -42,7 +42,7 @@ def add_parser(add, commands):
         "what is installed, what is missing, and whether the numbers come out right",
         "cairn doctor\ncairn doctor --json > machine.json     to send along with a question",
     )
-    doctor.add_argument("--json", action="store_true", help="for programs")
+    doctor.add_argument("--json", action="store_true", help="output as JSON, for programs")
 
 
 def main(options):

@@ -26,7 +26,7 @@ def add_parser(add, commands):
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the file (default: 1)")
     parser.add_argument("--flat", type=float, default=1e-6, help="how far corners may stand out of faces, over the extent (1e-6)")
     parser.add_argument("-o", "--output", metavar="SCENE", help="write a scene of the blocks under gravity, to run")
-    parser.add_argument("--density", type=float, default=2400.0, help="of the blocks [kg/m3] (default: 2400)")
+    parser.add_argument("--density", type=float, default=2400.0, help="density of the blocks [kg/m3] (default: 2400)")
     parser.add_argument("--mu", type=float, default=0.6, help="friction coefficient (default: 0.6)")
     parser.add_argument(
         "--hold",

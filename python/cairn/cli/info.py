@@ -11,7 +11,7 @@ def add_parser(add, commands):
         "cairn info pile.vtkhdf --check",
     )
     info.add_argument("file", help="a run, a scene or a checkpoint")
-    info.add_argument("--json", action="store_true", help="for programs")
+    info.add_argument("--json", action="store_true", help="output as JSON, for programs")
     info.add_argument("--script", action="store_true", help="print the script that made the run")
     info.add_argument("--check", action="store_true", help="verify the checksums of all that the file holds")
     info.add_argument("--repair", action="store_true", help="after a loss of power: go back to the last state on the disk")

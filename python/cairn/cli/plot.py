@@ -28,7 +28,7 @@ def add_parser(add, commands):
     )
     plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
     plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
-    plot.add_argument("--every", type=int, default=1, help="of an animation: each so many outputs")
+    plot.add_argument("--every", type=int, default=1, help="animation: each N-th output")
     plot.add_argument("--dpi", type=int, default=150, help="dots an inch (default: 150)")
     plot.add_argument("-o", "--output", help="picture (.png, .pdf, .svg) or animation (.gif, .mp4); default: beside the file")
 

@@ -38,12 +38,12 @@ def add_parser(add, commands):
     sweep = parser.add_argument_group("what is swept")
     sweep.add_argument("--solvers", nargs="+", help="default: all that there are")
     sweep.add_argument("--tolerances", nargs="+", type=float, default=(1e-1, 1e-2, 1e-3, 1e-4), help="default: 1e-1 to 1e-4")
-    sweep.add_argument("--dt-factors", nargs="+", type=float, default=(1.0,), help="of the time step (default: 1)")
+    sweep.add_argument("--dt-factors", nargs="+", type=float, default=(1.0,), help="factors of the time step (default: 1)")
     sweep.add_argument("--warm-start", choices=("on", "off", "both"), default="both", help="default: both")
     sweep.add_argument("--integrators", nargs="+", default=("",), metavar="CALL", help="'HHT(alpha=-0.1)' (default: the scene's)")
     sweep.add_argument("--accuracies", nargs="+", type=float, default=(0.0,), metavar="A",
-                       help="of velocities, NSCD(accuracy=A), 0: none (default: 0)")  # fmt: skip
-    sweep.add_argument("--accelerations", nargs="+", choices=("nesterov", "none"), default=("",), help="of NLGS")
+                       help="accuracies of velocities, NSCD(accuracy=A); 0: none (default: 0)")  # fmt: skip
+    sweep.add_argument("--accelerations", nargs="+", choices=("nesterov", "none"), default=("",), help="sweeps of NLGS")
     sweep.add_argument("--meshes", nargs="+", type=float, default=(0.0,), metavar="N", help="for build(mesh=N)")
     sweep.add_argument("--network-tolerances", nargs="+", type=float, default=(0.0,), help="default: the scene's")
     sweep.add_argument("--couplings", nargs="+", default=("",), metavar="C", help="staggered or numbers (default: the scene's)")
@@ -56,11 +56,11 @@ def add_parser(add, commands):
     how.add_argument("--states", type=int, default=4, help="common states for one step (default: 4)")
     how.add_argument("--duration", type=float, help="time of the perturbed runs [s] (default: DURATION of the .py, or none)")
     how.add_argument("--runs", type=int, default=8, help="perturbed runs, at least 8 (default: 8)")
-    how.add_argument("--perturbation", type=float, default=1e-4, help="of positions, over the radius (default: 1e-4)")
+    how.add_argument("--perturbation", type=float, default=1e-4, help="random shift of bodies, over their radius (default: 1e-4)")
     how.add_argument("--averaged", type=float, default=0.5, help="share of a run that is averaged, its last (default: 0.5)")
-    how.add_argument("--samples", type=int, default=40, help="of a run, that are averaged (default: 40)")
-    how.add_argument("--reference-tol", type=float, help="of the runs compared with (default: a tenth of the tightest)")
-    how.add_argument("--reference-mesh", type=float, metavar="N", help="of the runs compared with (default: the finest)")
+    how.add_argument("--samples", type=int, default=40, help="states of a run to average (default: 40)")
+    how.add_argument("--reference-tol", type=float, help="tolerance of the reference (default: a tenth of the tightest)")
+    how.add_argument("--reference-mesh", type=float, metavar="N", help="mesh of the reference (default: the finest)")
     how.add_argument("--no-one-step", action="store_true", help="leave out the comparison of one step")
     how.add_argument("--in-time", action="store_true",
                      help="set the error in time that a step tells (time_error) against eight steps of an eighth")  # fmt: skip

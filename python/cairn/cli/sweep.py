@@ -19,7 +19,7 @@ def add_parser(add, commands):
     parser.add_argument("study", metavar="STUDY.toml", help="script, parameters, samples, seed")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where results.csv goes (default: the study's name)")
     parser.add_argument("-j", "--processes", type=int, help="side by side, one thread each (default: as many as cores)")
-    parser.add_argument("--dask", metavar="ADDRESS", help="of a Dask scheduler whose workers do the work: tcp://host:8786")
+    parser.add_argument("--dask", metavar="ADDRESS", help="Dask scheduler whose workers run the points: tcp://host:8786")
     parser.add_argument("--plan", action="store_true", help="list the points and end")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
 

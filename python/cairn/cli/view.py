@@ -6,7 +6,7 @@ def add_parser(add, commands):
     view = add(
         commands,
         "view",
-        "turn a run round: in the browser, in a window, or as a page that works without a server",
+        "show a run in 3D: in the browser, in a window, or as a page that works without a server",
         "cairn view pile.vtkhdf                     in the browser (needs trame), also while the run goes on\n"
         "cairn view pile.vtkhdf --html pile.html    one page with all in it, to send to a colleague\n"
         "cairn view pile.vtkhdf --window --what material",
@@ -14,11 +14,11 @@ def add_parser(add, commands):
     view.add_argument("file", help="a .vtkhdf file")
     view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
     view.add_argument("--html", metavar="PAGE", help="write a self-contained page instead: play, colours, forces, cuts, numbers")
-    view.add_argument("--every", type=int, default=1, help="of a page: each so many outputs (default: 1)")
-    view.add_argument("--fields", nargs="+", metavar="FIELD", help="of a page: the fields to carry (default: all)")
+    view.add_argument("--every", type=int, default=1, help="page: each N-th output (default: 1)")
+    view.add_argument("--fields", nargs="+", metavar="FIELD", help="page: fields to include (default: all)")
     view.add_argument("--overwrite", action="store_true", help="replace the page if it is there")
     view.add_argument("--window", action="store_true", help="in a window of PyVista instead of the browser")
-    view.add_argument("--port", type=int, default=0, help="of the local server (default: a free one)")
+    view.add_argument("--port", type=int, default=0, help="port of the local server (default: a free one)")
     view.add_argument("--no-browser", action="store_true", help="serve, but open no browser")
 
 

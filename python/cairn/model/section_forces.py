@@ -85,7 +85,7 @@ def dofs_of(cells, each):
 
 
 def followed(turns, given):
-    """Solution of turns x = given; the smallest one if a rotation is not held, e.g. of a straight beam in 3D about its axis."""
+    """Solves turns x = given; smallest solution if a rotation is not held, as that of a straight beam in 3D about its axis."""
     try:
         return np.linalg.solve(turns, given)
     except np.linalg.LinAlgError:

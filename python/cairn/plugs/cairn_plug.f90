@@ -103,8 +103,7 @@ module cairn_plug
       real(c_double), intent(in)          :: r(n, c)      !< impulse [N s]
       real(c_double), intent(in)          :: params(n, *)
       real(c_double), intent(in)          :: state_begin(n, *), state(n, *) !< before and after commit
-      real(c_double), intent(out)         :: energy(n, 4) !< stored now; taken along the normal, along the tangents; of it for good
-    !< [J]
+      real(c_double), intent(out)         :: energy(n, 4) !< stored; taken from bodies along n, along t; released of it [J]
     end subroutine law_energy
 
     !> r of the frictional contact problem u = W r + q, N, T (, T) at each contact, from the r that is there.
@@ -161,7 +160,7 @@ module cairn_plug
       real(c_double), intent(in)     :: mass(bodies), position(dim, bodies), velocity(dofs, bodies)
       real(c_double), intent(inout)  :: force(dofs, bodies)   !< [N, N m]
     end subroutine body_force
-    !> A deformable body of nodes, once for each simulation: fills calls. 0, anything else: these are no nodes of this code.
+    !> Opens a deformable body of nodes, once for each simulation: fills calls. Returns 0; another number: no such body.
     integer(c_int32_t) function open_body(dim, nodes, position, start, row, params, calls) bind(c)
       import :: c_int32_t, c_int64_t, c_double, cairn_body_calls
       integer(c_int32_t), value             :: dim

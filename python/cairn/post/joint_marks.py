@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-OWN = re.compile(r"joint \d+ \(joint \d+\)")  # the species of ends, as the file names it
+OWN = re.compile(r"joint \d+ \(joint \d+\)")  # name of the material of a joint's marks, as the file has it
 
 
 def bodies_of_joints(step):

@@ -58,7 +58,7 @@ def _nscd(simulation):
     )
     solver = strategy.solver
     if strategy.pose != "moreau":
-        lines.append(f"Strategy {type(strategy).__name__}: the condition at contacts is that of {strategy.pose}")
+        lines.append(f"Strategy {type(strategy).__name__}: contact condition {strategy.pose}")
     for mesh in simulation.meshes:
         size, points = mesh.body.points.size, len(mesh.contact_nodes)
         lines.append(f"Deformable {mesh.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
@@ -71,18 +71,18 @@ def _nscd(simulation):
         *_accuracy(strategy),
         *_sweeps(simulation, solver),
         *_enough(strategy),
-        "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on "
-        "many points, a wedged pile); their sums and moments on each body, and the motion, are not. cn.PPANewton shares smoothly",
+        "Statically indeterminate contacts (a face on many points, a wedged pile): the impulse of a single contact depends on "
+        "the start of the solver; resultants on each body, and the motion, do not. cn.PPANewton distributes impulses smoothly",
     ]
     return lines
 
 
 def _accuracy(strategy):
     if strategy.accuracy is None:
-        return ["Accuracy of velocities is not asked for: the tolerance alone ends a step"]
+        return ["Accuracy of velocities is not asked for (NSCD(accuracy=...)): the tolerance of impulses ends a step"]
     return [
-        f"Accuracy {strategy.accuracy:g} of velocities: sweeps go on beyond the tolerance until their estimated error, "
-        'info["velocity_error"], is as small'
+        f"Accuracy {strategy.accuracy:g} of velocities: a step ends once their estimated error is at most that, see "
+        'info["velocity_error"]'
     ]
 
 
@@ -91,7 +91,7 @@ def _enough(strategy):
     if getattr(solver, "enough", None) is not None:
         lines.append(f"A step that has taken {solver.patience} iterations ends at a true error of {solver.enough:g}")
     if math.isfinite(strategy.overlap):
-        lines.append(f"Overlap beyond {strategy.overlap:g} of the smaller body's size is taken back by contacts of rigid bodies")
+        lines.append(f"Contacts of rigid bodies push back overlap beyond {strategy.overlap:g} of the smaller body's size")
     return lines
 
 
@@ -107,9 +107,9 @@ def _sweeps(simulation, solver):
         lines.append("Sweeps are plain, over-relaxed from the tenth on")
     elif not found:
         lines.append(
-            "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps in which no body moves "
-            f"that is more than {MOST_APART:,} times as heavy as another and half of the contacts at most are between faces or "
-            "of meshes swept in turn; in others they are plain, over-relaxed from the tenth on. No contacts are known yet"
+            "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps where masses of moving "
+            f"bodies differ by at most {MOST_APART:,} and at most half of the contacts are between faces or of meshes swept in "
+            "turn; in others they are plain and over-relaxed. No contacts are known yet"
         )
     elif found["extrapolates"]:
         lines.append(
@@ -124,14 +124,14 @@ def _sweeps(simulation, solver):
         lines.append(f"Sweeps are plain, over-relaxed from the tenth on: in the last step {why}")
     if isinstance(solver, Auto):
         lines.append(
-            "Newton's method takes over where its factors cost less than the sweeps that the errors foretell, and fit "
-            f"{solver.memory:.3g} bytes; few contacts are solved by their active set"
+            "Newton's method takes over where it is expected to cost less than further sweeps, if its factors fit into "
+            f"{solver.memory:.3g} bytes; small problems are finished by their active set"
         )
         return lines
     if solver.associated_start and found.get("extrapolates", True):
-        lines.append("Sweeps of a pile at rest without impulses begin with associated friction")
+        lines.append("Sweeps of a pile at rest that start without impulses begin with associated friction")
     if solver.softening_relaxation < 1:
-        lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep")
+        lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep (under-relaxation)")
     return lines
 
 
@@ -140,12 +140,12 @@ def _smooth(simulation):
     lines = [f"Velocity Verlet; step {dt:g} s; pairs listed up to {simulation.skin:.3g} m beyond the reach of their law"]
     if np.isfinite(limit):
         lines.append(
-            f"Stable step {limit:.3g} s, from masses and from stiffness at an overlap of at least {strategy.overlap:g} of the "
+            f"Stable step {limit:.3g} s, by masses and the stiffness at an overlap of at least {strategy.overlap:g} of the "
             f"effective radius; this step is {dt / limit:.3g} of it (a tenth is accurate)"
         )
     else:
-        lines.append("No stable step is known: no law moves a body yet")
-    lines.append("The balance of energy is " + ("kept" if strategy.energy else "not kept (energy=False)"))
+        lines.append("No stable step is known yet: no contact law acts on a body that can move")
+    lines.append("The energy balance is " + ("computed" if strategy.energy else "not computed (energy=False)"))
     return lines
 
 

@@ -169,7 +169,7 @@ def _said(setting, best, kind, accuracy, of, floor, settings):
     )
     dearest = max(s["cpu_seconds"] for s in settings)
     if dearest > 1.5 * best["cpu_seconds"]:
-        lines.append(f"  the dearest setting that was tried costs {dearest / best['cpu_seconds']:.2g} times as much")
+        lines.append(f"  the most expensive setting that was tried costs {dearest / best['cpu_seconds']:.2g} times as much")
     if best["not_converged"]:
         lines.append(f"  {best['not_converged']} of {best['steps']} solves ended before their tolerance; the errors hold that")
     if kind == "step":

@@ -56,6 +56,7 @@ def test_the_gallery_has_a_page_and_a_thumbnail_of_each_example(tmp_path, monkey
 
     names = gallery.write(tmp_path)
     assert set(names) == {path.name for path in (ROOT / "examples").iterdir() if (path / f"{path.name}.py").exists()}
+    assert set(gallery.PARTS) <= set(names)
     index = (tmp_path / "index.md").read_text(encoding="utf-8")
     for name in names:
         page = (tmp_path / f"{name}.md").read_text(encoding="utf-8")

@@ -28,7 +28,7 @@ def test_a_student_runs_looks_and_converts(tmp_path):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (tmp_path / "pile.py").write_text(re.search(r"^```python\n(.*?)^```", text, re.M | re.S)[1])
     subprocess.run([sys.executable, "pile.py"], cwd=tmp_path, check=True, capture_output=True, timeout=200)
-    cairn(tmp_path, *re.search(r"`cairn (run pile\.py[^`]*)`", text)[1].split())
+    cairn(tmp_path, *re.search(r"^cairn (run pile\.py[^#\n]*)", text, re.M)[1].split())
     assert "converged" in cairn(tmp_path, "info", "pile.vtkhdf")
     cairn(tmp_path, "plot", "pile.vtkhdf", "-o", "pile.png")
     cairn(tmp_path, "plot", "pile.vtkhdf", "--what", "forces", "-o", "forces.pdf")

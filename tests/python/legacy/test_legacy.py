@@ -105,7 +105,7 @@ def test_what_has_no_word_is_refused_by_name_or_left_out_as_asked(tmp_path):
         ("DRV_DOF.DAT", " vlocy      1", " vlocy      9", "drives dof 9; a body of 2D has 3"),
         ("DRV_DOF.DAT", "evolution d5_1.dat", "evolution none.dat", r"line \d+: the evolution 'none.dat' is no file"),
         ("DRV_DOF.DAT", " RBDY2      5", " RBDY2      8", r"DRV_DOF.DAT, line \d+: drives RBDY2 8, which"),
-        ("DOF.INI", "RBDY2        5", "RBDY2        8", r"DOF.INI, line \d+: RBDY2 8, which BODIES.DAT does not have"),
+        ("DOF.INI", "RBDY2        5", "RBDY2        8", r"DOF.INI, line \d+: RBDY2 8 is not in BODIES.DAT: give files"),
     ],
 )
 def test_malformed_files_are_refused_with_file_and_place(tmp_path, file, old, new, message):

@@ -171,7 +171,7 @@ def test_functions_at_the_beginning_of_a_step_make_none(made, what, cut_back):
     sim.step()
     kept = sim.nodes.position.copy(), sim.bodies.position.copy()
     on.append(True)
-    with pytest.raises(ValueError, match="a step begins with what functions of time say.* steps: step in `callback` of run"):
+    with pytest.raises(ValueError, match="a function of time of the scene makes a step.*: step in `callback` of run"):
         sim.step()
     assert sim.steps == 1 and sim.time == 1e-3 and sim.stages.due is None
     assert np.array_equal(sim.nodes.position, kept[0]) and np.array_equal(sim.bodies.position, kept[1])

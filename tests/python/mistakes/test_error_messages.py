@@ -26,7 +26,7 @@ def test_info_says_why_it_has_no_such_name():
         sim.info["status"]
     assert "energy" in sim.info
     sim.step()
-    with pytest.raises(KeyError, match="is measured of joints of rigid bodies other than Cable"):
+    with pytest.raises(KeyError, match="exists in scenes with joints about which a rigid body turns"):
         sim.info["joint_error"]
     with pytest.raises(KeyError, match=r"no 'statu'.*status"):
         sim.info["statu"]

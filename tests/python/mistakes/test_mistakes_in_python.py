@@ -129,7 +129,7 @@ MISTAKES = [
     (lambda s, r: measures.fabric_tensor(3), r"normals has shape \(\): give shape \(n, m\)"),
     (lambda s, r: verify("r.vtkhdf", "r.vtkhdf", {"positon": 1}), "there is no norm 'positon' .*; did you mean 'position'"),
     (lambda s, r: Assembly(3, 0.7), r"blocks is 3: give Blocks, as cairn.pre.masonry.arch\(...\)"),
-    (lambda s, r: bisect(lambda x: True, low=3, high=1), "it stands both at 3 and at 1: widen the interval"),
+    (lambda s, r: bisect(lambda x: True, low=3, high=1), "the structure stands both at 3 and at 1: widen the interval"),
     (lambda s, r: cn.find_equilibrium(3), "simulation is 3: give a cairn.Simulation"),
     (lambda s, r: cn.problems.read("none.dat"), "none.dat: there is no such file; check the path"),
     (lambda s, r: cn.plug("none.so"), "give one of law=, solver=, .*; there are none"),

@@ -99,6 +99,41 @@ def test_a_page_shows_the_run(tmp_path, origin, scale):
         wait_for(driver, "return window.cairn.loaded && window.cairn.axis === 'x'")
 
 
+def test_forces_show_through_bodies_and_are_cut_with_them(tmp_path):
+    path, page = run_of(tmp_path / "a.vtkhdf", 3, steps=400), tmp_path / "page.html"
+    assert cli.main(["view", str(path), "--html", str(page)]) == 0
+    shown = "const at = window.cairn; return [at.bodyProperty.opacity, at.chains.points.length, at.chains.largest]"
+    with browser() as driver:
+        driver.get(page.as_uri())
+        wait_for(driver, "return document.body.dataset.ready === 'yes'")
+        assert driver.execute_script(shown)[:2] == [1, 0]
+        driver.execute_script("window.cairn.showForces = true")
+        wait_for(driver, "return window.cairn.chains.points.length > 0")
+        opacity, whole, largest = driver.execute_script(shown)
+        driver.execute_script("window.cairn.axis = 'x'; window.cairn.cut = 0")
+        wait_for(driver, f"return window.cairn.chains.points.length < {whole}")
+        assert opacity < 0.5 and driver.execute_script(shown)[1] > 0
+    step = cn.load(path)[-1]
+    force = np.abs(np.sum(step.contacts["impulse"] * step.contacts["normal"], axis=1)).max() / 2e-3
+    assert abs(largest - force) < 1e-5 * force
+
+
+def test_the_viewer_cuts_forces_with_bodies(tmp_path):
+    pytest.importorskip("trame_pyvista")
+    from cairn.post.view.live import Viewer
+
+    viewer = Viewer(run_of(tmp_path / "a.vtkhdf", 3, steps=400))
+    viewer.show(len(viewer.run) - 1, forces=True, axis="x", cut=0.5)
+    frame = frame_of(viewer.step)
+    _, _, lines = viewer._cut(frame, "x", 0.5)
+    middle = frame.forces[:, :, 0].mean(axis=1)
+    place = viewer.step.drawn["position"][:, 0]
+    assert 0 < lines.sum() < len(lines)
+    assert np.array_equal(lines, middle <= place.min() + 0.5 * np.ptp(place))
+    opacities = {actor.prop.opacity for actor in viewer.plotter.actors.values() if hasattr(actor, "prop")}
+    assert any(0.1 < opacity < 0.5 for opacity in opacities)
+
+
 def test_a_page_that_cannot_be_written_says_why(tmp_path, capsys):
     run, page = run_of(tmp_path / "a.vtkhdf", 2), tmp_path / "page.html"
     for words, told in (

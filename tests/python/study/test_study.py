@@ -311,7 +311,7 @@ def test_preparation_goes_on_where_it_was_stopped(pile, tmp_path, monkeypatch):
 def test_a_figure_without_errors_says_why(value, tmp_path):
     common = dict(target="a", kind="statistics", setting="s", tol=1e-4, error=1e-5, not_converged=0, steps=1, cpu_seconds=1.0)
     rows = [dict(common, role=role, seed=seed, f=value) for role in ("reference", "trial") for seed in range(3)]
-    with pytest.raises(ValueError, match="figure 'f' has no errors: .* found (nan|0), .* finite number that is not zero"):
+    with pytest.raises(ValueError, match="figure 'f' has no relative errors, .* found (nan|0), .* finite and not zero"):
         study.Study(tmp_path, rows, ["f"]).recommend(1e-2, of="f")
 
 
