@@ -27,7 +27,7 @@ class OfTemperature:
 
     Examples
     --------
-    >>> OfTemperature((300.0, 600.0), (50.0, 40.0))(450.0)
+    >>> cn.networks.OfTemperature((300.0, 600.0), (50.0, 40.0))(450.0)
     45.0
     """
 
@@ -94,7 +94,7 @@ class Material:
 
     Examples
     --------
-    >>> Material("rock", density=2800.0).name
+    >>> cn.Material("rock", density=2800.0).name
     'rock'
     """
 

@@ -31,7 +31,7 @@ class Table:
 
     Examples
     --------
-    >>> Table([0.0, 2.0], [0.0, 10.0])(0.5)
+    >>> cn.Table([0.0, 2.0], [0.0, 10.0])(0.5)
     2.5
     """
 
@@ -87,7 +87,7 @@ class Harmonic:
 
     Examples
     --------
-    >>> Harmonic(2.0, 1.0, mean=1.0)(0.5)
+    >>> cn.Harmonic(2.0, 1.0, mean=1.0)(0.5)
     -1.0
     """
 
@@ -211,7 +211,7 @@ class Servo:
 
     Examples
     --------
-    >>> Servo(1e4, (0, -1), area=2.0)(0.0, None).tolist()
+    >>> cn.Servo(1e4, (0, -1), area=2.0)(0.0, None).tolist()
     [0.0, -20000.0]
     """
 

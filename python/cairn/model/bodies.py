@@ -392,8 +392,8 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
 
     Examples
     --------
-    >>> rock = Material("rock", density=2800.0)
-    >>> len(disks([[0, 0], [1, 0]], 0.5, rock))
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> len(cn.disks([[0, 0], [1, 0]], 0.5, rock))
     2
     """
     centers, radii = _points(centers, radii, 2)
@@ -435,7 +435,7 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
 
     Examples
     --------
-    >>> spheres([[0, 0, 0], [2, 0, 0]], 0.5, Material("rock", density=2800.0)).position.shape
+    >>> cn.spheres([[0, 0, 0], [2, 0, 0]], 0.5, cn.Material("rock", density=2800.0)).position.shape
     (2, 3)
     """
     centers, radii = _points(centers, radii, 3)
@@ -482,7 +482,7 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
 
     Examples
     --------
-    >>> clumps([[0, 0]], [[-0.5, 0], [0.5, 0]], 0.5, 10.0, 3.0, Material("rock")).dim
+    >>> cn.clumps([[0, 0]], [[-0.5, 0], [0.5, 0]], 0.5, 10.0, 3.0, cn.Material("rock")).dim
     2
     """
     shape = np.shape(offsets)
@@ -581,7 +581,7 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
 
     Examples
     --------
-    >>> wall((0, 0), (0, 1), Material("rock")).driven
+    >>> cn.wall((0, 0), (0, 1), cn.Material("rock")).driven
     ('vx', 'vy', 'w')
     """
     point = checks.real_array("point", point, (None,))
@@ -797,7 +797,7 @@ def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
 
     Examples
     --------
-    >>> len(box((0, 0), (1, 1), Material("rock"), lid=False))
+    >>> len(cn.box((0, 0), (1, 1), cn.Material("rock"), lid=False))
     3
     """
     low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))

@@ -95,9 +95,9 @@ class Scene(Spelt):
 
     Examples
     --------
-    >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
-    >>> rock = Material("rock", density=2800.0)
-    >>> scene.add(bodies.disks([[0.0, 0.5]], 0.5, rock), bodies.wall((0.0, 0.0), (0.0, 1.0), rock))
+    >>> scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> scene.add(cn.disks([[0.0, 0.5]], 0.5, rock), cn.wall((0.0, 0.0), (0.0, 1.0), rock))
     array([0, 1])
     """
 

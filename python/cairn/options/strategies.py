@@ -410,7 +410,7 @@ class NSCD(Strategy):
 
     Examples
     --------
-    >>> NSCD(theta=1.0, solver=NLGS(tol=1e-6)).explicit
+    >>> cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-6)).explicit
     False
     """
 
@@ -685,7 +685,7 @@ class SmoothDEM(Strategy):
 
     Examples
     --------
-    >>> SmoothDEM(unstable="warn").renumber_every
+    >>> cn.SmoothDEM(unstable="warn").renumber_every
     1000
     """
 
@@ -865,7 +865,7 @@ def strategy(name, **options):
 
     Examples
     --------
-    >>> strategy("smooth_dem", threads=2).threads
+    >>> cn.strategy("smooth_dem", threads=2).threads
     2
     """
     known = {**{row[0]: STRATEGIES[row[1]] for row in _core.strategies()}, **STRATEGIES}

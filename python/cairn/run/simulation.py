@@ -45,7 +45,6 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     Examples
     --------
-    >>> import cairn as cn
     >>> rock = cn.Material("rock", density=2800.0)
     >>> scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
     >>> _ = scene.add(cn.disks([[0.0, 0.5]], 0.5, rock), cn.wall((0.0, 0.0), (0.0, 1.0), rock))
