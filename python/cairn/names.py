@@ -167,6 +167,14 @@ def _call(parameters):
     return str(inspect.Signature(plain))
 
 
+def parameters_section(rows):
+    """Lines of the section Parameters of a docstring; none without parameters. rows: (name, type, text) of each."""
+    if not rows:
+        return []
+    told = (line for name, kind, text in rows for line in (f"{name} : {kind}", f"    {text[0].upper()}{text[1:]}."))
+    return ["", "Parameters", "----------", *told]
+
+
 def teach(namespace, public=None, package="cairn"):
     """Wraps the public functions, constructors and methods of a namespace (a dict) by `telling`, wherever they are defined.
 

@@ -8,7 +8,8 @@ import pytest
 from cairn import _core
 from cairn.post.masonry import Structure
 from cairn.pre import masonry
-from cairn.run.equilibrium import System, on_faces
+from cairn.run.equilibrium import System
+from cairn.run.equilibrium_contacts import on_faces
 from report import judge
 
 G = 9.81

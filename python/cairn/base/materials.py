@@ -13,9 +13,21 @@ from . import checks
 class OfTemperature:
     """A property that depends on temperature: piecewise linear, constant beyond its ends.
 
-    temperatures: (n,) rising [K]. values: (n,).
+    Parameters
+    ----------
+    temperatures : array_like (n,)
+        Rising temperatures [K], two or more.
+    values : array_like (n,)
+        Value of the property at each temperature, in its unit.
 
-    >>> OfTemperature((300.0, 600.0), (50.0, 40.0))(450.0)
+    Raises
+    ------
+    ValueError
+        If temperatures do not rise or values are of another number.
+
+    Examples
+    --------
+    >>> cn.networks.OfTemperature((300.0, 600.0), (50.0, 40.0))(450.0)
     45.0
     """
 
@@ -35,7 +47,13 @@ class OfTemperature:
         return float(np.interp(temperature, self.temperatures, self.values))
 
     def to_dict(self):
-        """Content of a scene file for this curve."""
+        """Gives the content of a scene file for this curve.
+
+        Returns
+        -------
+        dict
+            Kind, temperatures [K] and values.
+        """
         return {"kind": "of_temperature", "temperatures": np.array(self.temperatures), "values": np.array(self.values)}
 
 
@@ -43,12 +61,40 @@ class OfTemperature:
 class Material:
     """The material of a body.
 
-    name: referred to by contact laws. density: mass per volume [kg/m3]; only needed by bodies whose mass is not given.
-    The others are used by networks of heat and current alone, see cairn.networks. conductivity [W/(m K)], capacity [J/(kg K)],
-    resistivity [ohm m]: each a number or an OfTemperature; latent: (heat [J/kg], from, to [K]) absorbed between two temperatures;
-    young [Pa], poisson and hardness [Pa]: of the contact spots; expansion: thermal [1/K].
+    Contact laws refer to it by its name. All properties but the density are used by networks of heat and current alone; see
+    cairn.networks.
 
-    >>> Material("rock", density=2800.0).name
+    Parameters
+    ----------
+    name : str
+        Name, other than "*"; a scene has one material of a name.
+    density : float, optional
+        Mass per volume [kg/m3]; needed by bodies whose mass is not given.
+    conductivity : float or OfTemperature, optional
+        Thermal conductivity [W/(m K)].
+    capacity : float or OfTemperature, optional
+        Heat capacity [J/(kg K)].
+    resistivity : float or OfTemperature, optional
+        Electrical resistivity [ohm m].
+    latent : tuple (3,), optional
+        Heat [J/kg] absorbed between two temperatures [K]: heat, from, to.
+    young : float, optional
+        Young's modulus of the contact spots [Pa].
+    poisson : float, optional
+        Poisson's ratio of the contact spots [-], above -1 and up to 0.5.
+    hardness : float, optional
+        Hardness of the contact spots [Pa].
+    expansion : float, optional
+        Thermal expansion [1/K].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range; the message names it.
+
+    Examples
+    --------
+    >>> cn.Material("rock", density=2800.0).name
     'rock'
     """
 
@@ -83,12 +129,29 @@ class Material:
             object.__setattr__(self, "latent", (float(heat), float(begin), float(end)))
 
     def beside_density(self):
-        """{field: value} of the given properties for networks; None without any."""
+        """Gives the properties for networks.
+
+        Returns
+        -------
+        dict or None
+            {field: value} of the given properties; None without any.
+        """
         told = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("name", "density")}
         return {name: value for name, value in told.items() if value is not None} or None
 
     def with_(self, other):
-        """This material completed by the properties of another of the same name; None if they contradict each other."""
+        """Completes this material by the properties of another of the same name.
+
+        Parameters
+        ----------
+        other : Material
+            A material of the same name.
+
+        Returns
+        -------
+        Material or None
+            The completed material; None if both contradict each other.
+        """
         told = {}
         for field in fields(self):
             mine, theirs = getattr(self, field.name), getattr(other, field.name)

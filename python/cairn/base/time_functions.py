@@ -15,9 +15,24 @@ from . import checks
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Piecewise linear in time, constant before the first and after the last instant.
+    """A function of time that is piecewise linear, constant before the first and after the last instant.
 
-    times: (n,) [s], rising. values: (n,) or (n, components).
+    Parameters
+    ----------
+    times : array_like (n,)
+        Rising instants [s].
+    values : array_like (n,) or (n, components)
+        Value at each instant.
+
+    Raises
+    ------
+    ValueError
+        If times do not rise or values have another number of rows.
+
+    Examples
+    --------
+    >>> cn.Table([0.0, 2.0], [0.0, 10.0])(0.5)
+    2.5
     """
 
     times: Any  # converted to an array
@@ -40,12 +55,41 @@ class Table:
         return np.array([np.interp(t, self.times, column) for column in self.values.T])
 
     def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, times and values.
+        """
         return {"kind": "table", "times": self.times, "values": self.values}
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonic:
-    """mean + amplitude * cos(2 pi frequency t + phase); frequency in Hz, phase in rad."""
+    """A cosine of time: mean + amplitude * cos(2 pi frequency t + phase).
+
+    Parameters
+    ----------
+    amplitude : float or tuple
+        Amplitude, of a number or of each component.
+    frequency : float
+        Frequency [Hz].
+    mean : float or tuple, default 0
+        Mean, of a number or of each component.
+    phase : float, default 0
+        Phase [rad].
+
+    Raises
+    ------
+    ValueError
+        If a value is no finite number.
+
+    Examples
+    --------
+    >>> cn.Harmonic(2.0, 1.0, mean=1.0)(0.5)
+    -1.0
+    """
 
     amplitude: float | tuple
     frequency: float
@@ -68,6 +112,13 @@ class Harmonic:
         return float(value) if value.ndim == 0 else value
 
     def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, amplitude, frequency [Hz], mean and phase [rad].
+        """
         return {
             "kind": "harmonic",
             "amplitude": np.asarray(self.amplitude, float),
@@ -79,7 +130,17 @@ class Harmonic:
 
 @dataclass(frozen=True, eq=False)
 class Ramp:
-    """value(t) * clip(begin + slope t, -1, 1): a value ramped up or down. value: a number or a function of time; slope [1/s]."""
+    """A value that is ramped up or down: value(t) * clip(begin + slope t, -1, 1).
+
+    Parameters
+    ----------
+    value : float or callable
+        A number or a function of time.
+    begin : float
+        Share of the value at t = 0 [-].
+    slope : float
+        Change of the share in time [1/s].
+    """
 
     value: object
     begin: float
@@ -89,12 +150,25 @@ class Ramp:
         return value_at(self.value, t) * float(np.clip(self.begin + self.slope * t, -1.0, 1.0))
 
     def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, value, begin and slope.
+        """
         return {"kind": "ramp", "value": to_dict("value", self.value), "begin": self.begin, "slope": self.slope}
 
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """An array (components,) from a number or a function of time for each component."""
+    """An array (components,) from a number or a function of time for each component.
+
+    Parameters
+    ----------
+    parts : sequence
+        A number or a function of time for each component.
+    """
 
     parts: tuple
 
@@ -105,18 +179,40 @@ class Components:
         return np.array([value_at(p, t) for p in self.parts], float)
 
     def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, and each component by its number.
+        """
         return {"kind": "components", **{f"{k:03d}": to_dict("component", p) for k, p in enumerate(self.parts)}}
 
 
 class Servo:
     """Force of a wall that keeps a given normal stress, for `wall(..., force=Servo(...))`.
 
-    stress: pressure [Pa] or a function of time giving it. normal: (dim,) of the wall, out of the solid: the force acts along it,
-    on the bodies in front. area: loaded area [m2] (length times depth in 2D), a function(sim) that measures it each step, or
-    None: the extent of the grains across the normal, or of the periodic cell, times the depth in 2D.
+    The force acts along the normal, on the bodies in front of the wall.
 
-    >>> Servo(1e4, (0, -1), area=2.0)(0.0, None)
-    array([    0., -20000.])
+    Parameters
+    ----------
+    stress : float or callable
+        Pressure [Pa], or a function of time that gives it.
+    normal : array_like (dim,)
+        Normal of the wall, out of the solid; its length does not matter.
+    area : float or callable, optional
+        Loaded area [m2], length times depth in 2D; or a function of the simulation that measures it in each step. Not given: the
+        extent of the grains across the normal, or of the periodic cell, times the depth of the scene in 2D.
+
+    Raises
+    ------
+    ValueError
+        If the normal has no length or another number of components than 2 or 3, or the area is not positive.
+
+    Examples
+    --------
+    >>> cn.Servo(1e4, (0, -1), area=2.0)(0.0, None).tolist()
+    [0.0, -20000.0]
     """
 
     needs_simulation = True
@@ -138,7 +234,18 @@ class Servo:
         return stress * area * self.normal
 
     def extent(self, simulation):
-        """Extent of the grains across the normal, times the depth in 2D [m2]."""
+        """Measures the extent of the grains across the normal, times the depth in 2D.
+
+        Parameters
+        ----------
+        simulation : Simulation
+            The simulation whose grains, bodies with a radius, are measured.
+
+        Returns
+        -------
+        float
+            Area [m2]; 0 without grains.
+        """
         radii, position = simulation.radii(), simulation.bodies.position
         grains = radii > 0
         if not np.any(grains):
@@ -158,7 +265,18 @@ class Servo:
         return area
 
     def to_dict(self):
-        """Content of a scene file. Raises ValueError if area is a Python function."""
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, stress, normal and area [m2], nan for the extent of the grains.
+
+        Raises
+        ------
+        ValueError
+            If the area is a Python function, which a file cannot hold.
+        """
         if callable(self.area):
             raise ValueError("area of a Servo is a Python function, which a file cannot hold: give a number or None")
         return {
@@ -170,12 +288,43 @@ class Servo:
 
 
 def value_at(given, t):
-    """The value of a number, an array or a function of time at the instant t [s]."""
+    """Gives the value of a number, an array or a function of time at an instant.
+
+    Parameters
+    ----------
+    given : float, array_like or callable
+        A value, or a function of time that gives it.
+    t : float
+        Time [s].
+
+    Returns
+    -------
+    float or array_like
+        The value, as it was given or as the function gives it.
+    """
     return given(t) if callable(given) else given
 
 
 def to_dict(name, given):
-    """Content of a file for a value that may change with time. Raises ValueError for a Python function."""
+    """Gives the content of a file for a value that may change with time.
+
+    Parameters
+    ----------
+    name : str
+        Name of the value in the message of an error.
+    given : float, array_like or callable
+        A value, or a Table, Harmonic and the like.
+
+    Returns
+    -------
+    dict
+        The content, with its kind.
+
+    Raises
+    ------
+    ValueError
+        If the value is a plain Python function.
+    """
     if hasattr(given, "to_dict"):
         return given.to_dict()
     if callable(given):
@@ -184,7 +333,23 @@ def to_dict(name, given):
 
 
 def from_dict(d):
-    """The inverse of to_dict."""
+    """Makes a value that may change with time from the content of a file: the inverse of to_dict.
+
+    Parameters
+    ----------
+    d : dict
+        The content, with its kind.
+
+    Returns
+    -------
+    ndarray, Table, Harmonic, Ramp, Components, Servo or OfTemperature
+        The value.
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown or a number is not finite.
+    """
     if d["kind"] == "table":
         return Table(d["times"], d["values"])
     if d["kind"] == "harmonic":

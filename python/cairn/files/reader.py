@@ -24,7 +24,23 @@ class History(dict):
 
 
 def open_run(path):
-    """The file of a run, checked to be one."""
+    """Opens the file of a run and checks that it is one.
+
+    Parameters
+    ----------
+    path : path-like
+        Name of the file.
+
+    Returns
+    -------
+    File
+        The open file.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or it is no run.
+    """
     try:
         file = File(path)
     except FileError as error:
@@ -41,7 +57,26 @@ def open_run(path):
 
 
 def check_format(path, file, group, name, version):
-    """Raise FileError unless `group` of an HDF5 file bears the format `name`, in a version this program can read."""
+    """Checks that a group of an HDF5 file bears a format in a version that this program can read.
+
+    Parameters
+    ----------
+    path : path-like
+        Name of the file.
+    file : File
+        The open file.
+    group : str
+        Name of the group.
+    name : str
+        Name of the format.
+    version : tuple
+        Version that is read: its first number must not be lower than that of the file.
+
+    Raises
+    ------
+    FileError
+        If it bears another format, or a later version.
+    """
     attrs = file[group].attrs if group in file else {}
     if attrs.get("format") != name:
         if name == FORMAT_NAME and file.attrs.get("format") == "cairn-checkpoint":
@@ -56,7 +91,25 @@ def check_format(path, file, group, name, version):
 
 
 def read_tree(group, within=()):
-    """A group as a nested dict: what `writer.write_tree` stored. within: groups that it stands in."""
+    """Reads a group that `writer.write_tree` stored.
+
+    Parameters
+    ----------
+    group : Group
+        The group.
+    within : tuple
+        Addresses of the groups that it stands in.
+
+    Returns
+    -------
+    dict
+        Members by name; groups are dicts.
+
+    Raises
+    ------
+    ValueError
+        If the group stands within itself.
+    """
     if group._core.address in within:
         raise ValueError(f"{group.name} contains itself: the file is damaged, write it anew")
     within = (*within, group._core.address)
@@ -78,7 +131,27 @@ class MissingField(KeyError):
 
 
 class Fields:
-    """Arrays over the bodies or the contacts of one step, read when asked for: `fields.gap` or `fields["gap"]`."""
+    """Arrays over the bodies or the contacts of one output, read when asked for: `fields.gap` or `fields["gap"]`.
+
+    Parameters
+    ----------
+    path : str
+        Name of the file.
+    block : Group or None
+        Group of the fields; None without any.
+    points_name : str
+        Name of the places, "position" or "point".
+    step : int
+        Number of the output.
+    first : int
+        First row.
+    count : int
+        Number of rows.
+    dim : int
+        2 or 3.
+    turning : bool, default True
+        True if velocities have spins beside them.
+    """
 
     def __init__(self, path, block, points_name, step, first, count, dim, turning=True):
         self._path, self._block, self._points_name, self._step, self._dim = path, block, points_name, step, dim
@@ -140,8 +213,19 @@ class Fields:
 
 
 class Drawn:
-    """Bodies of one step followed by the nodes of meshes, the rows to which ids of contacts and pictures refer. A field that
-    bodies or nodes lack is zero there; nodes have no rotation."""
+    """Bodies of one output followed by the nodes of meshes, the rows to which ids of contacts and pictures refer.
+
+    A field that bodies or nodes lack is zero there; nodes have no rotation.
+
+    Parameters
+    ----------
+    bodies : Fields
+        Those of the bodies.
+    nodes : Fields
+        Those of the nodes.
+    dim : int
+        2 or 3.
+    """
 
     def __init__(self, bodies, nodes, dim):
         self._parts, self._dim = (bodies, nodes), dim
@@ -179,11 +263,18 @@ class Drawn:
 
 
 class Step:
-    """One output: `time`, `time_detection` [s], `step` (number of the time step), `bodies`, `nodes` of meshes and `contacts`.
+    """One output: `time`, `time_detection` [s], `step`, `bodies`, `nodes` of meshes and `contacts`.
 
-    Runs of before format 1.2 have nodes of meshes among their bodies, and no `nodes`; `drawn` has both, in old runs and new ones.
-    Bodies belong to `time`, contacts to `time_detection`. Units as in the simulation; `bodies.velocity` is (n, 3) or
-    (n, 6), `contacts.impulse` (m, dim) [N s] on A in the axes of space.
+    `step` is the number of the time step. Runs of before format 1.2 have nodes of meshes among their bodies, and no `nodes`;
+    `drawn` has both, in old runs and new ones. Bodies belong to `time`, contacts to `time_detection`. Units as in the simulation;
+    `bodies.velocity` is (n, 3) or (n, 6), `contacts.impulse` (m, dim) [N s] on A in the axes of space.
+
+    Parameters
+    ----------
+    run : StoredRun
+        The run.
+    index : int
+        Number of the output.
     """
 
     def __init__(self, run, index):
@@ -203,8 +294,11 @@ class Step:
 
     @property
     def cells(self):
-        """Fields of the cells of deformable bodies, mesh by mesh in order of their addition, {name: (m, ...)}: mesh (its number),
-        stress, strain, ...; {} where a file holds none."""
+        """Fields of the cells of deformable bodies, {name: (m, ...)}.
+
+        They come mesh by mesh in order of their addition: mesh (its number), stress, strain and others; {} where a file holds
+        none.
+        """
         with told_as_damage(self.run.path):
             if "cairn/meshes" not in self.run._file:
                 return {}
@@ -217,8 +311,17 @@ class Step:
             return out
 
     def corners_of_cells(self):
-        """Connectivity of these cells: VTK cell types (m,), offsets into the corners (m + 1,), and the corners as node numbers,
-        meshes in the same order."""
+        """Gives the connectivity of these cells.
+
+        Returns
+        -------
+        types : ndarray (m,)
+            VTK cell types.
+        begin : ndarray (m + 1,)
+            Offsets into the corners.
+        found : ndarray
+            Corners as node numbers, meshes in the same order.
+        """
         with told_as_damage(self.run.path):
             block = self.run._file["cairn/meshes"]
             part = int(block["Steps/PartOffsets"][self.index])
@@ -231,7 +334,23 @@ class Step:
             return types, begin, found
 
     def rows_of(self, ids):
-        """Rows of the bodies, or of the nodes of meshes, with these ids in the arrays of `drawn`."""
+        """Gives the rows of bodies, or of nodes of meshes, in the arrays of `drawn`.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Their ids.
+
+        Returns
+        -------
+        ndarray
+            Their rows.
+
+        Raises
+        ------
+        FileError
+            If the output lacks one of them.
+        """
         try:
             ids = np.asarray(ids, np.int64)
         except OverflowError:
@@ -250,14 +369,31 @@ class Step:
 
 
 class StoredRun:
-    """Outputs, history and scene of a run file, as arrays; cairn.post.Run adds measures and pictures."""
+    """Outputs, history and scene of a run file, as arrays; cairn.post.Run adds measures and pictures.
+
+    Parameters
+    ----------
+    path : path-like
+        Name of the .vtkhdf file.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, it is truncated, not a run of Cairn or of a later format.
+    """
 
     def __init__(self, path):
         self.path, self._file = os.fspath(path), None
         self.refresh()
 
     def refresh(self):
-        """Read the file anew."""
+        """Reads the file anew.
+
+        Returns
+        -------
+        StoredRun
+            This run.
+        """
         self.close()
         self._file = open_run(self.path)
         try:
@@ -287,7 +423,7 @@ class StoredRun:
                 raise ValueError(f"steps/{name} holds a value that is not {wanted}: the file is damaged")
 
     def close(self):
-        """Let go of the file."""
+        """Lets go of the file."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -315,7 +451,23 @@ class StoredRun:
         return (self[i] for i in range(len(self)))
 
     def at(self, time):
-        """The output nearest to `time` [s]."""
+        """Gives the output nearest to a time.
+
+        Parameters
+        ----------
+        time : float
+            Time [s].
+
+        Returns
+        -------
+        Step
+            The output.
+
+        Raises
+        ------
+        IndexError
+            If there is no output yet.
+        """
         if len(self) == 0:
             raise IndexError(f"{self.path} holds no output yet")
         return self[int(np.argmin(np.abs(self.times - checks.number("time", time))))]

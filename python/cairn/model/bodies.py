@@ -21,9 +21,34 @@ DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 
 @dataclass
 class ContactorSet:
-    """Contactors of one shape. body: (m,) row of the body in its set; radius (m,) [m], found from the hull if there is one;
-    offset (m, dim) from the centre of mass [m], or None; direction (m, dim + 1) unit vector and half length [m], or None;
-    hull (m,): number of each in `hulls`, for polygons, polyhedra and other shapes stored as hulls."""
+    """Contactors of one shape, on the bodies of a set.
+
+    Parameters
+    ----------
+    shape : str
+        Name of the shape in the core.
+    material : Material
+        Material of all of them.
+    body : ndarray (m,)
+        Row of the body of each in its set.
+    radius : ndarray (m,)
+        Radius [m], found from the hull if there is one.
+    offset : ndarray (m, dim), optional
+        From the centre of mass of the body, in its axes [m].
+    direction : ndarray (m, dim + 1), optional
+        Unit vector and half length [m].
+    hull : ndarray (m,), optional
+        Number of each in `hulls`, for polygons, polyhedra and other shapes stored as hulls.
+    hulls : Hulls, optional
+        The hulls.
+    joint : bool, default False
+        True for ends of a joint, of its own material.
+
+    Raises
+    ------
+    ValueError
+        If the material is no Material.
+    """
 
     shape: str
     material: Material
@@ -40,16 +65,62 @@ class ContactorSet:
             raise ValueError(f"material is {self.material!r}: give a cairn.Material")
 
     def species(self, group):
-        """(material, group) by which rules name it. Ends of joints are not in the group of their body."""
+        """Gives the names by which rules know the contactors.
+
+        Parameters
+        ----------
+        group : str or None
+            Group of the set; ends of joints are not in it.
+
+        Returns
+        -------
+        tuple
+            Material and group, the latter "" without one.
+        """
         return self.material.name, self.material.name if self.joint else group or ""
 
 
 @dataclass
 class BodySet(Spelt):
-    """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
-    or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
-    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: thickness from which
-    the mass of bodies in 2D was computed [m], None if the mass was given."""
+    """A set of n bodies: arrays, not objects, as disks(...), wall(...) and others make them.
+
+    Dofs are named vx, vy, w in 2D and vx, vy, vz, wx, wy, wz in 3D.
+
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    position : ndarray (n, dim)
+        Centres of mass [m].
+    mass : ndarray (n,)
+        Masses [kg], inf for boundaries that are held.
+    inertia : ndarray (n, 1) or (n, 3)
+        Moment of inertia, or principal moments [kg m2].
+    contactors : list of ContactorSet
+        Contactors of the bodies.
+    velocity : ndarray (n, dofs), optional
+        Initial velocities and spins [m/s, rad/s].
+    rotation : ndarray (n,) or (n, 4), optional
+        Angle [rad], or quaternion (w, x, y, z).
+    group : str, optional
+        Name by which rules know the bodies beside their material.
+    driven : tuple of str
+        Names of dofs whose velocity is imposed.
+    drive : ndarray (n, dofs) or callable, optional
+        That velocity, or a function of time that gives it.
+    force : ndarray (n, dofs) or callable, optional
+        Applied forces and torques [N, N m], or a function of time that gives them.
+    damping : float or ndarray (n,), optional
+        Rate of damping of the velocities [1/s].
+    ids : ndarray (n + parts,), optional
+        Ids, given by Scene.add: bodies first, then parts.
+    mesh : Deformable, optional
+        The deformable body whose nodes or sides these are.
+    depth : float, optional
+        Thickness from which the masses in 2D were computed [m]; None if they were given.
+    parts : int, default 0
+        Number of points, edges or faces of the mesh, which have no mass: their rows follow those of the bodies.
+    """
 
     dim: int
     position: np.ndarray
@@ -91,12 +162,44 @@ class BodySet(Spelt):
 
     @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh", "parts")
     def with_(self, **changes):
-        """A copy with some of its options changed: `disks(...).with_(group="layer 1", driven=("w",))`."""
+        """Makes a copy with some of its options changed.
+
+        Parameters
+        ----------
+        **changes : array_like, str or callable
+            Options by name, as in `disks(...).with_(group="layer 1", driven=("w",))`.
+
+        Returns
+        -------
+        BodySet
+            The copy.
+
+        Raises
+        ------
+        ValueError
+            If an option is wrong; the message names option, value and remedy.
+        """
         return checked(replace(self, **changes))
 
 
 def checked(s: BodySet) -> BodySet:
-    """Checks the options of a set and returns the set. Raises ValueError naming option, value and remedy."""
+    """Checks the options of a set.
+
+    Parameters
+    ----------
+    s : BodySet
+        The set; its options become arrays of all bodies.
+
+    Returns
+    -------
+    BodySet
+        The set itself.
+
+    Raises
+    ------
+    ValueError
+        If an option is wrong; the message names option, value and remedy.
+    """
     names = DOFS[s.dim]
     s.driven = (s.driven,) if isinstance(s.driven, str) else tuple(s.driven)
     for name in s.driven:
@@ -145,12 +248,56 @@ def _refuse_force_on_held(s):
 
 
 def rows(name, value, n, dim):
-    """A user's value for n bodies as an array (n, dofs)."""
+    """Spreads a user's value over n bodies.
+
+    Parameters
+    ----------
+    name : str
+        Name of the value in messages.
+    value : array_like
+        A row (dofs,) or n rows; translations alone, (dim,), are padded with zero rotations.
+    n : int
+        Number of bodies.
+    dim : int
+        2 or 3.
+
+    Returns
+    -------
+    ndarray (n, dofs)
+        The rows.
+
+    Raises
+    ------
+    ValueError
+        If the value has another shape.
+    """
     return _spread(name, value, n, len(DOFS[dim]), dim)
 
 
 def driven_at(dofs, velocity, n, dim):
-    """Velocities of all dofs, or a function of time, from the arguments of Simulation.drive; a number suffices for one dof."""
+    """Gives the velocities of all dofs from the arguments of Simulation.drive.
+
+    Parameters
+    ----------
+    dofs : str or sequence of str
+        Names of the driven dofs.
+    velocity : float, array_like or callable
+        A number for a single dof, velocities of all dofs, or a function of time.
+    n : int
+        Number of bodies.
+    dim : int
+        2 or 3.
+
+    Returns
+    -------
+    ndarray, callable or None
+        Velocities (dofs,) or (n, dofs), or the function of time; None without any, or for an unknown dof, which the set refuses.
+
+    Raises
+    ------
+    ValueError
+        If one number is given for several dofs.
+    """
     if velocity is None or callable(velocity) or np.ndim(velocity):
         return velocity if velocity is None or callable(velocity) else rows("velocity", velocity, n, dim)
     named = [dofs] if isinstance(dofs, str) else list(dofs)
@@ -214,10 +361,39 @@ def _points(centers, radii, dim):
 
 @takes(*OPTIONS)
 def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> BodySet:
-    """Disks in 2D. centers (n, 2) [m]; radii [m]: a number or (n,); mass = density pi r^2 depth. Options: those of BodySet.
+    """Disks in 2D.
 
-    >>> rock = Material("rock", density=2800.0)
-    >>> len(disks([[0, 0], [1, 0]], 0.5, rock))
+    Their mass is density pi r^2 depth.
+
+    Parameters
+    ----------
+    centers : array_like (n, 2)
+        Centres [m].
+    radii : float or array_like (n,)
+        Radii [m].
+    material : Material
+        Material of all of them.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    depth : float, default 1
+        Thickness [m].
+    **options : array_like, str or callable
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
+
+    Examples
+    --------
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> len(cn.disks([[0, 0], [1, 0]], 0.5, rock))
     2
     """
     centers, radii = _points(centers, radii, 2)
@@ -230,7 +406,38 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
 
 @takes(*OPTIONS)
 def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
-    """Spheres in 3D. centers (n, 3) [m]; radii [m]: a number or (n,); mass = 4/3 density pi r^3. Options: those of BodySet."""
+    """Spheres in 3D.
+
+    Their mass is 4/3 density pi r^3.
+
+    Parameters
+    ----------
+    centers : array_like (n, 3)
+        Centres [m].
+    radii : float or array_like (n,)
+        Radii [m].
+    material : Material
+        Material of all of them.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
+
+    Examples
+    --------
+    >>> cn.spheres([[0, 0, 0], [2, 0, 0]], 0.5, cn.Material("rock", density=2800.0)).position.shape
+    (2, 3)
+    """
     centers, radii = _points(centers, radii, 3)
     with np.errstate(over="ignore"):
         mass = _density(material, density) * 4 / 3 * np.pi * radii**3
@@ -244,9 +451,39 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
 def clumps(positions, offsets, radii, mass, inertia, material, **options) -> BodySet:
     """Rigid bodies each made of the same disks (2D) or spheres (3D).
 
-    positions (n, dim): centres of mass [m]; offsets (m, dim): centres of the parts from the centre of mass, in the principal
-    axes of the body [m]; radii (m,) [m]; mass [kg]; inertia: a number (2D) or three principal moments (3D) [kg m2], of all or
-    of each body, (n,) or (n, 3). cairn.pre.clump finds mass, centre and inertia of a clump from its parts.
+    cairn.pre.clump finds mass, centre and inertia of a clump from its parts.
+
+    Parameters
+    ----------
+    positions : array_like (n, dim)
+        Centres of mass [m].
+    offsets : array_like (m, dim)
+        Centres of the parts from the centre of mass, in the principal axes of the body [m].
+    radii : float or array_like (m,)
+        Radii of the parts [m].
+    mass : float or array_like (n,)
+        Mass of all or of each body [kg].
+    inertia : float or array_like (n,), (3,) or (n, 3)
+        Moment of inertia (2D), or three principal moments (3D) [kg m2], of all or of each body.
+    material : Material
+        Material of all of them.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
+
+    Examples
+    --------
+    >>> cn.clumps([[0, 0]], [[-0.5, 0], [0.5, 0]], 0.5, 10.0, 3.0, cn.Material("rock")).dim
+    2
     """
     shape = np.shape(offsets)
     dim = shape[-1] if len(shape) == 2 else 0
@@ -306,11 +543,46 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
 
 @takes(*OF_BOUNDARIES)
 def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A half-plane (2D) or plane (3D): solid behind, free in front of it, where normal points.
+    """A half-plane (2D) or plane (3D): solid behind, free in front of it, where the normal points.
 
-    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given. It is the
-    initial velocity of free dofs as well; if it is a function they begin at rest.
-    mass, free, force: a wall pushed by a force instead, e.g. `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
+    It is held, moves at a given velocity, or is pushed by a force: `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
+
+    Parameters
+    ----------
+    point : array_like (dim,)
+        A point of it [m].
+    normal : array_like (dim,)
+        Normal out of the solid; its length does not matter.
+    material : Material
+        Its material.
+    velocity : array_like (dofs,) or (dim,), or callable, optional
+        Imposed velocity [m/s, rad/s], or a function of time that gives it; zero when not given. It is the initial velocity of
+        free dofs as well; if it is a function they begin at rest.
+    mass : float, optional
+        Mass [kg], needed with free dofs.
+    inertia : float or array_like (3,), optional
+        Moment of inertia or principal moments [kg m2]; inf when not given.
+    free : str or sequence of str
+        Names of the dofs that are not held.
+    force : array_like (dofs,), callable or Servo, optional
+        Applied force and torque [N, N m], a function of time that gives them, or a Servo.
+    **options : array_like, str or float
+        Options of BodySet: rotation, group, damping.
+
+    Returns
+    -------
+    BodySet
+        A set of a single body.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong, or a mass is missing beside free dofs.
+
+    Examples
+    --------
+    >>> cn.wall((0, 0), (0, 1), cn.Material("rock")).driven
+    ('vx', 'vy', 'w')
     """
     point = checks.real_array("point", point, (None,))
     dim = len(point)
@@ -334,7 +606,41 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
 def segment(
     start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
 ) -> BodySet:
-    """A straight bar in 2D with round ends of the given radius [m], from start to end (2,) [m]."""
+    """A straight bar in 2D with round ends.
+
+    Parameters
+    ----------
+    start : array_like (2,)
+        One end of its axis [m].
+    end : array_like (2,)
+        The other end of its axis [m].
+    material : Material
+        Its material.
+    radius : float, default 0
+        Radius of the ends, half its thickness [m].
+    velocity : array_like (3,) or (2,), or callable, optional
+        As of a wall.
+    mass : float, optional
+        As of a wall.
+    inertia : float, optional
+        As of a wall.
+    free : str or sequence of str
+        As of a wall.
+    force : array_like (3,), callable or Servo, optional
+        As of a wall.
+    **options : array_like, str or float
+        Options of BodySet: rotation, group, damping.
+
+    Returns
+    -------
+    BodySet
+        A set of a single body.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong, or both ends are the same point.
+    """
     start, end = (checks.real_array(n, v, (2,)) for n, v in (("start", start), ("end", end)))
     half = (end - start) / 2
     if not np.any(half):
@@ -365,7 +671,43 @@ def tube(
     force=None,
     **options,
 ) -> BodySet:
-    """A cylinder seen from inside, in 3D: a drum, a silo. Without half_length it has no end."""
+    """A cylinder seen from inside, in 3D: a drum, a silo.
+
+    Parameters
+    ----------
+    point : array_like (3,)
+        Middle of its axis [m].
+    axis : array_like (3,)
+        Direction of its axis; its length does not matter.
+    radius : float
+        Radius [m].
+    material : Material
+        Its material.
+    half_length : float, default 0
+        Half its length [m]; 0: it has no end.
+    velocity : array_like (6,) or (3,), or callable, optional
+        As of a wall.
+    mass : float, optional
+        As of a wall.
+    inertia : float or array_like (3,), optional
+        As of a wall.
+    free : str or sequence of str
+        As of a wall.
+    force : array_like (6,), callable or Servo, optional
+        As of a wall.
+    **options : array_like, str or float
+        Options of BodySet: rotation, group, damping.
+
+    Returns
+    -------
+    BodySet
+        A set of a single body.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong.
+    """
     point = checks.real_array("point", point, (3,))
     axis = checks.real_array("axis", axis, (3,))
     if not np.any(axis):
@@ -386,8 +728,41 @@ def tube(
 
 @takes(*OF_BOUNDARIES)
 def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; everything outside is solid. It is held, or moves as a
-    wall does: velocity (3,) with its spin, mass, inertia, free, force."""
+    """A circle seen from inside, in 2D: a drum.
+
+    Everything outside is solid.
+
+    Parameters
+    ----------
+    center : array_like (2,)
+        Centre [m].
+    radius : float
+        Radius [m].
+    material : Material
+        Its material.
+    velocity : array_like (3,) or (2,), or callable, optional
+        As of a wall; with its spin [rad/s].
+    mass : float, optional
+        As of a wall.
+    inertia : float, optional
+        As of a wall.
+    free : str or sequence of str
+        As of a wall.
+    force : array_like (3,), callable or Servo, optional
+        As of a wall.
+    **options : array_like, str or float
+        Options of BodySet: rotation, group, damping.
+
+    Returns
+    -------
+    BodySet
+        A set of a single body.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong.
+    """
     center = checks.real_array("center", center, (2,))
     contactor = ContactorSet("ring", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]))
     return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
@@ -395,7 +770,36 @@ def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, fr
 
 @takes(*OF_BOUNDARIES)
 def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
-    """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low end, then at its high end."""
+    """Walls round the inside of a box.
+
+    Parameters
+    ----------
+    low : array_like (dim,)
+        Lowest corner [m].
+    high : array_like (dim,)
+        Highest corner [m].
+    material : Material
+        Material of all walls.
+    lid : bool, default True
+        False leaves out the wall at the high end of the last axis.
+    **options : array_like, str or callable
+        Options of each wall.
+
+    Returns
+    -------
+    list of BodySet
+        For each axis the wall at its low end, then at its high end.
+
+    Raises
+    ------
+    ValueError
+        If a corner is wrong, or low is not below high in each coordinate.
+
+    Examples
+    --------
+    >>> len(cn.box((0, 0), (1, 1), cn.Material("rock"), lid=False))
+    3
+    """
     low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))
     if low.shape != high.shape or low.shape not in ((2,), (3,)) or not np.all(low < high):
         raise ValueError(f"low is {low} and high {high}: give two corners (dim,), low below high in each coordinate")

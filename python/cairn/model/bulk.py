@@ -8,11 +8,19 @@ import math
 
 from .. import _core
 from ..base import checks
-from ..names import by_name, listed
+from ..names import by_name, listed, parameters_section
 
 
 class BulkMaterial:
-    """Parameters of a material of solids. `name` is the kernel's; `takes_gradient` says that it is for large strains alone."""
+    """Base of materials of solids: parameters in the order of the core's list.
+
+    `name` is that of the kernel; `takes_gradient` tells that the material is for large strains alone.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Parameters in the order of `parameter_names`.
+    """
 
     name: str
     takes_gradient = False
@@ -89,11 +97,12 @@ def _material_class(description):
             CHECKED[description["name"]](dict(zip(names, values)))
         BulkMaterial.__init__(self, values)
 
-    ranges = "\n".join(
-        f"    {name}: from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
+    rows = [
+        (name, "float" if default is None else f"float, default {default:g}", f"from {low:.12g} to {high:.12g}")
         for name, default, low, high in parameters
-    )
-    said = f"{SAID[description['name']]}\n\n" if description["name"] in SAID else ""
+    ]
+    said = ["", SAID[description["name"]]] if description["name"] in SAID else []
+    doc = [f"Material of solids: {description['name'].replace('_', ' ')}.", *said, *parameters_section(rows)]
     members = {
         "name": description["name"],
         "takes_gradient": description["takes_gradient"],
@@ -101,7 +110,7 @@ def _material_class(description):
         "parameter_names": names,
         "__init__": __init__,
         "__signature__": by_name(parameters),
-        "__doc__": f"Material of solids: {description['name'].replace('_', ' ')}.\n\n{said}Parameters:\n{ranges or '    none'}",
+        "__doc__": "\n".join(doc),
     }
     return type(description["python_name"], (BulkMaterial,), members)
 
@@ -112,7 +121,17 @@ __all__ = ["BulkMaterial", *BULK_MATERIALS]
 
 
 class Umat(BulkMaterial):
-    """A user's routine UMAT with its PROPS, after cairn.plug(library, material="umat")."""
+    """A user's routine UMAT with its PROPS, after cairn.plug(library, material="umat").
+
+    Parameters
+    ----------
+    name : str
+        Name of the material.
+    props : sequence of float
+        PROPS of the routine.
+    state : sequence of str
+        Names of its state variables.
+    """
 
     def __init__(self, name, props, state):
         super().__init__(checks.number(f"PROPS({k + 1}) of {name}", p) for k, p in enumerate(props))
@@ -121,8 +140,28 @@ class Umat(BulkMaterial):
 
 
 def plugged_material(library, symbol, name, states, plane_stress, time_limit):
-    """Registers a UMAT; returns a function that makes a material from its PROPS. time_limit: limit of a call [s] if the routine
-    runs in a process of its own; 0: it runs in this process."""
+    """Registers a UMAT of a library.
+
+    Parameters
+    ----------
+    library : path-like
+        Path of the shared library.
+    symbol : str
+        Name of the routine in it.
+    name : str
+        Name of the material.
+    states : int
+        Number of state variables, NSTATV.
+    plane_stress : bool
+        True for a routine written for elements of plane stress.
+    time_limit : float
+        Limit of a call [s] if the routine runs in a process of its own; 0: it runs in this process.
+
+    Returns
+    -------
+    callable
+        Function of the PROPS that makes the material, a Umat.
+    """
     _core.plug_umat(str(library), symbol, name, int(states), plane_stress, time_limit)
     state = next(d["state"] for d in _core.bulk_materials() if d["name"] == name)
     return lambda *props: Umat(name, props, state)

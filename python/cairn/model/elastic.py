@@ -31,7 +31,27 @@ def _checked_cells(cells):
 
 @contextlib.contextmanager
 def told_of_contents(source, points, cells):
-    """Turns an error of a body made from a file into a FileError, if the mesh is at fault and not the material."""
+    """Turns an error of a body made from a file into a FileError, if the mesh is at fault and not the material.
+
+    Parameters
+    ----------
+    source : path-like or object
+        The file, or the mesh that was given in its place.
+    points : ndarray (n, dim)
+        Its nodes [m].
+    cells : dict
+        Its cells {kind: (m, nodes)}.
+
+    Yields
+    ------
+    None
+        Nothing.
+
+    Raises
+    ------
+    FileError
+        If a body of the mesh alone fails, too.
+    """
     try:
         yield
     except (ValueError, TypeError, ArithmeticError):
@@ -46,11 +66,43 @@ def told_of_contents(source, points, cells):
 class ElasticBody:
     """A linear elastic body: small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
 
-    points (n, dim) [m]; cells: {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" |
-    "hexahedron20" | "hexahedron27": (m, nodes) whole numbers, in the order of meshio}; groups: {name: nodes};
-    young [Pa], poisson; density [kg/m3], or {kind: (m,)} of each cell; plane: "strain" or "stress" in 2D, thickness [m];
-    rayleigh: (a, b) of C = a M + b K [1/s, s]. initial_stress: stress in the undeformed body [Pa], as for `cairn.deformable`.
-    Raises ValueError naming the wrong value, the cell and the remedy.
+    Parameters
+    ----------
+    points : array_like (n, dim)
+        Nodes [m].
+    cells : dict
+        {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" | "hexahedron20" |
+        "hexahedron27": (m, nodes) whole numbers, in the order of meshio}.
+    young : float
+        Young's modulus [Pa].
+    poisson : float
+        Poisson's ratio [-].
+    density : float or dict, default 0
+        Density [kg/m3], or {kind: (m,)} of each cell.
+    groups : dict, optional
+        {name: nodes}.
+    plane : {"strain", "stress"}
+        State of a body in 2D.
+    thickness : float, default 1
+        Thickness of a body in 2D [m].
+    lumped : bool, default False
+        Lumps the mass.
+    rayleigh : tuple, default (0, 0)
+        Coefficients (a, b) of C = a M + b K [1/s, s].
+    initial_stress : array_like (6,), callable or dict, optional
+        Stress in the undeformed body [Pa], as for `cairn.deformable`.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names the value, the cell and the remedy.
+
+    Examples
+    --------
+    >>> corners = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    >>> square = cn.ElasticBody(corners, {"quad": [[0, 1, 2, 3]]}, young=1e6, poisson=0.3, density=1000.0)
+    >>> round(float(square.nodal_mass().sum()), 6)
+    1000.0
     """
 
     #: initial stress {kind: (m, points, 6)}, 11 22 33 12 13 23 [Pa]; its nodal forces (n dofs) [N]; its stored energy [J]
@@ -158,15 +210,41 @@ class ElasticBody:
         return out
 
     def nodal_mass(self):
-        """Lumped mass of each node, (n,) [kg]: the row sum; for cells of second order the diagonal of the consistent mass, scaled
-        to the mass of the cell (Hinton, Rock & Zienkiewicz 1976)."""
+        """Gives the lumped mass of each node.
+
+        It is the row sum; for cells of second order the diagonal of the consistent mass, scaled to the mass of the cell (Hinton,
+        Rock & Zienkiewicz 1976).
+
+        Returns
+        -------
+        ndarray (n,)
+            Masses [kg].
+        """
         return self._mass.reshape(-1, self.dim)[:, 0]
 
     @classmethod
     def read(cls, path, **options):
-        """Makes a body from a file that meshio reads, a meshio.Mesh or the module gmsh. Named sets become groups of nodes: see
-        cairn.pre.mesh_sources. options: those of the class. Raises FileError (a ValueError) if the file is missing or holds no
-        such mesh."""
+        """Makes a body from a mesh of another program.
+
+        Named sets become groups of nodes: see cairn.pre.mesh_sources.
+
+        Parameters
+        ----------
+        path : path-like, meshio.Mesh or module gmsh
+            A file that meshio reads, or a mesh in memory.
+        **options : optional
+            Those of the class.
+
+        Returns
+        -------
+        ElasticBody
+            A body of the class.
+
+        Raises
+        ------
+        FileError
+            If the file is missing or holds no such mesh; a ValueError, too.
+        """
         from ..pre import mesh_sources
 
         points, cells, groups = mesh_sources.read(path)
@@ -185,7 +263,13 @@ class ElasticBody:
         return nodes.astype(np.int64)
 
     def boundary_edges(self):
-        """Boundary edges (m, 2) in 2D, with the body on their left: edges of a single cell."""
+        """Gives the boundary edges in 2D: edges of a single cell.
+
+        Returns
+        -------
+        ndarray (m, 2)
+            Nodes, with the body on their left.
+        """
         edges = np.concatenate([cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in self.cells.items()])
         if sum(len(cells) for cells in self.cells.values()) == 1:
             return edges
@@ -193,19 +277,46 @@ class ElasticBody:
         return edges[np.sort(first[count == 1])]
 
     def boundary_faces(self):
-        """Boundary faces (m, 3 | 4) in 3D, anticlockwise from outside: faces of a single cell; the fourth node of a triangle
-        is -1."""
+        """Gives the boundary faces in 3D: faces of a single cell.
+
+        Returns
+        -------
+        ndarray (m, 4)
+            Nodes, anticlockwise from outside; the fourth node of a triangle is -1.
+        """
         parts = [np.where(SIDES[kind] < 0, -1, cells[:, SIDES[kind]]) for kind, cells in self.cells.items()]
         faces = np.concatenate([part.reshape(-1, 4) for part in parts])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         return faces[np.sort(first[count == 1])]
 
     def nodal_stress(self, displacement):
-        """Mean stress of the cells round each node, (n, 3 | 6) [Pa]."""
+        """Gives the mean stress of the cells round each node.
+
+        Parameters
+        ----------
+        displacement : array_like (n, dim)
+            Displacement [m].
+
+        Returns
+        -------
+        ndarray (n, 3) or (n, 6)
+            Stress [Pa].
+        """
         return self.nodal_mean(self.stress(displacement))
 
     def nodal_mean(self, of_cells):
-        """Mean (n, k) over the cells round each node of values of cells {kind: (m, k)}."""
+        """Gives the mean over the cells round each node of values of cells.
+
+        Parameters
+        ----------
+        of_cells : dict
+            {kind: (m, k)}.
+
+        Returns
+        -------
+        ndarray (n, k)
+            Means.
+        """
         total = np.zeros((len(self.points), next(iter(of_cells.values())).shape[1]))
         count = np.zeros(len(self.points))
         for kind, stress in of_cells.items():
@@ -215,7 +326,23 @@ class ElasticBody:
         return total / np.maximum(count, 1)[:, None]
 
     def nodes(self, group):
-        """Numbers of the nodes of a group, or the numbers themselves."""
+        """Gives the nodes of a group.
+
+        Parameters
+        ----------
+        group : str or array_like of int
+            Name of the group, or the numbers themselves.
+
+        Returns
+        -------
+        ndarray
+            Numbers of the nodes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such group or node.
+        """
         if not isinstance(group, str):
             return checks.node_numbers("the group", group, len(self.points))
         if group not in self.groups:
@@ -223,12 +350,34 @@ class ElasticBody:
         return self.groups[group]
 
     def dofs(self, fixed):
-        """Numbers of the dofs of {group: "x" | "xy" | ...}."""
+        """Gives the numbers of held dofs.
+
+        Parameters
+        ----------
+        fixed : dict
+            {group: "x" | "xy" | ...}.
+
+        Returns
+        -------
+        ndarray
+            Rising numbers of dofs.
+        """
         out = [self.dim * self.nodes(g) + k for g, axes in fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
         return np.unique(np.concatenate(out)) if out else np.zeros(0, int)
 
     def load(self, force):
-        """Forces of nodes (n dofs) [N] of {group: total force (dim,)}, spread evenly over the nodes of the group."""
+        """Spreads total forces evenly over the nodes of groups.
+
+        Parameters
+        ----------
+        force : dict
+            {group: total force (dim,)} [N].
+
+        Returns
+        -------
+        ndarray (n dofs,)
+            Forces of nodes [N].
+        """
         out = np.zeros(self.points.size)
         for group, total in force.items():
             nodes = self.nodes(group)
@@ -236,9 +385,27 @@ class ElasticBody:
         return out
 
     def solve(self, fixed, force=None, displacement=None):
-        """Displacement in static equilibrium (n, dim) [m]. fixed: {group: axes}; force: {group: total} or (n dofs) [N];
-        displacement (n, dim): imposed on the fixed dofs [m], zero when not given. Raises RuntimeError for a singular stiffness:
-        a rigid motion is not held."""
+        """Solves for static equilibrium.
+
+        Parameters
+        ----------
+        fixed : dict
+            {group: axes} of held dofs.
+        force : dict or array_like (n dofs,), optional
+            {group: total force (dim,)}, or forces of all dofs [N].
+        displacement : array_like (n, dim), optional
+            Imposed on the held dofs [m]; zero when not given.
+
+        Returns
+        -------
+        ndarray (n, dim)
+            Displacement [m].
+
+        Raises
+        ------
+        RuntimeError
+            If the stiffness is singular: a rigid motion is not held.
+        """
         from scipy.sparse.linalg import spsolve
 
         held = self.dofs(fixed)
@@ -261,7 +428,18 @@ class ElasticBody:
         return u.reshape(-1, self.dim)
 
     def stress(self, displacement):
-        """Stress in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx] [Pa], tension positive."""
+        """Gives the stress in the middle of each cell.
+
+        Parameters
+        ----------
+        displacement : array_like (n, dim)
+            Displacement [m].
+
+        Returns
+        -------
+        dict
+            {kind: (m, 3) or (m, 6)} in the order xx yy [zz] xy [yz zx] [Pa], tension positive.
+        """
         u = np.asarray(displacement, float).reshape(self.points.shape)
         found = {
             kind: _core.element_stress(kind, self.points[nodes], self.elasticity, np.ascontiguousarray(u[nodes]))
@@ -272,8 +450,18 @@ class ElasticBody:
         return {kind: stress + initially.shown(self, kind) for kind, stress in found.items()}
 
     def stress_across(self, stress):
-        """Out-of-plane stress zz in the middle of each cell of a body in 2D, {kind: (m,)} [Pa]; zero in plane stress. stress: the
-        result of `stress`."""
+        """Gives the out-of-plane stress zz in the middle of each cell of a body in 2D; zero in plane stress.
+
+        Parameters
+        ----------
+        stress : dict
+            As `stress` gave it [Pa].
+
+        Returns
+        -------
+        dict
+            {kind: (m,)} [Pa].
+        """
         if self.plane == "stress":
             return {kind: np.zeros(len(found)) for kind, found in stress.items()}
         straight, other = self.elasticity[0, :2]

@@ -26,7 +26,20 @@ ROWS = _core.joint_kinds()  # rows of cxx/scene/joints.def
 
 @dataclass(frozen=True)
 class Motor:
-    """Drives the coordinate of a joint at a speed [rad/s, m/s], with a torque or force up to `effort` [N m, N]."""
+    """Drives the coordinate of a joint at a speed, with a bounded torque or force.
+
+    Parameters
+    ----------
+    speed : float
+        Speed of the coordinate [rad/s, m/s].
+    effort : float
+        Largest torque or force [N m, N].
+
+    Raises
+    ------
+    ValueError
+        If the speed is not finite or the effort not positive.
+    """
 
     speed: float
     effort: float
@@ -38,8 +51,22 @@ class Motor:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring with a dashpot along the coordinate of a joint: stiffness [N/m, N m/rad], damping [N s/m, N m s/rad]; rest:
-    coordinate without force [m, rad], None for the initial coordinate."""
+    """A spring with a dashpot along the coordinate of a joint.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness [N/m, N m/rad].
+    damping : float, default 0
+        Coefficient of the dashpot [N s/m, N m s/rad].
+    rest : float, optional
+        Coordinate without force [m, rad]; None: the initial one.
+
+    Raises
+    ------
+    ValueError
+        If stiffness or damping is negative.
+    """
 
     stiffness: float
     damping: float = 0.0
@@ -61,7 +88,13 @@ def _two(name, values):
 
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
-    """Base of all joints. strength [N]: force at which the joint breaks."""
+    """Base of all joints.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which the joint breaks [N].
+    """
 
     strength: float = np.inf
 
@@ -70,23 +103,77 @@ class JointKind:
             self.axis_of(len(self.axis))
 
     def bits(self, dim):
-        """(blocked components as bits: n, t [, s], then rotations; number of the free coordinate from 1, 0 without)."""
+        """Gives the components that the joint blocks.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        tuple
+            Blocked components as bits, n, t [, s], then rotations; and number of the free coordinate from 1, 0 without.
+
+        Raises
+        ------
+        ValueError
+            If there is no such joint in this dimension.
+        """
         row = ROWS[type(self).__name__]
         if row["blocked"][dim - 2] < 0:
             raise ValueError(f"{type(self).__name__} is a joint of {5 - dim}D: in {dim}D give {row['instead']}")
         return row["blocked"][dim - 2], row["coordinate"][dim - 2]
 
     def ends(self, dim):
-        """Points of both ends (2, dim) [m]; for a Cable (3, dim), with its pulley in the middle."""
+        """Gives the points of the ends.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        ndarray (2, dim)
+            Points of both ends [m]; for a Cable (3, dim), with its pulley in the middle.
+        """
         point = checks.real_array(f"point of {type(self).__name__}", self.point, (dim,))
         return np.array([point, point])
 
     def begins_at(self, dim):
-        """Initial value of the coordinate [m, rad]."""
+        """Gives the initial value of the coordinate.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        float
+            The value [m, rad].
+        """
         return 0.0
 
     def axis_of(self, dim):
-        """Unit vector (dim,) of the axis of the joint."""
+        """Gives the axis of the joint.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        ndarray (dim,)
+            Unit vector.
+
+        Raises
+        ------
+        ValueError
+            If the axis has no direction.
+        """
         if not hasattr(self, "axis"):
             return np.eye(dim)[-1 if dim == 3 else 0]
         axis = checks.real_array(f"axis of {type(self).__name__}", self.axis, (dim,))
@@ -96,8 +183,29 @@ class JointKind:
         return axis / size
 
     def law(self, dim, swapped, on_mesh=False, marks=(0, 0)):
-        """Contact law between the ends. swapped: the core takes the second body as the first; on_mesh: an end is a node of a
-        mesh; marks: for a Cable, the numbers from 1 of its contactors at the pulley and at the end beyond the contact."""
+        """Makes the contact law between the ends.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+        swapped : bool
+            True if the core takes the second body as the first.
+        on_mesh : bool, default False
+            True if an end is a node of a mesh.
+        marks : tuple, default (0, 0)
+            For a Cable, the numbers from 1 of its contactors at the pulley and at the end beyond the contact.
+
+        Returns
+        -------
+        Law
+            The law.
+
+        Raises
+        ------
+        ValueError
+            If limits, motor, spring or strength are wrong, or need a rotation that a node of a mesh has not.
+        """
         own = type(self).__name__
         blocked, coordinate = self.bits(dim)
         if on_mesh:
@@ -139,14 +247,38 @@ class JointKind:
 
 @dataclass(frozen=True, kw_only=True)
 class Ball(JointKind):
-    """Spherical joint in 3D: two points stay together."""
+    """Spherical joint in 3D: two points stay together.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    point : array_like (3,)
+        The common point [m].
+    """
 
     point: object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hinge(JointKind):
-    """Hinge in 3D: two points and an axis through them stay together. limits: angles from -pi to pi [rad]."""
+    """Hinge in 3D: two points and an axis through them stay together.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    point : array_like (3,)
+        The common point [m].
+    axis : array_like (3,)
+        Direction of the axis.
+    limits : array_like (2,), optional
+        Lowest and highest angle, from -pi to pi, or inf [rad].
+    motor : Motor, optional
+        Drives the angle.
+    spring : Spring, optional
+        Pulls the angle towards its rest.
+    """
 
     point: object
     axis: object
@@ -157,7 +289,21 @@ class Hinge(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Pivot(JointKind):
-    """Hinge in 2D: two points stay together. limits: angles, counting whole turns [rad]."""
+    """Hinge in 2D: two points stay together.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    point : array_like (2,)
+        The common point [m].
+    limits : array_like (2,), optional
+        Lowest and highest angle, counting whole turns [rad].
+    motor : Motor, optional
+        Drives the angle.
+    spring : Spring, optional
+        Pulls the angle towards its rest.
+    """
 
     point: object
     limits: object = None
@@ -167,15 +313,38 @@ class Pivot(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Fixed(JointKind):
-    """Rigid connection of two bodies; point: where its force is evaluated, against strength."""
+    """Rigid connection of two bodies.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    point : array_like (dim,)
+        Where its force is evaluated, against strength [m].
+    """
 
     point: object
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slider(JointKind):
-    """Prismatic joint: the first body slides along an axis of the second, without relative rotation. limits: displacements from
-    the initial position [m]."""
+    """Prismatic joint: the first body slides along an axis of the second, without relative rotation.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    point : array_like (dim,)
+        The common point at the start [m].
+    axis : array_like (dim,)
+        Direction of the axis.
+    limits : array_like (2,), optional
+        Lowest and highest displacement from the initial position [m].
+    motor : Motor, optional
+        Drives the displacement.
+    spring : Spring, optional
+        Pulls the displacement towards its rest.
+    """
 
     point: object
     axis: object
@@ -186,21 +355,73 @@ class Slider(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(JointKind):
-    """Keeps the distance of a point of the first body and a point of the second. limits: bounds the distance instead [m]; spring:
-    pulls it towards a rest length instead."""
+    """Keeps the distance of a point of the first body and a point of the second.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Force at which it breaks [N].
+    points : array_like (2, dim)
+        The points [m], which differ.
+    limits : array_like (2,), optional
+        Bounds of the distance [m], in the place of a constant one.
+    spring : Spring, optional
+        Pulls the distance towards a rest length, in the place of a constant one.
+    """
 
     points: object
     limits: object = None
     spring: Spring | None = None
 
     def bits(self, dim):
+        """Gives the components that the joint blocks: none if it has limits or a spring.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        tuple
+            Blocked components as bits, and number of the free coordinate from 1.
+        """
         return super().bits(dim) if self.limits is None and self.spring is None else (0, 1)
 
     def begins_at(self, dim):
+        """Gives the initial distance.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        float
+            The distance [m].
+        """
         ends = self.ends(dim)
         return float(np.linalg.norm(ends[1] - ends[0]))
 
     def ends(self, dim):
+        """Gives the points of the ends.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        ndarray (2, dim)
+            The points [m].
+
+        Raises
+        ------
+        ValueError
+            If both points are the same, or a limit is not above 0.
+        """
         points = checks.real_array("points of Distance", self.points, (2, dim))
         if not np.any(points[0] != points[1]):
             raise ValueError(f"points of Distance are both {points[0]}: give two that differ, or a Pivot or Ball")
@@ -211,19 +432,46 @@ class Distance(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(JointKind):
-    """An inextensible rope over a pulley without mass or friction: the path from its end on the first body over the pulley to its
-    end on the second is at most `length`. Its tension is the same on both sides, pulls the pulley by their sum, and is zero
-    while the rope is slack.
+    """An inextensible rope over a pulley without mass or friction.
 
-    points (3, dim) [m]: on the first body, at the pulley, on the second body; length [m], None: the initial length of the path;
-    pulley: number of the body that carries it, None: the world. strength: tension at which it breaks [N]. An end may be a node
-    of a mesh, but not both."""
+    The path from its end on the first body over the pulley to its end on the second is at most `length`. Its tension is the same
+    on both sides, pulls the pulley by their sum, and is zero while the rope is slack. An end may be a node of a mesh, but not
+    both.
+
+    Parameters
+    ----------
+    strength : float, default inf
+        Tension at which it breaks [N].
+    points : array_like (3, dim)
+        Points on the first body, at the pulley and on the second body [m].
+    length : float, optional
+        Length of the rope [m]; None: that of the initial path.
+    pulley : int, optional
+        Id of the body that carries the pulley; None: the world.
+    """
 
     points: object
     length: float | None = None
     pulley: int | None = None
 
     def ends(self, dim):
+        """Gives the points of the ends and of the pulley.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        ndarray (3, dim)
+            The points [m], the pulley in the middle.
+
+        Raises
+        ------
+        ValueError
+            If an end is at the pulley.
+        """
         points = checks.real_array("points of Cable", self.points, (3, dim))
         for k in (0, 2):
             if not np.any(points[k] != points[1]):
@@ -231,7 +479,23 @@ class Cable(JointKind):
         return points
 
     def spanned(self, dim):
-        """Length of the rope [m]: as given, or that of the initial path, straight on each side of the pulley."""
+        """Gives the length of the rope.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        float
+            Length as given, or that of the initial path, straight on each side of the pulley [m].
+
+        Raises
+        ------
+        ValueError
+            If the given length is less than that of the path.
+        """
         span = float(np.linalg.norm(np.diff(self.ends(dim), axis=0), axis=1).sum())
         if self.length is None:
             return span
@@ -244,7 +508,29 @@ KINDS = (Ball, Hinge, Pivot, Fixed, Slider, Distance, Cable)
 
 
 def joined(scene, a, b, kind):
-    """Adds a joint to a scene: contactors at its ends and a law between them; b None: the world. Returns its name."""
+    """Adds a joint to a scene: contactors at its ends and a law between them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, or a stand-in with its sets and rules.
+    a : int
+        Id of a body or node.
+    b : int or None
+        Id of the other one; None: the world.
+    kind : JointKind
+        The joint.
+
+    Returns
+    -------
+    str
+        Name of the joint.
+
+    Raises
+    ------
+    ValueError
+        If there is no such body or node, both are the same, or the joint is wrong; the scene is then as it was.
+    """
     if not isinstance(kind, JointKind):
         raise ValueError(f"joint is {kind!r}: give one of {', '.join('cairn.' + k.__name__ for k in KINDS)}")
     dim = scene.dim
@@ -339,7 +625,22 @@ def _put_on_node(scene, place, mark):
 
 
 def end_on_node(dim, mark, row):
-    """Contactor of a joint on a node of a mesh."""
+    """Makes the contactor of a joint on a node of a mesh.
+
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    mark : Material
+        Material of the joint's own.
+    row : int
+        Number of the node in its mesh.
+
+    Returns
+    -------
+    ContactorSet
+        The contactor.
+    """
     return bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([row]), np.zeros(1), joint=True)
 
 

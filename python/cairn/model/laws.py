@@ -12,15 +12,23 @@ import numpy as np
 from .. import _core
 from ..base import checks
 from ..base.materials import OfTemperature
-from ..names import by_name, listed
+from ..names import by_name, listed, parameters_section
 from .law_parameters import told
 
 
 class Law:
-    """Parameters of a contact law. `name`: of the kernel; `row`: its row in the list of laws.
+    """Base of contact laws: a law holds its parameters, the kernels the mechanics.
 
-    A parameter may be a cairn.networks.OfTemperature, evaluated at the mean temperature of both sides at the beginning of the
-    step: `values` then holds its largest value, and `of_temperature` its index and the curve.
+    `name` is that of the kernel, `row` its row in the list of laws. A parameter may be a cairn.networks.OfTemperature, evaluated
+    at the mean temperature of both sides at the beginning of the step: `values` then holds its largest value, and
+    `of_temperature` its index and the curve.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Parameters in the order of `parameter_names`.
+    of_temperature : sequence, optional
+        (index, OfTemperature) of each parameter that depends on temperature.
     """
 
     name: str
@@ -57,11 +65,12 @@ class Law:
         return hash((type(self).__name__, self.values, self.of_temperature))
 
 
-def _line(own, name, default, low, high):
-    """Line of help() on a parameter: meaning and unit (of built-in laws only), range and default."""
+def _row(own, name, default, low, high):
+    """Row of help() on a parameter: type and default; meaning and unit (of built-in laws only) and range."""
     unit, meaning = own and told(own, name) or ("", "")
     about = f"{meaning} [{unit}], " if meaning else ""
-    return f"    {name}: {about}from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
+    kind = "float or OfTemperature" + ("" if default is None else f", default {default:g}")
+    return name, kind, f"{about}from {low:.12g} to {high:.12g}"
 
 
 def _law_class(row, description, plugged=False):
@@ -99,8 +108,8 @@ def _law_class(row, description, plugged=False):
         of_temperature = [(k, list(of.temperatures), list(of.values)) for k, of in curves]
         _core.LawTable([], []).rule("*", "*", row, list(self.values), of_temperature)
 
-    ranges = "\n".join(_line(None if plugged else description["python_name"], *parameter) for parameter in parameters)
-    doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
+    rows = [_row(None if plugged else description["python_name"], *parameter) for parameter in parameters]
+    doc = "\n".join([f"Contact law {description['name'].replace('_', ' ')}.", *parameters_section(rows)])
     members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
     members["bonds"] = description["bonds"]
     members["__signature__"] = by_name(parameters)  # for help(), notebooks, documentation
@@ -108,7 +117,20 @@ def _law_class(row, description, plugged=False):
 
 
 def plugged_class(row, description):
-    """Makes and registers the class of a law from a library, so that files can name it."""
+    """Makes and registers the class of a law from a library, so that files can name it.
+
+    Parameters
+    ----------
+    row : int
+        Row of the law in the list of laws.
+    description : dict
+        Name, parameters and kind of the law, as the core tells them.
+
+    Returns
+    -------
+    type
+        The class, a Law.
+    """
     made = _law_class(row, description, plugged=True)
     BY_NAME[made.name] = made
     return made
@@ -122,8 +144,27 @@ __all__ = ["Law", *LAWS]
 
 
 def law_from(name, values, of_temperature=None):
-    """Makes a law read from a file. name: of the kernel; values: parameters in their order; of_temperature: {index: curve} of
-    parameters that depend on temperature."""
+    """Makes a law that a file holds.
+
+    Parameters
+    ----------
+    name : str
+        Name of its kernel.
+    values : sequence of float
+        Parameters in their order.
+    of_temperature : dict, optional
+        {index: OfTemperature} of parameters that depend on temperature.
+
+    Returns
+    -------
+    Law
+        The law.
+
+    Raises
+    ------
+    ValueError
+        If there is no law of this name; a law of a library is known after cairn.plug alone.
+    """
     if name not in BY_NAME:
         raise ValueError(
             f"there is no contact law {name!r}; there are {listed(BY_NAME, name)}; "

@@ -20,12 +20,36 @@ from .ways_through import ways_through
 class LinearBody(GivenBody):
     """A linear body given by matrices of another finite element code.
 
-    points (n, dim): places of the nodes [m]. mass [kg], stiffness [N/m], damping [N s/m]: (n dim, n dim), scipy.sparse or dense;
-    dof `dim i + k` is the displacement of node i along axis k. groups: {name: nodes}. edges (m, 2): boundary in 2D, with the body
-    on their left. faces (m, 3 | 4): boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
-    initial_force (n dofs): internal force at zero displacement, of an initial stress [N]; initial_energy: its stored energy [J].
-    stiffness and damping may be operators (scipy.sparse.linalg.LinearOperator) if `solver` is given: solver(h, theta, held)
-    returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the free dofs, (m,) or (m, k).
+    Dof `dim i + k` is the displacement of node i along axis k.
+
+    Parameters
+    ----------
+    points : array_like (n, dim)
+        Places of the nodes [m].
+    mass : sparse or array_like (n dim, n dim)
+        Mass matrix [kg].
+    stiffness : sparse, array_like or LinearOperator (n dim, n dim)
+        Stiffness matrix [N/m]; an operator (scipy.sparse.linalg.LinearOperator) needs `solver`.
+    damping : sparse, array_like or LinearOperator (n dim, n dim), optional
+        Damping matrix [N s/m]; likewise.
+    groups : dict, optional
+        {name: nodes}.
+    edges : array_like (m, 2), optional
+        Boundary in 2D, with the body on their left.
+    faces : array_like (m, 3) or (m, 4), optional
+        Boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
+    solver : callable, optional
+        Function solver(h, theta, held) that returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the free
+        dofs, (m,) or (m, k).
+    initial_force : array_like (n dofs,), optional
+        Internal force at zero displacement, of an initial stress [N].
+    initial_energy : float, default 0
+        Its stored energy [J].
+
+    Raises
+    ------
+    ValueError
+        If a matrix has another shape or is not symmetric, or an operator is given without a solver.
     """
 
     def __init__(
@@ -60,12 +84,45 @@ class LinearBody(GivenBody):
 
 
 def is_linear(body):
-    """True for a body fully described by its matrices, without a material of solids or forces of another code."""
+    """Tells whether a body is fully described by its matrices, without a material of solids or forces of another code.
+
+    Parameters
+    ----------
+    body : LinearBody, ElasticBody, SolidBody or CallbackBody
+        The body.
+
+    Returns
+    -------
+    bool
+        True if it is.
+    """
     return not (hasattr(body, "blocks") or hasattr(body, "model_of"))
 
 
 class Deformable:
-    """A deformable body in a scene, with its boundary conditions and loads; made by `deformable`."""
+    """A deformable body in a scene, with its boundary conditions and loads; made by `deformable`.
+
+    Parameters
+    ----------
+    body : LinearBody, ElasticBody, SolidBody or CallbackBody
+        The body.
+    fixed : dict
+        {group: axes} of held dofs.
+    drive : dict
+        {group: {axis: velocity}} [m/s].
+    force : dict or callable or None
+        {group: total force} [N], or a function of time that gives it.
+    points : list
+        Nodes (m, k) and weights (m, k) of points between nodes.
+    edges : ndarray (m, 2)
+        Nodes of edges.
+    faces : Faces or None
+        Faces.
+    storage : str or None
+        Storage of the system of equations.
+    name : str
+        Name of the mesh.
+    """
 
     def __init__(self, body, fixed, drive, force, points, edges, faces, storage, name):
         self.body, self.fixed, self.drive, self.force = body, fixed, drive, force
@@ -87,45 +144,89 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
                displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
                bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, modal_damping=None,
                traction=None, body_force=None, **options):  # fmt: skip
-    """A deformable body for a scene: returns the list of the sets of its nodes, edges and faces, for Scene.add.
+    """Makes a deformable body for a scene.
 
-    body: a mesh: a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after meshing; its
-    named sets become groups. Or a body made before: SolidBody, ElasticBody, LinearBody with your own matrices, cairn.bars,
-    cairn.beams.
-    material: of its contacts, and the density of a mesh [kg/m3]. bulk: material of solids of a mesh (cairn.NeoHookean(...), ...).
-    options: for a mesh, those of SolidBody (plane, kinematics, mean_dilatation, lumped, rayleigh, ...).
+    Its nodes have the group `name`, its edges and faces the groups "NAME edges" and "NAME faces", for interaction rules.
 
-    Contact:
-    contact: names of groups, or numbers of nodes, that are candidate points; they touch disks, spheres, walls, polygons,
-    polyhedra, and the edges and faces of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes.
-    edges: in 2D, names of groups whose boundary edges are antagonists, or pairs of nodes (m, 2) with the body on their left (any
-    order if the body has cells); they touch disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces
-    are antagonists, or their nodes (m, 3 | 4), anticlockwise from outside (any order if the body has cells); they touch spheres,
-    and points of other meshes.
-    name: of the group of its nodes, for interaction rules; its edges and faces have the groups "NAME edges", "NAME faces".
-    point_material, edge_material, face_material: instead of material, for its points (nodes of contact by number, then points),
-    edges and faces: a Material, or a list of the right length.
-    self_contact: True: its points also touch its own edges or faces, except adjacent ones. mortar: True: contact of its nodes
-    with edges or faces of other meshes is enforced weakly, by dual mortar multipliers; set it on the side with finer cells.
+    Parameters
+    ----------
+    body : path-like, meshio.Mesh, module gmsh, SolidBody, ElasticBody, LinearBody or CallbackBody
+        A mesh: a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after meshing; its
+        named sets become groups. Or a body made before, as SolidBody, ElasticBody, LinearBody with your own matrices, cairn.bars
+        and cairn.beams make it.
+    material : Material
+        Material of its contacts, and the density of a mesh [kg/m3].
+    contact : str or sequence
+        Names of groups, or numbers of nodes, that are candidate points; they touch disks, spheres, walls, polygons, polyhedra,
+        and the edges and faces of other meshes.
+    points : tuple, optional
+        Nodes (m, k) and weights (m, k) of candidate points between nodes.
+    edges : str, sequence of str or array_like (m, 2)
+        In 2D, names of groups whose boundary edges are antagonists, or pairs of nodes with the body on their left (any order if
+        the body has cells); they touch disks, and points of other meshes.
+    faces : str, sequence of str or array_like (m, 3) or (m, 4)
+        In 3D, names of groups whose boundary faces are antagonists, or their nodes, anticlockwise from outside (any order if the
+        body has cells); they touch spheres, and points of other meshes.
+    fixed : dict, optional
+        {group: "x" | "xy" | ...}, held dofs.
+    drive : dict, optional
+        {group: {"x": v}}, imposed velocity [m/s], a number or a function of time.
+    displace : dict, optional
+        {group: {"x": u}}, imposed displacement [m], a function of time, met at the ends of steps from the second step on.
+    rigid : str or sequence of str
+        Names of groups whose nodes move as a rigid body; it rotates as far as the kinematics of the body allow.
+    force : dict or callable, optional
+        {group: (dim,)}, total force, spread evenly over the nodes [N], or a function of time that gives that dict.
+    velocity : array_like (dim,) or (n, dim), optional
+        Initial velocity [m/s].
+    displacement : array_like (dim,) or (n, dim), optional
+        Initial displacement [m]; displacements of linear bodies must stay small.
+    storage : str, optional
+        Storage of the system of equations, see cairn.soe.
+    name : str, default "mesh"
+        Group of its nodes.
+    point_material : Material or list, optional
+        Material, in the place of material, of its points: one, or a list of nodes of contact by number, then points.
+    edge_material : Material or list, optional
+        Material of its edges: one, or one for each.
+    face_material : Material or list, optional
+        Material of its faces: one, or one for each.
+    bulk : BulkMaterial or dict, optional
+        Material of solids of a mesh (cairn.NeoHookean(...) and others).
+    pressure : dict, optional
+        {group: p} on boundary sides with all nodes in the group [Pa], a number or a function of time, along their normals at the
+        beginning of the step and, extrapolated by the velocities of the nodes, at its end.
+    self_contact : bool, default False
+        Its points also touch its own edges or faces, except adjacent ones.
+    mortar : bool, default False
+        Contact of its nodes with edges or faces of other meshes is enforced weakly, by dual mortar multipliers; set it on the
+        side with finer cells.
+    initial_stress : array_like (6,), callable or dict, optional
+        Cauchy stress in the initial configuration [Pa], 11 22 33 12 13 23: of all cells; a function of places (n, dim) [m] that
+        gives (n, 6); or {name: such a value} by groups (cells with all nodes in the group) or by kinds of cells, where (m, 6) is
+        allowed, too. It need not be in equilibrium with loads and supports.
+    modal_damping : float or sequence of float, optional
+        For a linear body, the damping ratio [-] of all vibration modes, or of the first modes. It adds C = M Phi diag(2 zeta
+        omega) Phi' M, on the velocities of free dofs, to the damping of the body.
+    traction : dict, optional
+        {group: (dim,)} on boundary sides with all nodes in the group, per initial area and of fixed direction [Pa]; each a
+        vector or a function of time that gives it, integrated with the shape functions.
+    body_force : array_like (dim,) or callable, optional
+        Force per initial volume [N/m3], or a function of time that gives it, integrated with the shape functions.
+    **options : optional
+        For a mesh, those of SolidBody: plane, kinematics, mean_dilatation, lumped, rayleigh and others.
 
-    Boundary conditions and loads:
-    fixed: {group: "x" | "xy" | ...}, held dofs. drive: {group: {"x": v}}, imposed velocity [m/s], a number or a function of time.
-    displace: {group: {"x": u}}, imposed displacement [m], a function of time, met at the ends of steps from the second step on.
-    rigid: names of groups whose nodes move as a rigid body; it rotates as far as the kinematics of the body allow.
-    force: {group: (dim,)}, total force, spread evenly over the nodes [N], or a function of time giving that dict.
-    pressure: {group: p} on boundary sides with all nodes in the group [Pa], a number or a function of time, along their normals
-    at the beginning of the step and, extrapolated by the velocities of the nodes, at its end.
-    traction: {group: (dim,)} on such sides, per initial area and of fixed direction [Pa]; body_force: (dim,) per initial volume
-    [N/m3]; each a vector or a function of time giving it, integrated with the shape functions.
+    Returns
+    -------
+    list of BodySet
+        Sets of its nodes, edges and faces, for Scene.add.
 
-    Others:
-    velocity [m/s], displacement [m]: initial values, (dim,) or (n, dim). Displacements of linear bodies must stay small.
-    storage: of the system of equations, see cairn.soe.
-    initial_stress: Cauchy stress in the initial configuration [Pa], 11 22 33 12 13 23: (6,) for all cells; a function of places
-    (n, dim) [m] that gives (n, 6); or {name: such a value} by groups (cells with all nodes in the group) or by kinds of cells,
-    where (m, 6) is allowed, too. It need not be in equilibrium with loads and supports.
-    modal_damping: for a linear body, the damping ratio [-] of all vibration modes, or a list for the first modes. It adds
-    C = M Phi diag(2 zeta omega) Phi' M, on the velocities of free dofs, to the damping of the body.
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, value and remedy.
+    FileError
+        If a file is missing or holds no such mesh.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options", "initial_stress")}
     body = _made(body, material, bulk, options)
@@ -239,7 +340,31 @@ def _of_nodes(name, given, n, dim):
 
 
 def checked_mortar(wanted, dim, nodes, pairs, patches):
-    """True if contact is enforced by dual mortar multipliers. Raises ValueError without contact nodes or sides."""
+    """Checks that mortar contact has nodes and sides.
+
+    Parameters
+    ----------
+    wanted : bool
+        True for mortar contact.
+    dim : int
+        2 or 3.
+    nodes : ndarray
+        Contact nodes.
+    pairs : ndarray (m, 2)
+        Edges.
+    patches : Faces or None
+        Faces.
+
+    Returns
+    -------
+    bool
+        True if contact is enforced by dual mortar multipliers.
+
+    Raises
+    ------
+    ValueError
+        If it is wanted without contact nodes or sides.
+    """
     if wanted and (not len(nodes) or not (len(pairs) if dim == 2 else patches)):
         sides = "edges" if dim == 2 else "faces"
         raise ValueError(f"mortar is of contact nodes and the {sides} between them: give contact and {sides} of that side")
@@ -247,7 +372,27 @@ def checked_mortar(wanted, dim, nodes, pairs, patches):
 
 
 def checked_modal_damping(ratios, body, rigid):
-    """Checked damping ratios of the modes of a body, or None. Raises ValueError if it is not linear or has rigid parts."""
+    """Checks damping ratios of the modes of a body.
+
+    Parameters
+    ----------
+    ratios : float, sequence of float or None
+        Damping ratios [-].
+    body : LinearBody or ElasticBody
+        The body.
+    rigid : list of str
+        Its rigid parts.
+
+    Returns
+    -------
+    float, ndarray or None
+        The ratios; None without any.
+
+    Raises
+    ------
+    ValueError
+        If the body is not linear or has rigid parts.
+    """
     if ratios is None:
         return None
     from .modal_damping import checked
@@ -258,14 +403,58 @@ def checked_modal_damping(ratios, body, rigid):
 
 
 def checked_self_contact(wanted, nodes, between, pairs, patches):
-    """True for self-contact of a mesh. Raises ValueError if it has no points or no sides."""
+    """Checks that self-contact has points and sides.
+
+    Parameters
+    ----------
+    wanted : bool
+        True for self-contact.
+    nodes : ndarray
+        Contact nodes.
+    between : ndarray
+        Nodes of points between nodes.
+    pairs : ndarray (m, 2)
+        Edges.
+    patches : Faces or None
+        Faces.
+
+    Returns
+    -------
+    bool
+        True for self-contact.
+
+    Raises
+    ------
+    ValueError
+        If it is wanted without points or without sides.
+    """
     if wanted and not ((len(nodes) or len(between)) and (len(pairs) or patches)):
         raise ValueError("self_contact is of points and sides of one mesh: give contact (or points), and edges or faces")
     return bool(wanted)
 
 
 def checked_displacements(body, displace, drive):
-    """Checked {group: {axis: function of time}} of imposed displacements. Raises ValueError for a dof imposed twice."""
+    """Checks imposed displacements.
+
+    Parameters
+    ----------
+    body : ElasticBody, LinearBody or CallbackBody
+        The body.
+    displace : dict or None
+        {group: {axis: function of time}} [m].
+    drive : dict
+        {group: {axis: velocity}} [m/s].
+
+    Returns
+    -------
+    dict
+        {group: {axis: function of time}}.
+
+    Raises
+    ------
+    ValueError
+        If a dof is imposed twice, or a displacement is no function of time.
+    """
     out, taken = dict(displace or {}), {}
     for what, of in (("drive", drive), ("displace", out)):
         for group, by_axis in of.items():
@@ -338,7 +527,17 @@ def _edge_set(places, pairs, material, d):
 
 
 class MovingMesh:
-    """A Deformable in a simulation: ids of its nodes, points and sides (edges, faces), its held dofs and loads."""
+    """A Deformable in a simulation: ids of its nodes, points and sides (edges, faces), its held dofs and loads.
+
+    Parameters
+    ----------
+    d : Deformable
+        The deformable body.
+    node_ids : ndarray
+        Ids of its nodes and points.
+    side_ids : ndarray
+        Ids of its edges or faces.
+    """
 
     def __init__(self, d, node_ids, side_ids):
         n = len(d.body.points)
@@ -383,7 +582,18 @@ class MovingMesh:
     # ------------------------------------------------------------------ state
 
     def load(self, t):
-        """Nodal forces of `force`, tractions and body forces at a time, (n dofs) [N]."""
+        """Gives the nodal forces of `force`, tractions and body forces.
+
+        Parameters
+        ----------
+        t : float
+            Time [s].
+
+        Returns
+        -------
+        ndarray (n dofs,)
+            Forces [N].
+        """
         given = self.d.force(t) if callable(self.d.force) else self.d.force
         out = np.zeros((self.size // self.dim, self.dim))
         for group, total in (given or {}).items():
@@ -396,7 +606,20 @@ class MovingMesh:
         return out.ravel()
 
     def pressure_load(self, t, x):
-        """Nodal forces of the pressures at time t [s], for positions of the nodes x (n, dim) [m], (n dofs) [N]."""
+        """Gives the nodal forces of the pressures.
+
+        Parameters
+        ----------
+        t : float
+            Time [s].
+        x : ndarray (n, dim)
+            Positions of the nodes [m].
+
+        Returns
+        -------
+        ndarray (n dofs,)
+            Forces [N].
+        """
         from .pressure import forces
 
         out = np.zeros(x.shape)
@@ -410,13 +633,37 @@ class MovingMesh:
         return bool(self.d.pressed) and not is_linear(self.body)
 
     def pressed_parts(self, origin):
-        """Sides under pressure as the core takes them, grouped by form, in the order of `pressures`."""
+        """Gives the sides under pressure as the core takes them, grouped by form, in the order of `pressures`.
+
+        Parameters
+        ----------
+        origin : ndarray (dim,)
+            Origin of the scene [m].
+
+        Returns
+        -------
+        list of dict
+            Nodes and form of each part.
+        """
         ring = getattr(self.body, "plane", "") == "axisymmetric"
         common = {"ring": ring, "thickness": float(getattr(self.body, "thickness", 1.0)), "axis": -float(origin[0])}
         return [{"nodes": part.shape[1], "node": part.astype(np.int32).ravel(), **common} for part, _ in self._pressed()]
 
     def pressures(self, begin, end):
-        """Pressures on the parts of `pressed_parts` at two times, (parts, 2) [Pa]."""
+        """Gives the pressures on the parts of `pressed_parts` at two times.
+
+        Parameters
+        ----------
+        begin : float
+            One time [s].
+        end : float
+            The other time [s].
+
+        Returns
+        -------
+        ndarray (parts, 2)
+            Pressures [Pa].
+        """
         return np.array(
             [[checks.number("pressure", p(t) if callable(p) else p) for t in (begin, end)] for _, p in self._pressed()]
         )
@@ -430,7 +677,18 @@ class MovingMesh:
                         yield some, p
 
     def held_velocity(self, t):
-        """Imposed velocity of driven dofs, zero elsewhere, (n dofs) [m/s]."""
+        """Gives the imposed velocity of driven dofs, zero elsewhere.
+
+        Parameters
+        ----------
+        t : float
+            Time [s].
+
+        Returns
+        -------
+        ndarray (n dofs,)
+            Velocities [m/s].
+        """
         out = np.zeros(self.size)
         for group, by_axis in self.d.drive.items():
             for axis, v in by_axis.items():
@@ -440,10 +698,26 @@ class MovingMesh:
         return out
 
     def displaced_velocity(self, t, h, share, u, v, out):
-        """Writes into `out` (n dofs) [m/s] the velocities at t + h of dofs with imposed displacement, for a step h from t [s].
+        """Writes the velocities at the end of a step of dofs with imposed displacement.
 
-        u, v (n dofs): displacements and velocities at the beginning. The step moves dofs by h ((1 - share) v + share out); the
-        velocity is chosen so that an error in the displacement is gone after two steps at most."""
+        The step moves dofs by h ((1 - share) v + share out); the velocity is chosen so that an error in the displacement is gone
+        after two steps at most.
+
+        Parameters
+        ----------
+        t : float
+            Beginning of the step [s].
+        h : float
+            Length of the step [s].
+        share : float
+            Weight of the end of the step [-].
+        u : ndarray (n dofs,)
+            Displacements at the beginning [m].
+        v : ndarray (n dofs,)
+            Velocities at the beginning [m/s].
+        out : ndarray (n dofs,)
+            Takes the velocities [m/s].
+        """
         for group, by_axis in self.d.displace.items():
             for axis, given in by_axis.items():
                 dofs = self.dim * group_nodes(self.body, group) + "xyz".index(axis)

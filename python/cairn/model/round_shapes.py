@@ -21,12 +21,40 @@ EXPONENTS = (0.05, 1.95)
 def capsules(
     centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:
-    """Capsules in 3D: all points within a radius of a segment. Options: those of BodySet.
+    """Capsules in 3D: all points within a radius of a segment.
 
-    centers (n, 3) [m]; radii [m]: a number or (n,); lengths [m]: of the segment, without the round ends, a number or (n,), 0 for
-    a ball.
-    axis (3,) or (n, 3): where the segment points, along z if not given; or rotation (n, 4), the quaternion (w, x, y, z) that
-    turns it from z. fixed: nothing moves them. mass = density (pi r^2 l + 4/3 pi r^3).
+    Their mass is density (pi r^2 l + 4/3 pi r^3).
+
+    Parameters
+    ----------
+    centers : array_like (n, 3)
+        Centres [m].
+    radii : float or array_like (n,)
+        Radii [m].
+    lengths : float or array_like (n,)
+        Lengths of the segments, without the round ends [m]; 0 for a ball.
+    material : Material
+        Material of all of them.
+    axis : array_like (3,) or (n, 3), optional
+        Direction of the segment, along z if not given.
+    rotation : array_like (n, 4), optional
+        Quaternion (w, x, y, z) that turns it from z, in the place of axis.
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
     """
     centers, n = _centers(centers)
     r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n, zero=True)
@@ -44,10 +72,40 @@ def capsules(
 def cylinders(
     centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:
-    """Solid cylinders with flat ends in 3D. Options: those of BodySet.
+    """Solid cylinders with flat ends in 3D.
 
-    centers (n, 3) [m]; radii, lengths [m]: numbers or (n,). axis (3,) or (n, 3): where the axis points, along z if not given; or
-    rotation (n, 4), the quaternion (w, x, y, z) that turns it from z. fixed: nothing moves them. mass = density pi r^2 l.
+    Their mass is density pi r^2 l.
+
+    Parameters
+    ----------
+    centers : array_like (n, 3)
+        Centres [m].
+    radii : float or array_like (n,)
+        Radii [m].
+    lengths : float or array_like (n,)
+        Lengths [m].
+    material : Material
+        Material of all of them.
+    axis : array_like (3,) or (n, 3), optional
+        Direction of the axis, along z if not given.
+    rotation : array_like (n, 4), optional
+        Quaternion (w, x, y, z) that turns it from z, in the place of axis.
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
     """
     centers, n = _centers(centers)
     r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n)
@@ -63,16 +121,47 @@ def cylinders(
 def superquadrics(
     centers, half_axes, exponents, material, *, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:
-    """Convex superquadrics (Barr 1981) in 3D: ((x/a)^(2/e2) + (y/b)^(2/e2))^(e2/e1) + (z/c)^(2/e1) <= 1. Options: those of
-    BodySet.
+    """Convex superquadrics in 3D: ((x/a)^(2/e2) + (y/b)^(2/e2))^(e2/e1) + (z/c)^(2/e1) <= 1.
 
-    centers (n, 3) [m]; half_axes (3,) or (n, 3): a, b, c [m]; exponents (2,) or (n, 2): e1 towards z, e2 in the section, from
-    0.05 (a box with rounded edges) by 1 (an ellipsoid) to 1.95 (an octahedron). rotation (n, 4): quaternion (w, x, y, z).
-    fixed: nothing moves them. Volume and inertia: Jaklic & Solina (2003).
+    Parameters
+    ----------
+    centers : array_like (n, 3)
+        Centres [m].
+    half_axes : array_like (3,) or (n, 3)
+        Half axes a, b, c [m].
+    exponents : array_like (2,) or (n, 2)
+        Exponents e1 towards z and e2 in the section, from 0.05 (a box with rounded edges) by 1 (an ellipsoid) to 1.95 (an
+        octahedron) [-].
+    material : Material
+        Material of all of them.
+    rotation : array_like (n, 4), optional
+        Quaternions (w, x, y, z).
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
 
-    >>> rock = Material("rock", density=1000.0)
-    >>> round(superquadrics([[0, 0, 0]], (1, 2, 3), (1, 1), rock).mass[0] / (8 * np.pi), 9)
-    1000.0
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
+
+    Notes
+    -----
+    Superquadrics are those of Barr (1981), volume and inertia those of Jaklic & Solina (2003).
+
+    Examples
+    --------
+    >>> rock = cn.Material("rock", density=1000.0)
+    >>> bool(abs(cn.superquadrics([[0, 0, 0]], (1, 2, 3), (1, 1), rock).mass[0] / (8000 * np.pi) - 1) < 1e-9)
+    True
     """
     centers, n = _centers(centers)
     half = checks.real_array("half_axes", _rows("half_axes", half_axes, n, 3), (n, 3))

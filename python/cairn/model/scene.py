@@ -19,8 +19,16 @@ from .laws import Law, law_from
 class Periodic:
     """A periodic cell, which may shear.
 
-    lengths: (dim,) [m], inf or 0 along an axis that is not periodic. corner: (dim,) [m]. lean: displacement along x of
-    the cell's upper face [m]. shear_rate: velocity of that face over the length of the cell along y in 2D, z in 3D [1/s].
+    Parameters
+    ----------
+    lengths : tuple (dim,)
+        Length along each axis [m], inf or 0 along an axis that is not periodic.
+    corner : tuple (dim,), optional
+        Lowest corner [m]; zero when not given.
+    lean : float, default 0
+        Displacement along x of the cell's upper face [m].
+    shear_rate : float, default 0
+        Velocity of that face over the length of the cell along y in 2D, z in 3D [1/s].
     """
 
     lengths: tuple
@@ -29,7 +37,23 @@ class Periodic:
     shear_rate: float = 0.0
 
     def arrays(self, dim):
-        """periodic (3,), vectors (3, 3) by rows, corner (3,), velocity gradient (3, 3)."""
+        """Gives the cell as the core takes it.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        tuple
+            Whether each axis is periodic (3,), vectors (3, 3) by rows [m], corner (3,) [m], velocity gradient (3, 3) [1/s].
+
+        Raises
+        ------
+        ValueError
+            If there is not a length >= 0 for each axis, or a cell shears along an axis that is not periodic.
+        """
         lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
             raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic")
@@ -50,11 +74,31 @@ class Periodic:
 class Scene(Spelt):
     """Bodies and the laws between them.
 
-    dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are stored relative to it,
-    so that a scene far from zero does not lose digits. depth: thickness of a 2D scene in networks, servo-controlled walls and
-    masonry [m]; it does not change masses: give disks and polygons the same depth. periodic: a Periodic cell.
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    gravity : array_like (dim,) or callable, optional
+        Acceleration [m/s2], or a function of time that gives it; zero when not given.
+    origin : array_like (dim,), optional
+        Positions are stored relative to it [m], so that a scene far from zero does not lose digits.
+    depth : float, default 1
+        Thickness of a 2D scene in networks, servo-controlled walls and masonry [m]; it does not change masses: give disks and
+        polygons the same depth.
+    periodic : Periodic, optional
+        A periodic cell.
 
-    >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, value and remedy.
+
+    Examples
+    --------
+    >>> scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> scene.add(cn.disks([[0.0, 0.5]], 0.5, rock), cn.wall((0.0, 0.0), (0.0, 1.0), rock))
+    array([0, 1])
     """
 
     def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
@@ -73,12 +117,12 @@ class Scene(Spelt):
 
     @property
     def dim(self):
-        """2 or 3."""
+        """Number of dimensions, 2 or 3."""
         return self._dim
 
     @property
     def gravity(self):
-        """(dim,) [m/s2], or the function of time that gives it."""
+        """Gravity (dim,) [m/s2], or the function of time that gives it."""
         return self._gravity
 
     @gravity.setter
@@ -87,7 +131,7 @@ class Scene(Spelt):
 
     @property
     def origin(self):
-        """(dim,) [m], positions are stored relative to it; set before the first step."""
+        """Point (dim,) [m] that positions are stored relative to; set before the first step."""
         return self._origin
 
     @origin.setter
@@ -124,8 +168,24 @@ class Scene(Spelt):
     # ------------------------------------------------------------------ building
 
     def add(self, *sets):
-        """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice. Points,
-        edges and faces of deformable bodies have numbers too."""
+        """Adds sets of bodies.
+
+        Parameters
+        ----------
+        *sets : BodySet or list of BodySet
+            Sets, as disks(...), wall(...), deformable(...) and others make them.
+
+        Returns
+        -------
+        ndarray (n,)
+            Ids, int64: numbers in the order of insertion, never used twice. Points, edges and faces of deformable bodies have
+            numbers too.
+
+        Raises
+        ------
+        ValueError
+            If a set is wrong, or two materials of the same name differ; the scene is then as it was.
+        """
         flat, self._materials = checked_sets(self.dim, sets, self._materials, self.periodic)
         first = self.count
         for s in flat:
@@ -135,35 +195,93 @@ class Scene(Spelt):
         return np.arange(first, self.count)
 
     def interact(self, a, b, law):
-        """Sets the law between two materials or groups: a cairn.Material, its name, the name of a group, or "*" for all.
+        """Sets the law between two materials or groups.
 
-        law None: no contact, bodies pass through each other. Rules that name groups precede rules that name materials, and these
-        precede "*"; among equal rules the last counts.
+        Rules that name groups precede rules that name materials, and these precede "*"; among equal rules the last counts.
+
+        Parameters
+        ----------
+        a : Material or str
+            A material, its name, the name of a group, or "*" for all.
+        b : Material or str
+            The other side, likewise.
+        law : Law or None
+            The law; None: no contact, bodies pass through each other.
+
+        Raises
+        ------
+        ValueError
+            If a side is no name or the law is none.
         """
         self.rules.append(rule(a, b, law))
 
     def join(self, a, b, joint):
-        """Joins two bodies or nodes of meshes in their current positions, or a body and the world (b None). a, b: ids; joint:
-        cairn.Ball, Hinge, Pivot, Fixed, Slider, Distance or Cable. Returns the name of the joint, for rules and pictures. Contact
-        between the bodies stays active unless `interact` excludes it."""
+        """Joins two bodies or nodes of meshes in their current positions, or a body and the world.
+
+        Contact between the bodies stays active unless `interact` excludes it.
+
+        Parameters
+        ----------
+        a : int
+            Id of a body or node.
+        b : int or None
+            Id of the other one; None: the world.
+        joint : JointKind
+            One of cairn.Ball, Hinge, Pivot, Fixed, Slider, Distance or Cable.
+
+        Returns
+        -------
+        str
+            Name of the joint, for rules and pictures.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body or the joint is none.
+        """
         from .joints import joined
 
         return joined(self, a, b, joint)
 
     def electrical(self, **settings):
-        """An electrical network over the contacts, from the next Simulation on; see cairn.networks.Electrical for settings."""
+        """Adds an electrical network over the contacts, from the next Simulation on.
+
+        Parameters
+        ----------
+        **settings : optional
+            Settings of cairn.networks.Electrical.
+        """
         from ..networks import Electrical
 
         self.networks["electrical"] = Electrical(**settings)
 
     def thermal(self, **settings):
-        """A network of heat over the contacts, from the next Simulation on; see cairn.networks.Thermal for settings."""
+        """Adds a network of heat over the contacts, from the next Simulation on.
+
+        Parameters
+        ----------
+        **settings : optional
+            Settings of cairn.networks.Thermal.
+        """
         from ..networks import Thermal
 
         self.networks["thermal"] = Thermal(**settings)
 
     def running_networks(self, simulation, core):
-        """State of the networks of a simulation; None without networks."""
+        """Makes the state of the networks of a simulation.
+
+        Parameters
+        ----------
+        simulation : Simulation
+            The simulation.
+        core : _core.Simulation
+            That of the core.
+
+        Returns
+        -------
+        Running or None
+            The state; None without networks.
+        """
         if not self.networks:
             return None
         from ..networks.run import Running
@@ -173,7 +291,13 @@ class Scene(Spelt):
     # ------------------------------------------------------------------ tables for the core
 
     def species(self):
-        """Pairs (material, group) of contactors, in order of appearance; their numbers are the core's materials."""
+        """Gives the pairs of names by which rules know contactors.
+
+        Returns
+        -------
+        dict
+            {(material, group): number} in order of appearance; the numbers are the core's materials.
+        """
         found = {}
         for s in self.sets:
             for c in s.contactors:
@@ -181,7 +305,20 @@ class Scene(Spelt):
         return found
 
     def check_names(self, species=None, rules=None):
-        """Refuses rules that name no material and no group of the scene."""
+        """Refuses rules that name no material and no group of the scene.
+
+        Parameters
+        ----------
+        species : iterable, optional
+            (material, group) of all contactors; those of the scene when not given.
+        rules : sequence, optional
+            (a, b, law) of each rule; those of the scene when not given.
+
+        Raises
+        ------
+        ValueError
+            If a rule names neither.
+        """
         names = {"*"} | {n for pair in (self.species() if species is None else species) for n in pair if n}
         for a, b, _ in self.rules if rules is None else rules:
             for word in (a, b):
@@ -199,7 +336,22 @@ class Scene(Spelt):
         return ""
 
     def law_table(self, species, rules=None, sets=None):
-        """The core's table of laws. rules, sets: those of the scene unless others are given."""
+        """Makes the core's table of laws.
+
+        Parameters
+        ----------
+        species : dict
+            {(material, group): number}, as `species` gives it.
+        rules : sequence, optional
+            (a, b, law) of each rule; those of the scene when not given.
+        sets : sequence of BodySet, optional
+            Sets whose meshes keep apart; those of the scene when not given.
+
+        Returns
+        -------
+        _core.LawTable
+            The table.
+        """
         table = _core.LawTable([material for material, _ in species], [group for _, group in species])
         nodes = mesh_groups(self.sets if sets is None else sets)
         table.keep_apart([k for k, (_, group) in enumerate(species) if group in nodes])
@@ -213,7 +365,20 @@ class Scene(Spelt):
         return table
 
     def law_between(self, a, b):
-        """The law between two species (material, group) as species() has them, or None if they have none."""
+        """Gives the law between two species.
+
+        Parameters
+        ----------
+        a : tuple
+            Material and group, as in `species`.
+        b : tuple
+            Material and group of the other side.
+
+        Returns
+        -------
+        Law or None
+            The law; None if they have none.
+        """
         apart = [(a[1], b[1], None)] if {a[1], b[1]} <= mesh_groups(self.sets) else []
         return chosen_rule(a, b, [*apart, *in_order(self.rules)])[1]
 
@@ -233,7 +398,20 @@ class Scene(Spelt):
         return of_scene(self)
 
     def save(self, path):
-        """Writes the scene, without any Python code, to an HDF5 file. Functions of time must be Table or Harmonic."""
+        """Writes the scene, without any Python code, to an HDF5 file.
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file, which ends in .scene.h5 by custom.
+
+        Raises
+        ------
+        ValueError
+            If a function of time is neither Table nor Harmonic, or another part cannot be held by a file.
+        FileError
+            If the file cannot be written.
+        """
         from ..files.checkpoint import save
 
         sets, meshes = {}, set()
@@ -271,7 +449,23 @@ class Scene(Spelt):
 
     @classmethod
     def load(cls, path):
-        """Reads a scene written by save(). Raises FileError if the file holds none."""
+        """Reads a scene written by save().
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file.
+
+        Returns
+        -------
+        Scene
+            The scene.
+
+        Raises
+        ------
+        FileError
+            If there is no such file, or it holds no scene.
+        """
         from ..base.errors import FileError
         from ..files.checkpoint import load
 
@@ -319,13 +513,35 @@ class Scene(Spelt):
 
 
 def in_order(rules):
-    """Rules with those of joints last, so that they take precedence."""
+    """Orders rules so that those of joints come last and take precedence.
+
+    Parameters
+    ----------
+    rules : sequence
+        (a, b, law) of each rule.
+
+    Returns
+    -------
+    list
+        The rules in this order.
+    """
     joints = {a for a, _, law in rules if law is not None and law.name == "joint"}
     return [*(r for r in rules if r[0] not in joints), *(r for r in rules if r[0] in joints)]
 
 
 def rules_to_dict(rules):
-    """Rules as a file holds them."""
+    """Gives rules as a file holds them.
+
+    Parameters
+    ----------
+    rules : sequence
+        (a, b, law) of each rule.
+
+    Returns
+    -------
+    dict
+        Content by the number of the rule.
+    """
     out = {
         f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else (), float)}
         for k, (a, b, law) in enumerate(rules)
@@ -337,7 +553,23 @@ def rules_to_dict(rules):
 
 
 def rules_from_dict(d):
-    """The inverse of rules_to_dict."""
+    """Reads rules from a file: the inverse of rules_to_dict.
+
+    Parameters
+    ----------
+    d : dict
+        Content by the number of the rule.
+
+    Returns
+    -------
+    list
+        (a, b, law) of each rule.
+
+    Raises
+    ------
+    ValueError
+        If a name is none or a law is unknown.
+    """
     for number, r in d.items():
         wrong = next((name for name in ("a", "b", "law") if not isinstance(r[name], str)), None)
         if wrong is not None:
@@ -350,7 +582,23 @@ def rules_from_dict(d):
 
 
 def set_to_dict(s):
-    """Content of a scene file for a set of rigid bodies. Raises ValueError for Python functions, which no file holds."""
+    """Gives the content of a scene file for a set of rigid bodies.
+
+    Parameters
+    ----------
+    s : BodySet
+        The set.
+
+    Returns
+    -------
+    dict
+        The content.
+
+    Raises
+    ------
+    ValueError
+        If it has a Python function, which no file holds.
+    """
     d = {
         n: getattr(s, n)
         for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
@@ -381,7 +629,20 @@ def set_to_dict(s):
 
 
 def set_from_dict(dim, d):
-    """The inverse of set_to_dict."""
+    """Makes a set of rigid bodies from the content of a file: the inverse of set_to_dict.
+
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    d : dict
+        The content.
+
+    Returns
+    -------
+    BodySet
+        The set.
+    """
     contactors = []
     for _, c in sorted(d["contactors"].items()):
         density = float(c["density"])
@@ -419,7 +680,27 @@ def set_from_dict(dim, d):
 
 
 def rule(a, b, law):
-    """A law between two sides, checked; see Scene.interact."""
+    """Checks a law between two sides; see Scene.interact.
+
+    Parameters
+    ----------
+    a : Material or str
+        One side.
+    b : Material or str
+        The other side.
+    law : Law or None
+        The law.
+
+    Returns
+    -------
+    tuple
+        Names of both sides and the law.
+
+    Raises
+    ------
+    ValueError
+        If a side is no name or the law is none.
+    """
     if law is not None and not isinstance(law, Law):
         raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
     return _word("first side", a), _word("second side", b), law
@@ -433,7 +714,22 @@ def _word(what, given):
 
 
 def chosen_rule(first, second, rules):
-    """(True if a rule names the two species (material, group), law of the rule that takes precedence)."""
+    """Chooses the rule that takes precedence for two species.
+
+    Parameters
+    ----------
+    first : tuple
+        Material and group of one side.
+    second : tuple
+        Material and group of the other side.
+    rules : sequence
+        (a, b, law) of each rule, in order.
+
+    Returns
+    -------
+    tuple
+        True if a rule names both sides, and its law or None.
+    """
     best, chosen, ruled = -1, None, False
     for a, b, law in rules:
         weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
@@ -458,13 +754,45 @@ def _weight(a, first, b, second):
 
 
 def mesh_groups(sets):
-    """Groups of the nodes of meshes, which do not touch each other unless a rule of the scene names both."""
+    """Gives the groups of the nodes of meshes, which do not touch each other unless a rule of the scene names both.
+
+    Parameters
+    ----------
+    sets : sequence of BodySet
+        Sets, of which those of meshes count.
+
+    Returns
+    -------
+    set of str
+        Names of the meshes.
+    """
     return {s.mesh.name for s in sets if s.mesh is not None}
 
 
 def checked_sets(dim, given, materials=None, periodic=None):
-    """(flat list of the given sets or lists of sets, {name: material} including `materials`). Raises ValueError for a wrong set,
-    before anything is changed."""
+    """Checks sets before anything is changed.
+
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    given : sequence
+        Sets of bodies or lists of them.
+    materials : dict, optional
+        {name: Material} known so far.
+    periodic : Periodic, optional
+        The cell, which must be wider than the bodies.
+
+    Returns
+    -------
+    tuple
+        Flat list of the sets, and {name: Material} with theirs.
+
+    Raises
+    ------
+    ValueError
+        If a set is wrong.
+    """
     flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
     for s in flat:
         if not isinstance(s, bodies.BodySet):
@@ -482,8 +810,25 @@ def checked_sets(dim, given, materials=None, periodic=None):
 
 
 def one_of_a_name(sets, known):
-    """{name: material} of the known materials and those of the sets. Raises ValueError for different materials of the same name,
-    which laws could not tell apart."""
+    """Collects the materials of sets by their names.
+
+    Parameters
+    ----------
+    sets : sequence of BodySet
+        The sets.
+    known : dict
+        {name: Material} known so far.
+
+    Returns
+    -------
+    dict
+        {name: Material} of the known ones and those of the sets.
+
+    Raises
+    ------
+    ValueError
+        If two materials of the same name differ: laws could not tell them apart.
+    """
     known = dict(known)
     for s in sets:
         for c in s.contactors:
@@ -524,8 +869,31 @@ def _within(name, numbers, end, what):
 
 
 def insert(core, s, species, time=0.0, meshes=None):
-    """Inserts a set into a core scene and returns its ids. species: {(material, group): number}; meshes: {id() of a Deformable:
-    its number in the core}; missing entries of both are added."""
+    """Inserts a set into a core scene.
+
+    Parameters
+    ----------
+    core : _core.Scene
+        The scene of the core.
+    s : BodySet
+        The set.
+    species : dict
+        {(material, group): number}; missing entries are added.
+    time : float, default 0
+        Time at which driven dofs get their velocity [s].
+    meshes : dict, optional
+        {id() of a Deformable: its number in the core}; missing entries are added.
+
+    Returns
+    -------
+    ndarray
+        Ids of its bodies and parts.
+
+    Raises
+    ------
+    ValueError
+        If a contactor is on a body or a hull that is not there.
+    """
     if s.mesh is not None:
         known = {} if meshes is None else meshes
         # numbered after the meshes in the core scene, since a simulation restored from a file has no other record

@@ -19,9 +19,27 @@ from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
 
 
 class Hulls(NamedTuple):
-    """n convex shapes. vertex (v, dim) [m] from the centre of the contactor, in the axes of the body; first_vertex (n + 1,).
-    Polyhedra also have first_face (n + 1,), first_corner (f + 1,) and corner (c,): vertices of each face, numbered from 0 within
-    the shape, anticlockwise from outside; these are empty for polygons."""
+    """Convex shapes stored together: n of them.
+
+    Parameters
+    ----------
+    vertex : ndarray (v, dim)
+        Vertices from the centre of the contactor, in the axes of the body [m].
+    first_vertex : ndarray (n + 1,)
+        First vertex of each shape, and their number.
+    first_face : ndarray (n + 1,)
+        First face of each polyhedron; empty for polygons.
+    first_corner : ndarray (f + 1,)
+        First corner of each face; empty for polygons.
+    corner : ndarray (c,)
+        Vertices of each face, numbered from 0 within the shape, anticlockwise from outside; empty for polygons.
+    facets : bool, default False
+        True if each shape is the triangle (0, 1, 2) of a surface, with its neighbours.
+    plane : ndarray (f, 4)
+        Rows of normal and offset of round shapes, which have no corners.
+    ball : ndarray (n,)
+        Radii of the circumscribed balls of round shapes [m].
+    """
 
     vertex: np.ndarray
     first_vertex: np.ndarray
@@ -39,15 +57,44 @@ class Hulls(NamedTuple):
 
 @takes(*OPTIONS)
 def polygons(vertices, material, *, position=None, rotation=None, fixed=False, density=None, depth=1.0, **options) -> BodySet:
-    """Polygons in 2D, in either orientation. Options: those of BodySet.
+    """Polygons in 2D, in either orientation.
 
-    vertices: a list with an array (m, 2) [m] for each body, or a single array (m, 2) for all bodies at `position`. A body that
-    is not convex is a list of convex arrays, as cairn.pre.convex_parts makes it. Without position, vertices are in space;
-    position (n, 2) [m] is the place of the origin of their coordinates, rotation (n,) the angle about it [rad]. fixed: the bodies
-    do not move. mass = density area depth.
+    Their mass is density area depth.
 
-    >>> rock = Material("rock", density=2800.0)
-    >>> polygons([[0, 0], [1, 0], [0, 1]], rock, position=[[0, 0], [5, 0]]).mass
+    Parameters
+    ----------
+    vertices : array_like (m, 2) or list of array_like (m, 2)
+        Vertices of each body [m], or one array for all bodies at `position`. A body that is not convex is a list of convex
+        arrays, as cairn.pre.convex_parts makes it. Without position, vertices are in space.
+    material : Material
+        Material of all of them.
+    position : array_like (n, 2), optional
+        Place of the origin of the coordinates of the vertices [m].
+    rotation : array_like (n,), optional
+        Angle about it [rad].
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    depth : float, default 1
+        Thickness [m].
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a polygon is not convex, flat or crosses itself, or another value is wrong.
+
+    Examples
+    --------
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> cn.polygons([[0, 0], [1, 0], [0, 1]], rock, position=[[0, 0], [5, 0]]).mass
     array([1400., 1400.])
     """
     bodies, which = _bodies("vertices", vertices, position, _is_outline)
@@ -81,13 +128,37 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
 
 @takes(*OPTIONS)
 def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, density=None, **options) -> BodySet:
-    """Convex polyhedra, or bodies of several convex parts, in 3D. Options: those of BodySet.
+    """Convex polyhedra, or bodies of several convex parts, in 3D.
 
-    meshes: a list with a mesh (vertices (m, 3) [m], faces) for each body, or a single mesh for all bodies at `position`. faces:
-    (k, 3) triangles or lists of vertices, numbered from 0, anticlockwise from outside; coplanar triangles are merged to a face. A
-    body that is not convex is a list of convex meshes (cairn.pre.convex_parts). Objects with `vertices` and `faces` are meshes,
-    too. Without position, vertices are in space; position (n, 3) [m] is the place of the origin of their coordinates, rotation
-    (n, 4) the quaternion (w, x, y, z) of their rotation about it. fixed: the bodies do not move.
+    Parameters
+    ----------
+    meshes : tuple or list
+        Mesh (vertices (m, 3) [m], faces) of each body, or one mesh for all bodies at `position`; objects with `vertices` and
+        `faces` are meshes, too. Faces are (k, 3) triangles or lists of vertices, numbered from 0, anticlockwise from outside;
+        coplanar triangles are merged to a face. A body that is not convex is a list of convex meshes, as cairn.pre.convex_parts
+        makes it. Without position, vertices are in space.
+    material : Material
+        Material of all of them.
+    position : array_like (n, 3), optional
+        Place of the origin of the coordinates of the vertices [m].
+    rotation : array_like (n, 4), optional
+        Quaternion (w, x, y, z) of the rotation about it.
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a mesh is open or not convex, or another value is wrong.
     """
     bodies, which = _bodies("meshes", meshes, position, _is_mesh)
     bodies = [[_mesh(f"meshes[{k}]", m) for m in parts] for k, parts in enumerate(bodies)]
@@ -122,10 +193,27 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
 
 
 def with_corners(blocks, material) -> BodySet:
-    """Adds a point of `material` at every corner of polyhedra, for contact with the faces of deformable bodies in 3D.
+    """Adds a point at every corner of polyhedra, for contact with the faces of deformable bodies in 3D.
 
     Call scene.interact(corners, "*", None) first, then give a law between corners and the material of the faces. Give no law
     between the polyhedra and these faces, so that contact is not counted twice; other bodies touch the polyhedra.
+
+    Parameters
+    ----------
+    blocks : BodySet
+        Polyhedra or boxes.
+    material : Material
+        Material of the points.
+
+    Returns
+    -------
+    BodySet
+        A copy of the set with the points.
+
+    Raises
+    ------
+    ValueError
+        If a contactor of the set is no polyhedron.
     """
     more = []
     for c in blocks.contactors:
@@ -145,9 +233,41 @@ _FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4
 
 @takes(*OPTIONS)
 def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None, **options) -> BodySet:
-    """Boxes in 3D. centers (n, 3) [m]; sizes (3,) or (n, 3), whole edges [m]; rotation (n, 4) quaternion (w, x, y, z).
+    """Boxes in 3D.
 
-    Boxes of the same sizes share a shape. fixed: the bodies do not move. Options: those of BodySet.
+    Boxes of the same sizes share a shape.
+
+    Parameters
+    ----------
+    centers : array_like (n, 3)
+        Centres [m].
+    sizes : array_like (3,) or (n, 3)
+        Whole edges [m].
+    material : Material
+        Material of all of them.
+    rotation : array_like (n, 4), optional
+        Quaternions (w, x, y, z).
+    fixed : bool, default False
+        True for bodies that do not move.
+    density : float, optional
+        Mass per volume [kg/m3] in the place of that of the material.
+    **options : array_like, str or callable
+        Options of BodySet: velocity, group, driven, drive, force, damping.
+
+    Returns
+    -------
+    BodySet
+        The set, to be added to a scene.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names field, index, value and remedy.
+
+    Examples
+    --------
+    >>> cn.boxes([[0, 0, 0]], (1, 2, 3), cn.Material("rock", density=1000.0)).mass.tolist()
+    [6000.0]
     """
     centers = checks.real_array("centers", centers, (None, 3))
     n = len(centers)

@@ -22,19 +22,42 @@ KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
 class SolidBody(ElasticBody):
     """A body with a material of solids at the Gauss points of its cells, for small or large strains.
 
-    points (n, dim) [m]; cells: as for ElasticBody; groups: {name: nodes}.
-    material: NeoHookean(...) or another material of solids; {kind of cells: material}; or, with several materials in a kind,
-    {kind: ([materials], number (m,) of the material of each cell)}. density [kg/m3], or {kind: (m,)} of each cell.
-    kinematics: "small", or the strain measure of the law in axes that rotate with the material: "corotational" (Biot),
-    "total_lagrangian" (Green), "logarithmic" (Hencky). Materials that take the deformation gradient allow "total_lagrangian"
-    alone, their default. Users' routines (UMAT) are called as with NLGEOM unless it is "small".
-    plane: "strain", "stress" or "axisymmetric" (about y, x the radius) in 2D; thickness [m].
-    mean_dilatation: True: uniform dilatation in each cell, against volumetric locking near nu = 1/2; refused for triangle and
-    tetra cells, whose dilatation is uniform anyway.
-    lumped, rayleigh: as for ElasticBody, with the initial stiffness, which damps rotations as well.
-    initial_stress: Cauchy stress in the initial configuration [Pa], as for `cairn.deformable`; the material starts from the
-    strain of this stress, so that it yields at the remaining strength.
-    Raises ValueError naming the wrong value, the cell and the remedy.
+    Parameters
+    ----------
+    points : array_like (n, dim)
+        Nodes [m].
+    cells : dict
+        {kind: (m, nodes)}, as for ElasticBody.
+    material : BulkMaterial or dict
+        NeoHookean(...) or another material of solids; {kind of cells: material}; or, with several materials in a kind,
+        {kind: ([materials], number (m,) of the material of each cell)}.
+    density : float or dict, default 0
+        Density [kg/m3], or {kind: (m,)} of each cell.
+    groups : dict, optional
+        {name: nodes}.
+    kinematics : {"small", "corotational", "total_lagrangian", "logarithmic"}, optional
+        Small strains, or the strain measure of the law in axes that rotate with the material: Biot's ("corotational"), Green's
+        ("total_lagrangian") or Hencky's ("logarithmic"). Materials that take the deformation gradient allow "total_lagrangian"
+        alone, their default; that of others is "small". Users' routines (UMAT) are called as with NLGEOM unless it is "small".
+    plane : {"strain", "stress", "axisymmetric"}
+        State of a body in 2D; axisymmetric about y, with x the radius.
+    thickness : float, default 1
+        Thickness of a body in 2D [m].
+    mean_dilatation : bool, default False
+        Makes the dilatation uniform in each cell, against volumetric locking near nu = 1/2; refused for triangle and tetra cells,
+        whose dilatation is uniform anyway.
+    lumped : bool, default False
+        Lumps the mass.
+    rayleigh : tuple, default (0, 0)
+        Coefficients (a, b) of C = a M + b K [1/s, s], with the initial stiffness, which damps rotations as well.
+    initial_stress : array_like (6,), callable or dict, optional
+        Cauchy stress in the initial configuration [Pa], as for `cairn.deformable`; the material starts from the strain of this
+        stress, so that it yields at the remaining strength.
+
+    Raises
+    ------
+    ValueError
+        If a value is wrong; the message names the value, the cell and the remedy.
     """
 
     def __init__(
@@ -94,7 +117,13 @@ class SolidBody(ElasticBody):
         self.lower = start, row, m, *self.lower[3:]
 
     def blocks(self):
-        """Blocks of the core's BulkModel, a dict for each kind of cells and material."""
+        """Gives the blocks of the core's BulkModel.
+
+        Returns
+        -------
+        list of dict
+            One for each kind of cells and material.
+        """
         return [
             {
                 "cell": kind, "nodes": self.cells[kind][rows].astype(np.int32), "material": material.name,
@@ -105,7 +134,13 @@ class SolidBody(ElasticBody):
         ]  # fmt: skip
 
     def layout(self):
-        """[(kind of cells, rows in that kind, material)] of the blocks."""
+        """Gives kinds, rows and materials of the blocks.
+
+        Returns
+        -------
+        list of tuple
+            (kind of cells, rows in that kind, material) of each block.
+        """
         return self._layout
 
     @property
@@ -117,13 +152,43 @@ class SolidBody(ElasticBody):
         return {kind: found if len(found) > 1 else found[0] for kind, found in out.items()}
 
     def model(self):
-        """A new _core.BulkModel, which evaluates stresses and keeps the states of the material."""
+        """Makes a model that evaluates stresses and keeps the states of the material.
+
+        Returns
+        -------
+        _core.BulkModel
+            The model, in its initial state.
+        """
         return _core.BulkModel(self.dim, self.points.ravel(), self.blocks())
 
     def tangent(self, displacement, model=None, h=np.inf):
-        """Forces (n dofs) [N], values of the lower triangle of their derivative [N/m], stored and dissipated energy [J] at a
-        displacement (n, dim) [m]. h: time in which it is reached [s], inf in statics; users' routines are told 1 s then.
-        Raises ValueError naming a cell that is inside out or has no finite stress."""
+        """Gives forces and their derivative at a displacement.
+
+        Parameters
+        ----------
+        displacement : array_like (n, dim)
+            Displacement [m].
+        model : _core.BulkModel, optional
+            States of the material; those of a new model when not given.
+        h : float, default inf
+            Time in which it is reached [s], inf in statics; users' routines are told 1 s then.
+
+        Returns
+        -------
+        force : ndarray (n dofs,)
+            Forces [N].
+        values : ndarray
+            Lower triangle of their derivative [N/m].
+        energy : float
+            Stored energy [J].
+        dissipated : float
+            Dissipated energy [J].
+
+        Raises
+        ------
+        ValueError
+            If a cell is inside out or has no finite stress; the message names it.
+        """
         model = model or self.model()
         u = np.ascontiguousarray(displacement, float).ravel()
         force, values, wrong, energy, dissipated = model.evaluate(u, h, 1.0, *self.lower[:2])
@@ -132,12 +197,38 @@ class SolidBody(ElasticBody):
         return force, values, energy, dissipated
 
     def solve(self, fixed, force=None, displacement=None, *, increments=1, tolerance=1e-10, most=50, start=None, model=None):
-        """Displacement in static equilibrium (n, dim) [m], by Newton's method with a line search.
+        """Solves for static equilibrium, by Newton's method with a line search.
 
-        The load is applied in equal increments; one that does not converge is halved, up to four times. fixed: {group: axes};
-        force: {group: total} or (n dofs) [N]; displacement (n, dim): imposed on the fixed dofs [m], zero when not given; start
-        (n, dim): initial displacement [m]; model: initial states of the material, updated to the final ones. Raises RuntimeError
-        without convergence.
+        The load is applied in equal increments; one that does not converge is halved, up to four times.
+
+        Parameters
+        ----------
+        fixed : dict
+            {group: axes} of held dofs.
+        force : dict or array_like (n dofs,), optional
+            {group: total force (dim,)}, or forces of all dofs [N].
+        displacement : array_like (n, dim), optional
+            Imposed on the held dofs [m]; zero when not given.
+        increments : int, default 1
+            Number of increments.
+        tolerance : float, default 1e-10
+            Largest residual, relative to the forces [-].
+        most : int, default 50
+            Most iterations of an increment.
+        start : array_like (n, dim), optional
+            Initial displacement [m].
+        model : _core.BulkModel, optional
+            Initial states of the material, updated to the final ones.
+
+        Returns
+        -------
+        ndarray (n, dim)
+            Displacement [m].
+
+        Raises
+        ------
+        RuntimeError
+            If an increment does not converge.
         """
         model = model or self.model()
         held = self.dofs(fixed)
@@ -221,7 +312,25 @@ class SolidBody(ElasticBody):
         )
 
     def stress(self, displacement, model=None):
-        """Cauchy stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
+        """Gives the Cauchy stress, mean of each cell.
+
+        Parameters
+        ----------
+        displacement : array_like (n, dim)
+            Displacement [m].
+        model : _core.BulkModel, optional
+            States of the material; those of a new model when not given.
+
+        Returns
+        -------
+        dict
+            {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive.
+
+        Raises
+        ------
+        ValueError
+            If a cell is inside out or has no finite stress; the message names it.
+        """
         model = model or self.model()
         *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), np.inf, 1.0)
         if wrong is not None:
@@ -255,7 +364,20 @@ def _layout(cells, material):
 
 
 def by_kinds(body, of_blocks):
-    """Values of cells by kinds {kind: (m, k)}, from arrays (m, k) of each block of a body."""
+    """Collects values of cells by kinds.
+
+    Parameters
+    ----------
+    body : SolidBody
+        The body.
+    of_blocks : iterable of ndarray (m, k)
+        Values of the cells of each block of the body.
+
+    Returns
+    -------
+    dict
+        {kind: (m, k)}.
+    """
     of_blocks = list(of_blocks)
     out = {kind: np.zeros((len(nodes), *of_blocks[0].shape[1:])) for kind, nodes in body.cells.items()}
     for (kind, rows, _), found in zip(body.layout(), of_blocks):

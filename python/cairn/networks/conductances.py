@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
-from ..names import by_name, listed
+from ..names import by_name, listed, parameters_section
 
 
 class Conductance:
@@ -57,7 +57,11 @@ def _class_of(row, described):
     def __init__(self, **given):
         Conductance.__init__(self, _checked(own, parameters, given))
 
-    doc = f"Conductance of contacts: {described['meaning']}."
+    rows = [
+        (name, "float" if default is None else f"float, default {default:g}", f"from {low:g} to {high:g}")
+        for name, default, low, high in parameters
+    ]
+    doc = "\n".join([f"Conductance of contacts: {described['meaning']}.", *parameters_section(rows)])
     names = tuple(p[0] for p in parameters)
     members = {"row": row, "reads": tuple(described["reads"].split()), "parameter_names": names, "__doc__": doc}
     members["__signature__"] = by_name(parameters)

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from .. import _core
 from ..base import checks
-from ..names import by_name, one_of
+from ..names import by_name, one_of, parameters_section
 
 
 class Integrator:
-    """A one-step method and its parameters, for NSCD(integrator=...)."""
+    """Base of one-step methods for NSCD(integrator=...): a row of the core's list and its parameters.
+
+    Parameters
+    ----------
+    **given : float
+        Parameters by name; those that are not given have the default of the list.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is unknown or out of its range.
+    """
 
     row = ""  # its name in the core
     parameters = ()  # (name, default, smallest, largest) of each
@@ -35,7 +46,13 @@ class Integrator:
         return f"{type(self).__name__}({', '.join(f'{name}={value:g}' for name, value in self.values.items())})"
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            The row under `integrator`, and the parameters by name.
+        """
         return {"integrator": self.row, **self.values}
 
     @property
@@ -44,14 +61,25 @@ class Integrator:
         return self.scheme(1.0)["end_share"]
 
     def scheme(self, dt):
-        """Coefficients of the step of dt [s] as a linear map, a dict by the names of core_f90/integrators/linear_scheme.f90."""
+        """Gives the coefficients of a step as a linear map.
+
+        Parameters
+        ----------
+        dt : float
+            Step [s].
+
+        Returns
+        -------
+        dict
+            Coefficients by the names of core_f90/integrators/linear_scheme.f90.
+        """
         return _core.integrator_scheme(self.row, list(self.values.values()), checks.positive("dt", dt))
 
 
 def _class_of(row, python_name, meaning, parameters):
-    lines = [f"{meaning[0].upper()}{meaning[1:]}.", ""]
-    lines += [f"{name}: {low:g} to {high:g} ({default:g})." for name, default, low, high in parameters]
-    body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "parameters": tuple(parameters)}
+    rows = [(name, f"float, default {default:g}", f"from {low:g} to {high:g}") for name, default, low, high in parameters]
+    lines = [f"{meaning[0].upper()}{meaning[1:]}.", *parameters_section(rows)]
+    body = {"__doc__": "\n".join(lines), "__module__": __name__, "row": row, "parameters": tuple(parameters)}
     body["__signature__"] = by_name(parameters)
     return type(python_name, (Integrator,), {**body, "__qualname__": python_name})
 

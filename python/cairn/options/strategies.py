@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
-from ..names import by_name, one_of
+from ..names import by_name, one_of, parameters_section
 from .integrators import INTEGRATORS, Integrator
 
 MOST_THREADS = 1024  # a request for more threads than the operating system gives would end the program
@@ -19,7 +19,19 @@ MOST_THREADS = 1024  # a request for more threads than the operating system give
 class ContactSolver:
     """Base of the contact solvers of a step.
 
-    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
+    Parameters
+    ----------
+    tol : float, default 1e-4
+        Largest true error, the natural map in an energy norm [-].
+    min_iter : int, default 1
+        Fewest iterations of a step.
+    max_iter : int, default 1000
+        Most iterations of a step.
+
+    Raises
+    ------
+    ValueError
+        If tol is not between 0 and 1 or min_iter is above max_iter.
     """
 
     tol: float = 1e-4
@@ -37,32 +49,70 @@ class ContactSolver:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
     def for_scene(self, core, rules=(), meshes=()):
-        """Solver that a simulation of a core scene uses. rules: (a, b, law) each; meshes: (mass, mass of a contact) of free
-        deformable bodies [kg]."""
+        """Gives the solver that a simulation of a core scene uses.
+
+        Parameters
+        ----------
+        core : _core.Scene
+            The scene of the core.
+        rules : sequence, optional
+            (a, b, law) of each rule.
+        meshes : sequence, optional
+            (mass, mass of a contact) [kg] of each free deformable body.
+
+        Returns
+        -------
+        ContactSolver
+            This solver, or the one that it stands for.
+        """
         return self
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Settings by name, and the solver.
+        """
         return {"solver": self.name, "tol": float(self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
 
 
 @dataclass(frozen=True)
 class NLGS(ContactSolver):
-    """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999), over colours, on the velocities of bodies: W is never formed.
+    """Block nonlinear Gauss-Seidel over colours, on the velocities of bodies: W is never formed.
 
-    tol: on the true error, the natural map in an energy norm, without units. min_iter, max_iter: iterations of a step, counted
-    in sweeps over all contacts or the equivalent work.
-    acceleration: "nesterov": from the tenth sweep on, sweeps are extrapolated (Nesterov 1983) with restarts (O'Donoghue & Candes
-    2015), and tiles of the pile that change most are swept more often; "none": plain sweeps, over-relaxed. Sweeps stay plain if
-    masses of free bodies differ by more than a factor of a million, or if most contacts are those of polygons, polyhedra or
-    clumps: a step then has several solutions, and plain sweeps stay near the initial one.
-    associated_start: True: without initial impulses, extrapolated sweeps of a pile at rest begin with associated friction, a
-    convex problem (Anitescu 2006). This reaches 1e-6 in fewer sweeps, but another of several solutions, with more contacts at
-    the limit of sliding: use it for a single state with unknown impulses, not for a run.
-    softening_relaxation: in (0, 1], share of its change of impulse that a softening bond of a cohesive zone takes in a sweep. The
-    limit of the sweeps does not depend on it; 0.5 cures sweeps that cycle as softening bonds open and close in turn
-    (docs/cohesion.md).
-    enough, patience: a step that has taken `patience` iterations ends at a true error of `enough`, above tol; None: tol alone.
+    Sources are Moreau (1988) and Jean (1999). With acceleration sweeps stay plain if masses of free bodies differ by more than a
+    factor of a million, or if most contacts are those of polygons, polyhedra or clumps: a step then has several solutions, and
+    plain sweeps stay near the initial one.
+
+    Parameters
+    ----------
+    tol : float, default 1e-4
+        Largest true error, the natural map in an energy norm [-].
+    min_iter : int, default 1
+        Fewest iterations of a step, counted in sweeps over all contacts or the equivalent work.
+    max_iter : int, default 1000
+        Most iterations of a step, counted likewise.
+    acceleration : {"nesterov", "none"}
+        "nesterov": from the tenth sweep on, sweeps are extrapolated (Nesterov 1983) with restarts (O'Donoghue & Candes 2015), and
+        tiles of the pile that change most are swept more often; "none": plain sweeps, over-relaxed.
+    associated_start : bool, default False
+        Without initial impulses, extrapolated sweeps of a pile at rest begin with associated friction, a convex problem (Anitescu
+        2006). This reaches 1e-6 in fewer sweeps, but another of several solutions, with more contacts at the limit of sliding:
+        use it for a single state with unknown impulses, not for a run.
+    softening_relaxation : float, default 1
+        Share, in (0, 1], of its change of impulse that a softening bond of a cohesive zone takes in a sweep. The limit of the
+        sweeps does not depend on it; 0.5 cures sweeps that cycle as softening bonds open and close in turn (docs/cohesion.md).
+    enough : float, optional
+        True error, above tol, at which a step ends that has taken `patience` iterations; None: tol alone.
+    patience : int, default 0
+        Iterations from which on `enough` counts.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range, or associated_start is asked for without acceleration.
     """
 
     acceleration: str = "nesterov"
@@ -85,7 +135,13 @@ class NLGS(ContactSolver):
             raise ValueError(f"softening_relaxation is {self.softening_relaxation}: give a number above 0 and up to 1; 1 is none")
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Settings by name, and the solver.
+        """
         return {
             **super().settings(),
             "extrapolates": self.acceleration == "nesterov",
@@ -98,7 +154,24 @@ class NLGS(ContactSolver):
 
 @dataclass(frozen=True)
 class ProblemSolver(ContactSolver):
-    """Base of solvers that form W. memory: most bytes for W in blocks and its factors."""
+    """Base of solvers that form W.
+
+    Parameters
+    ----------
+    tol : float, default 1e-4
+        Largest true error, the natural map in an energy norm [-].
+    min_iter : int, default 1
+        Fewest iterations of a step.
+    max_iter : int, default 1000
+        Most iterations of a step.
+    memory : float, default 4e9
+        Most bytes for W in blocks and its factors.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
+    """
 
     memory: float = 4e9
 
@@ -107,7 +180,13 @@ class ProblemSolver(ContactSolver):
         checks.positive("memory", self.memory)
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Settings by name, and the solver.
+        """
         return {**super().settings(), "memory": float(self.memory)}
 
 
@@ -115,8 +194,23 @@ class ProblemSolver(ContactSolver):
 class Auto(ProblemSolver):
     """NLGS, then proximal point around Newton's method once the predicted remaining sweeps cost more.
 
-    Newton steps that do not reduce the error are rejected, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts
-    sweeps. memory: most bytes for factors and the compliance of a mesh; beyond it sweeps alone are used.
+    Newton steps that do not reduce the error are rejected, and sweeps go on.
+
+    Parameters
+    ----------
+    tol : float, default 1e-4
+        Largest true error, the natural map in an energy norm [-].
+    min_iter : int, default 1
+        Fewest iterations of a step.
+    max_iter : int, default 1000
+        Most sweeps of a step.
+    memory : float, default 1e9
+        Most bytes for factors and the compliance of a mesh; beyond it sweeps alone are used.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
     """
 
     memory: float = 1e9
@@ -126,18 +220,46 @@ class Auto(ProblemSolver):
 
 @dataclass(frozen=True)
 class Default(ContactSolver):
-    """NLGS; or Auto if a free body, rigid or deformable, is over 1000 times as heavy as another, if bodies have faces, or if
-    bonds or joints may connect many bodies to a solid.
+    """NLGS, or Auto where sweeps alone converge too slowly.
 
-    In these cases sweeps alone converge too slowly: a heavy box sinks into light ones, a wall or a chain takes thousands of
-    sweeps. Simulation chooses when it is made and when bodies are added; Simulation.explain() tells the choice. tol, min_iter,
-    max_iter: as in NLGS.
+    Auto is taken if a free body, rigid or deformable, is over 1000 times as heavy as another, if bodies have faces, or if bonds
+    or joints may connect many bodies to a solid: by sweeps alone a heavy box sinks into light ones, and a wall or a chain takes
+    thousands of sweeps. Simulation chooses when it is made and when bodies are added; Simulation.explain() tells the choice.
+
+    Parameters
+    ----------
+    tol : float, default 1e-4
+        Largest true error, the natural map in an energy norm [-].
+    min_iter : int, default 1
+        Fewest iterations of a step.
+    max_iter : int, default 1000
+        Most sweeps of a step.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
     """
 
     name = "default"
 
     def for_scene(self, core, rules=(), meshes=()):
-        """See ContactSolver.for_scene."""
+        """Gives NLGS or Auto, with the settings of this solver.
+
+        Parameters
+        ----------
+        core : _core.Scene
+            The scene of the core.
+        rules : sequence, optional
+            (a, b, law) of each rule.
+        meshes : sequence, optional
+            (mass, mass of a contact) [kg] of each free deformable body.
+
+        Returns
+        -------
+        NLGS or Auto
+            The solver.
+        """
         shapes = np.array(_core.shapes())[core.contactor("shape")]
         mass = core.raw_body("mass").ravel()
         held = 2 ** (3 * core.dim - 3) - 1  # bits of a body with all dofs driven
@@ -160,13 +282,29 @@ HEAVY = 1000
 
 
 def solver_class(name, python_name, summary):
-    """Makes the class of a contact solver from a row of the list of problem solvers."""
-    text = f"""{summary[0].upper()}{summary[1:]}.
+    """Makes the class of a contact solver from a row of the list of problem solvers.
 
-    The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones, joints eliminated from W.
-    tol: on the true error. max_iter: iterations of a step. memory: bytes that W and its factors may take; above them the step
-    ends with the impulses it began with, and says so.
+    Parameters
+    ----------
+    name : str
+        Name in the core.
+    python_name : str
+        Name of the class.
+    summary : str
+        Its meaning, the first line of its docstring.
+
+    Returns
+    -------
+    type
+        The class, a ProblemSolver.
     """
+    told = "The step is a problem of its own, from the impulses of the last step: Coulomb's cones, joints eliminated from W."
+    rows = [("tol", "float, default 1e-4", "largest true error, the natural map in an energy norm [-]"),
+            ("min_iter", "int, default 1", "fewest iterations of a step"),
+            ("max_iter", "int, default 1000", "most iterations of a step"),
+            ("memory", "float, default 4e9", "most bytes for W and its factors; a step that needs more ends with the impulses it "
+             "began with, and says so")]  # fmt: skip
+    text = "\n".join([f"{summary[0].upper()}{summary[1:]}.", "", told, *parameters_section(rows)])
     body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
     return type(python_name, (ProblemSolver,), body)  # a dataclass by its base, without further fields
 
@@ -186,11 +324,32 @@ class Strategy:
     end_share = 0.5  # weight of the end of the step in gravity and forces that change with time; the rest is its start
 
     def for_scene(self, core, rules=(), meshes=()):
-        """This strategy with the solver chosen for a core scene. rules, meshes: see ContactSolver.for_scene."""
+        """Gives this strategy with the solver chosen for a core scene.
+
+        Parameters
+        ----------
+        core : _core.Scene
+            The scene of the core.
+        rules : sequence, optional
+            (a, b, law) of each rule.
+        meshes : sequence, optional
+            (mass, mass of a contact) [kg] of each free deformable body.
+
+        Returns
+        -------
+        Strategy
+            This strategy, or a copy with the solver.
+        """
         return self
 
     def settings(self):
-        """Settings for the core: options by name, and `strategy`, the row."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Options by name, and the row under `strategy`.
+        """
         return {"strategy": self.row}
 
 
@@ -198,30 +357,61 @@ class Strategy:
 class NSCD(Strategy):
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
-    theta: in [1/2, 1]; 1/2 conserves energy, 1 damps most. integrator: replaces the theta-method: Newmark(beta=, gamma=),
-    HHT(alpha=), GeneralisedAlpha(spectral_radius=), CentralDifference(), VelocityVerlet(), Gear(values=), ...
-    solver: Default(...), NLGS(...), Auto(...), ...
-    margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
-    project_positions: True: removes overlap after each step without changing velocities (Acary 2013); laws whose overlap is that
-    of a spring are refused.
-    overlap: limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest, by at most an
-    eighth of the limit in a step; info["drift"] tells the deepest. inf: overlap stays. 0.005 serves dense packs that are sheared
-    slowly (docs/study.md); impacts that overlap by more in a step would gain speed. It holds under Coulomb, Frictionless,
-    Restitution, Rolling, LimitedSlip, Wet and Capillary.
-    warm_start: True: begin from the impulses of the last step. threads: 0: as OpenMP decides; results do not depend on it.
-    renumber_every: steps between renumberings of the bodies along a space-filling curve.
-    contact_point: where impulses act: "middle" of the gap, which conserves the angular momentum of the pair; or "surface" of each
-    body, as in LMGC90. With "surface" the middle is still used between two polygons, and the point of the mesh for both bodies on
-    meshes; velocities are constrained at the detected points, which loses distance and speed on curved surfaces in proportion to
-    the step.
-    accuracy: largest error of the velocities after the contact solution, |v - v*|_M / max(|v*|_M, |h g|_M); v*: exact solution of
-    the step, M: masses, h g: change of velocity by loads alone. The solver goes on until its estimate holds. The estimate comes
-    from the change of velocities while the error of impulses fell, and is confirmed by a Newton correction or a far smaller
-    error; info["velocity_error"] tells it. None: tol alone counts.
-    newton_tol: on the residual of nonlinear deformable bodies, in an energy norm without units. newton_passes: most iterations of
-    Newton's method around the contact solver. cut_back: how often a step may be halved if Newton's method fails (a cell inside
-    out, no stress of a material, no convergence); info["sub_steps"] is the number of parts made. If parts of dt / 2**cut_back
-    fail the state before the step is restored.
+    Sources are Moreau (1988) and Jean (1999). Rigid bodies and meshes move by the integrator, contacts by the solver.
+
+    Parameters
+    ----------
+    theta : float, default 0.5
+        Parameter of the theta-method in [1/2, 1]; 1/2 conserves energy, 1 damps most.
+    solver : ContactSolver, default Default()
+        Contact solver: Default(...), NLGS(...), Auto(...) and others.
+    margin : float, optional
+        Gap below which a pair is a candidate [m]; None: from sizes and speeds.
+    project_positions : bool, default False
+        Removes overlap after each step without changing velocities (Acary 2013); laws whose overlap is that of a spring are
+        refused.
+    overlap : float, default inf
+        Limit of the overlap of rigid bodies over the size of the smaller one [-]: contacts take back the rest, by at most an
+        eighth of the limit in a step; info["drift"] tells the deepest. With inf overlap stays; 0.005 serves dense packs that are
+        sheared slowly (docs/study.md); impacts that overlap by more in a step would gain speed. It holds under Coulomb,
+        Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
+    warm_start : bool, default True
+        Begins from the impulses of the last step.
+    threads : int, default 0
+        Number of threads; 0: as OpenMP decides. Results do not depend on it.
+    renumber_every : int, default 200
+        Steps between renumberings of the bodies along a space-filling curve.
+    contact_point : {"middle", "surface"}
+        Where impulses act: in the "middle" of the gap, which conserves the angular momentum of the pair, or on the "surface" of
+        each body, as in LMGC90. With "surface" the middle is still used between two polygons, and the point of the mesh for both
+        bodies on meshes; velocities are constrained at the detected points, which loses distance and speed on curved surfaces in
+        proportion to the step.
+    accuracy : float, optional
+        Largest error of the velocities after the contact solution, |v - v*|_M / max(|v*|_M, |h g|_M) [-], of the exact solution
+        v* of the step, the masses M and the change of velocity h g by loads alone. The solver goes on until its estimate holds:
+        from the change of velocities while the error of impulses fell, confirmed by a Newton correction or a far smaller error;
+        info["velocity_error"] tells it. None: tol alone counts.
+    newton_tol : float, default 1e-8
+        Largest residual of nonlinear deformable bodies, in an energy norm [-].
+    newton_passes : int, default 30
+        Most iterations of Newton's method around the contact solver.
+    integrator : Integrator, optional
+        Replaces the theta-method: Newmark(beta=, gamma=), HHT(alpha=), GeneralisedAlpha(spectral_radius=), CentralDifference(),
+        VelocityVerlet(), Gear(values=) and others.
+    cut_back : int, default 0
+        How often a step may be halved if Newton's method fails (a cell inside out, no stress of a material, no convergence);
+        info["sub_steps"] is the number of parts made. If parts of dt / 2**cut_back fail the state before the step is restored.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range, theta is given beside an integrator, or accuracy is asked for of a solver that estimates
+        none.
+
+    Examples
+    --------
+    >>> cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-6)).explicit
+    False
     """
 
     theta: float = 0.5
@@ -272,7 +462,13 @@ class NSCD(Strategy):
     unstable = "error"  # reaction to a step beyond the stable step of an explicit integrator
 
     def moved_by(self):
-        """The integrator: the one that was given, or the theta-method."""
+        """Gives the integrator: the one that was given, or the theta-method.
+
+        Returns
+        -------
+        Integrator
+            The integrator.
+        """
         return INTEGRATORS["Theta"](theta=self.theta) if self.integrator is None else self.integrator
 
     @property
@@ -287,11 +483,32 @@ class NSCD(Strategy):
         return self.theta if self.integrator is None else self.integrator.end_share
 
     def for_scene(self, core, rules=(), meshes=()):
-        """This strategy with the solver chosen for a core scene; see ContactSolver.for_scene."""
+        """Gives this strategy with the solver chosen for a core scene; see ContactSolver.for_scene.
+
+        Parameters
+        ----------
+        core : _core.Scene
+            The scene of the core.
+        rules : sequence, optional
+            (a, b, law) of each rule.
+        meshes : sequence, optional
+            (mass, mass of a contact) [kg] of each free deformable body.
+
+        Returns
+        -------
+        NSCD
+            A copy with the solver.
+        """
         return replace(self, solver=self.solver.for_scene(core, rules, meshes))
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Options of strategy, integrator and solver by name.
+        """
         return {
             "strategy": self.row,
             "margin": math.nan if self.margin is None else float(self.margin),
@@ -313,14 +530,33 @@ class NSCD(Strategy):
 
 @dataclass(frozen=True)
 class Carpenter(NSCD):
-    """Forward increments with Lagrange multipliers (Carpenter, Taylor & Katona 1991): explicit in the bulk, central differences,
-    contact imposed on the gap at the end of the step.
+    """Forward increments with Lagrange multipliers: explicit in the bulk, contact imposed on the gap at the end of the step.
 
     q(t+) = q + h v, v(t + h/2) = v(t - h/2) + h M^-1 (f(q) + H r / h) with gap + h H'v >= 0, r >= 0: a problem with
-    h^2 H' M^-1 H on displacements, for the same solvers. Velocities are those in the middle of steps. Overlap is pushed out in a
-    single step. penalty: stiffness [N/m] for penalty contact, by the overlap at the end of the step; None: multipliers.
-    unstable: "error" or "ignore", for a step beyond 2/omega of a deformable body. integrator: CentralDifference(), the default,
-    or BetaScheme(beta=), which damps. Other options are those of NSCD.
+    h^2 H' M^-1 H on displacements, for the same solvers. Velocities are those in the middle of steps, with CentralDifference(),
+    the default integrator, or BetaScheme(beta=), which damps. Overlap is pushed out in a single step.
+
+    Parameters
+    ----------
+    theta : float, default 1
+        Fixed at 1: leave it out.
+    solver, margin, project_positions, overlap, warm_start, threads, renumber_every, contact_point, accuracy : optional
+        Those of NSCD.
+    newton_tol, newton_passes, integrator, cut_back : optional
+        Those of NSCD.
+    penalty : float, optional
+        Stiffness [N/m] for penalty contact, by the overlap at the end of the step; None: multipliers.
+    unstable : {"error", "ignore"}
+        Reaction to a step beyond 2/omega of a deformable body.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
+
+    Notes
+    -----
+    Source: Carpenter, Taylor & Katona (1991).
     """
 
     theta: float = 1.0
@@ -330,7 +566,13 @@ class Carpenter(NSCD):
     row = pose = "carpenter"
 
     def moved_by(self):
-        """The integrator, CentralDifference by default."""
+        """Gives the integrator, CentralDifference by default.
+
+        Returns
+        -------
+        Integrator
+            The integrator.
+        """
         return INTEGRATORS["CentralDifference"]() if self.integrator is None else self.integrator
 
     @property
@@ -347,18 +589,44 @@ class Carpenter(NSCD):
         one_of("unstable", self.unstable, ("error", "ignore"))
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Those of NSCD and the stiffness [N/m], inf for multipliers.
+        """
         return {**super().settings(), "stiffness": math.inf if self.penalty is None else float(self.penalty)}
 
 
 @dataclass(frozen=True)
 class GranularElement(NSCD):
-    """The granular element method (Kishino 1988) under the theta-method: springs at the contacts, treated implicitly.
+    """The granular element method under the theta-method: springs at the contacts, treated implicitly.
 
-    stiffness [N/m]: normal contact force over overlap. ratio: tangential over normal stiffness; the tangential force is stiffness
-    times slip, up to Coulomb's limit. The force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+, without
-    the stability limit of explicit springs. Laws give the friction: Coulomb, Frictionless. theta 1/2 conserves the energy of
-    springs, 1 damps most. Other options are those of NSCD.
+    The force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+, without the stability limit of explicit
+    springs. Laws give the friction: Coulomb, Frictionless. A theta of 1/2 conserves the energy of springs, 1 damps most.
+
+    Parameters
+    ----------
+    theta : float, default 1
+        Parameter of the theta-method in [1/2, 1].
+    solver, margin, project_positions, overlap, warm_start, threads, renumber_every, contact_point, accuracy : optional
+        Those of NSCD.
+    newton_tol, newton_passes, integrator, cut_back : optional
+        Those of NSCD.
+    stiffness : float
+        Normal contact force over overlap [N/m]; it must be given.
+    ratio : float, default 2/7
+        Tangential over normal stiffness [-]; the tangential force is stiffness times slip, up to Coulomb's limit.
+
+    Raises
+    ------
+    ValueError
+        If the stiffness is missing or a setting is out of range.
+
+    Notes
+    -----
+    Source: Kishino (1988).
     """
 
     theta: float = 1.0
@@ -375,20 +643,50 @@ class GranularElement(NSCD):
     row = pose = "granular_element"
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Those of NSCD, the stiffness [N/m] and the ratio.
+        """
         return {**super().settings(), "stiffness": float(self.stiffness), "ratio": float(self.ratio)}
 
 
 @dataclass(frozen=True)
 class SmoothDEM(Strategy):
-    """Explicit dynamics with smooth contacts (Cundall & Strack 1979), unconstrained.
+    """Explicit dynamics with smooth contacts, unconstrained: the discrete element method of Cundall & Strack (1979).
 
-    Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
-    of the largest radius; results do not depend on it. overlap: share of the effective radius at which the stiffness for the
-    stable step is evaluated. unstable: "error", "warn" or "ignore" for a dt beyond the stable step of two equal bodies; a dt
-    beyond the bound for the current contacts gives a warning. energy: True: compute the energy balance. threads: 0: as OpenMP
-    decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve. integrator:
-    None or VelocityVerlet(), time-centred; Gear(values=5), predictor-corrector.
+    Laws: LinearSpring, HertzMindlin, JKR, AdhesiveSpring.
+
+    Parameters
+    ----------
+    skin : float, optional
+        Gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth of the largest radius. Results do not depend
+        on it.
+    overlap : float, default 0.01
+        Share of the effective radius at which the stiffness for the stable step is evaluated [-].
+    unstable : {"error", "warn", "ignore"}
+        Reaction to a dt beyond the stable step of two equal bodies; a dt beyond the bound for the current contacts gives a
+        warning.
+    energy : bool, default True
+        Computes the energy balance.
+    threads : int, default 0
+        Number of threads; 0: as OpenMP decides. Results do not depend on it.
+    renumber_every : int, default 1000
+        Steps between renumberings along a space-filling curve.
+    integrator : Integrator, optional
+        None or VelocityVerlet(), time-centred; Gear(values=5), predictor-corrector.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range or the integrator is another.
+
+    Examples
+    --------
+    >>> cn.SmoothDEM(unstable="warn").renumber_every
+    1000
     """
 
     skin: float | None = None
@@ -419,7 +717,13 @@ class SmoothDEM(Strategy):
         return 0.5 if self.integrator is None or self.integrator.row == "velocity_verlet" else self.integrator.end_share
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Options of strategy and integrator by name.
+        """
         return {
             **({"integrator": "velocity_verlet"} if self.integrator is None else self.integrator.settings()),
             "strategy": self.row,
@@ -433,7 +737,18 @@ class SmoothDEM(Strategy):
 
 
 class Listed(Strategy):
-    """Base of strategies defined by the core's list alone, with the options listed there."""
+    """Base of strategies defined by the core's list alone, with the options listed there.
+
+    Parameters
+    ----------
+    **options : float, int, bool or str
+        Options by name; those that are not given have the default of the list.
+
+    Raises
+    ------
+    ValueError
+        If an option is unknown or out of its range.
+    """
 
     def __init__(self, **options):
         rows = {row["name"]: row for row in _core.strategy_options(self.row)}
@@ -454,7 +769,13 @@ class Listed(Strategy):
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self._options.items())})"
 
     def settings(self):
-        """Settings for the core."""
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Options by name, and the row under `strategy`.
+        """
         return {"strategy": self.row, **self._options}
 
 
@@ -475,12 +796,24 @@ def _checked_option(row, value):
 
 
 class ListedStages(Listed):
-    """A listed strategy with the stages of NSCD, see run/stages.py."""
+    """A listed strategy with the stages of NSCD, see run/stages.py.
+
+    Parameters
+    ----------
+    **options : float, int, bool or str
+        Options by name; those that are not given have the default of the list.
+    """
 
     stages = True
 
     def moved_by(self):
-        """Integrator named by its options."""
+        """Gives the integrator named by its options.
+
+        Returns
+        -------
+        Integrator
+            The integrator.
+        """
         kind = next(kind for kind in INTEGRATORS.values() if kind.row == self.integrator)
         return kind(**{name: getattr(self, name) for name, *_ in kind.parameters if hasattr(self, name)})
 
@@ -495,8 +828,11 @@ class ListedStages(Listed):
 def _listed_class(row, python_name, summary, laws, stages):
     """Makes the class of a strategy from its row of the core's list."""
     lines = [f"{summary[0].upper()}{summary[1:]}.", "", f"Laws: {', '.join(laws)}."]
-    lines += [f"{o['name']}: {o['meaning']} ({o['default']!r})." for o in _core.strategy_options(row)]
-    body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
+    kinds = {"text": "str", "flag": "bool", "whole": "int"}
+    options = _core.strategy_options(row)
+    told = ((o["name"], f"{kinds.get(o['kind'], 'float')}, default {o['default']!r}", o["meaning"]) for o in options)
+    lines += parameters_section(list(told))
+    body = {"__doc__": "\n".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
     body["__signature__"] = by_name([(o["name"], o["default"]) for o in _core.strategy_options(row)])
     return type(python_name, (ListedStages if stages else Listed,), body)
 
@@ -508,13 +844,52 @@ for _row in _core.strategies():
 
 
 def strategy(name, **options):
-    """A strategy by its name in the core's list ("nscd", "smooth_dem", ...) or in Python, with options of its class."""
+    """Makes a strategy by its name.
+
+    Parameters
+    ----------
+    name : str
+        Name in the core's list ("nscd", "smooth_dem", ...) or in Python ("NSCD").
+    **options : float, int, bool, str, ContactSolver or Integrator
+        Options of its class.
+
+    Returns
+    -------
+    Strategy
+        The strategy.
+
+    Raises
+    ------
+    ValueError
+        If there is no strategy of this name, or an option is wrong.
+
+    Examples
+    --------
+    >>> cn.strategy("smooth_dem", threads=2).threads
+    2
+    """
     known = {**{row[0]: STRATEGIES[row[1]] for row in _core.strategies()}, **STRATEGIES}
     return known[one_of("strategy", name, tuple(known))](**options)
 
 
 def checked_strategy(strategy):
-    """Returns the strategy. Raises ValueError if it is none."""
+    """Checks that something is a strategy.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        The object to be checked.
+
+    Returns
+    -------
+    Strategy
+        The strategy, unchanged.
+
+    Raises
+    ------
+    ValueError
+        If it is no strategy.
+    """
     if not isinstance(strategy, Strategy):
         raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
     return strategy

@@ -11,7 +11,19 @@ from ..names import listed
 
 
 class Routine:
-    """A body force or a free velocity from a library, for Simulation.plug. params: {name: value}."""
+    """A body force or a free velocity from a library, for Simulation.plug.
+
+    Parameters
+    ----------
+    kind : str
+        Kind, "force" or "velocity".
+    name : str
+        Name of the routine in the library.
+    core : _core.PluggedRoutine
+        The loaded routine.
+    params : dict
+        Parameters by name.
+    """
 
     def __init__(self, kind, name, core, params):
         self.kind, self.name, self.params, self._core = kind, name, params, core
@@ -21,7 +33,15 @@ class Routine:
 
 
 class Pair:
-    """Contact detection of a pair of shapes from a library, which replaces the built-in routine until `remove`."""
+    """Contact detection of a pair of shapes from a library, which replaces the built-in routine until `remove`.
+
+    Parameters
+    ----------
+    name : str
+        Name of the routine in the library.
+    of : str
+        The built-in routine that it replaces.
+    """
 
     def __init__(self, name, of):
         self.name, self.of = name, of
@@ -38,28 +58,62 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
          replace=False, thread_safe=True, state=0, routine="umat", plane=None, isolate=False, time_limit=None):  # fmt: skip
     """Loads a routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
 
-    library: path of the library. Exactly one of the following holds the NAME of the routine; it sets its kind and the result:
+    Exactly one of law, solver, pair, velocity, force, material and body holds the NAME of the routine; it sets its kind and the
+    result.
 
-    law: a contact law. Returns the law for Scene.interact, or without params its class: `Mine = plug("libmine.so", law="mine")`,
-    `Mine(mu=0.4)`. replace=True: replace the law of that name, even a built-in one, in all simulations from now on.
-    thread_safe=False: never call the law from two threads at once, whatever its descriptor says.
-    solver: a contact solver. Returns its class, `NSCD(solver=Mine(tol=1e-6))`; cairn.problems knows its name too.
-    pair: contact detection of a pair of shapes; of: the built-in routine that it replaces in NSCD, "disk_disk", ... Returns a
-    Pair.
-    velocity, force: the free velocity of bodies, a force on them. Returns a Routine for Simulation.plug.
-    material: a name of your choice for a UMAT (Abaqus's interface) in the library. routine: its symbol, with or without an
-    underscore at the end; state: number of STATEV at each point. Returns a function of its PROPS that makes a material of
-    SolidBody: `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. The UMAT is
-    called as by Abaqus/Standard, at large strains with NLGEOM: Cauchy stress in axes of the scene, see docs/solids.md. It needs
-    no descriptor. plane="stress": the UMAT is written for plane stress (NDI = 2, NTENS = 3) and finds the out-of-plane strain
-    itself; it is for bodies with plane="stress" only. isolate=True: it runs in a separate process, so that its STOP, a memory
-    fault, or a call (for the points of 16 cells) longer than time_limit (60 s) becomes an error that names the cell. For laws
-    `cairn wrap-law` offers the same.
-    body: forces and tangent of a deformable body, for CallbackBody. Without params returns a function of these,
-    `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
-    params: values in the order of the descriptor, or a dict.
+    Parameters
+    ----------
+    library : path-like
+        Path of the library.
+    law : str, optional
+        A contact law. Without params its class is returned: `Mine = plug("libmine.so", law="mine")`, `Mine(mu=0.4)`.
+    solver : str, optional
+        A contact solver, whose class is returned: `NSCD(solver=Mine(tol=1e-6))`; cairn.problems knows its name too.
+    pair : str, optional
+        Contact detection of a pair of shapes, which replaces `of`.
+    velocity : str, optional
+        The free velocity of bodies, for Simulation.plug.
+    force : str, optional
+        A force on bodies, for Simulation.plug.
+    material : str, optional
+        A name of your choice for a UMAT (Abaqus's interface) in the library; it needs no descriptor. `Mine = plug("libumat.so",
+        material="mine", state=7)` makes materials of SolidBody of its PROPS: `SolidBody(points, cells, Mine(2e11, 0.3))`. The
+        UMAT is called as by Abaqus/Standard, at large strains with NLGEOM: Cauchy stress in axes of the scene, see
+        docs/solids.md.
+    body : str, optional
+        Forces and tangent of a deformable body, for CallbackBody. Without params a function of these is returned:
+        `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
+    of : str, optional
+        The built-in routine that a pair replaces in NSCD, "disk_disk" and others.
+    params : sequence or dict, optional
+        Values in the order of the descriptor, or by name.
+    replace : bool, default False
+        Replaces the law of that name, even a built-in one, in all simulations from now on.
+    thread_safe : bool, default True
+        False: never calls the law from two threads at once, whatever its descriptor says.
+    state : int, default 0
+        Number of STATEV of a UMAT at each point.
+    routine : str, default "umat"
+        Symbol of a UMAT, with or without an underscore at the end.
+    plane : {"stress"}, optional
+        For a UMAT written for plane stress (NDI = 2, NTENS = 3), which finds the out-of-plane strain itself; it is for bodies
+        with plane="stress" only.
+    isolate : bool, default False
+        Runs a UMAT in a separate process, so that its STOP, a memory fault, or a call longer than time_limit becomes an error
+        that names the cell. For laws `cairn wrap-law` offers the same.
+    time_limit : float, optional
+        Limit of a call, for the points of 16 cells, of an isolated UMAT [s]; 60 when not given.
 
-    Raises ValueError when the library or its descriptor is missing or does not fit this version, naming cause and remedy.
+    Returns
+    -------
+    Law, type, Pair, Routine or callable
+        Depends on the kind: a law or its class, the class of a solver, a Pair, a Routine, a function that makes materials or
+        bodies' routines.
+
+    Raises
+    ------
+    ValueError
+        If the library or its descriptor is missing or does not fit this version; the message names cause and remedy.
     """
     given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force, material=material, body=body)
     asked = {kind: name for kind, name in given.items() if name is not None}

@@ -1,4 +1,4 @@
-"""Parts of pictures: colours, labels, axes, and what is drawn on them by matplotlib."""
+"""Parts of pictures: colours, labels, axes, bodies, walls and contacts, by matplotlib."""
 
 import numpy as np
 

@@ -11,12 +11,25 @@ __all__ = ["Fields", "Run", "Step", "load", "open_run"]
 
 
 def load(path):
-    """Open a run that a simulation wrote, also while it is being written. Returns a `Run`.
+    """Opens a run that a simulation wrote, also while it is being written.
 
-    path : of a .vtkhdf file, or a list of such: one run that went on in several files, in their order; from the first output of a
-        file on, this file counts and not those before it.
+    Parameters
+    ----------
+    path : path-like or list
+        Name of a .vtkhdf file, or a list of such: one run that went on in several files, in their order; from the first output
+        of a file on, this file counts and not those before it.
 
-    Raises FileError if there is no such file, it is truncated, not a run of Cairn or of a later format.
+    Returns
+    -------
+    Run
+        The run: `run[i]` is output i, `run.history` the numbers of every step.
+
+    Raises
+    ------
+    ValueError
+        If the path is no name.
+    FileError
+        If there is no such file, it is truncated, not a run of Cairn or of a later format.
     """
     if isinstance(path, (list, tuple)):
         return JoinedRun(path)

@@ -14,14 +14,47 @@ from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
 
 def contact_counts(n, body_a, body_b):
-    """Contacts of each of n bodies, shape (n,); body_a, body_b (m,) rows of the bodies of each contact."""
+    """Counts the contacts of each body.
+
+    Parameters
+    ----------
+    n : int
+        Number of bodies.
+    body_a : array_like (m,)
+        Row of the first body of each contact.
+    body_b : array_like (m,)
+        Row of the second body of each contact.
+
+    Returns
+    -------
+    ndarray (n,)
+        Number of contacts of each body.
+    """
     return np.bincount(body_a, minlength=n) + np.bincount(body_b, minlength=n)
 
 
 def rattlers(n, body_a, body_b, least=2, counted=None):
-    """Bodies that carry nothing: with fewer than `least` contacts once the other rattlers are taken away; (n,) of bool.
+    """Finds the bodies that carry nothing.
 
-    counted : (n,) of bool, bodies that may be rattlers (walls may not); all if None.
+    They have fewer than `least` contacts once the other rattlers are taken away.
+
+    Parameters
+    ----------
+    n : int
+        Number of bodies.
+    body_a : array_like (m,)
+        Row of the first body of each contact.
+    body_b : array_like (m,)
+        Row of the second body of each contact.
+    least : int, default 2
+        Contacts that a body needs to carry something.
+    counted : array_like (n,) of bool, optional
+        Bodies that may be rattlers (walls may not); all if None.
+
+    Returns
+    -------
+    ndarray (n,) of bool
+        True for rattlers.
     """
     counted = np.ones(n, bool) if counted is None else np.asarray(counted, bool)
     loose = np.zeros(n, bool)
@@ -35,11 +68,27 @@ def rattlers(n, body_a, body_b, least=2, counted=None):
 
 
 def coordination_number(n, body_a, body_b, without_rattlers=False, least=2, counted=None):
-    """Mean number of contacts of a body: 2 Nc / N, a contact with a wall counted once. NaN if no body counts.
+    """Gives the mean number of contacts of a body: 2 Nc / N, a contact with a wall counted once.
 
-    body_a, body_b : (m,) rows of the bodies of each contact that counts (the loaded ones, say).
-    counted : (n,) of bool, bodies over which the mean is taken (not walls); all if None.
-    without_rattlers : leave out bodies with fewer than `least` contacts, again until none is left.
+    Parameters
+    ----------
+    n : int
+        Number of bodies.
+    body_a : array_like (m,)
+        Row of the first body of each contact that counts (the loaded ones, say).
+    body_b : array_like (m,)
+        Row of the second body of each contact that counts.
+    without_rattlers : bool, default False
+        Leaves out bodies with fewer than `least` contacts, again until none is left.
+    least : int, default 2
+        Contacts that a body needs to be none of them.
+    counted : array_like (n,) of bool, optional
+        Bodies over which the mean is taken (not walls); all if None.
+
+    Returns
+    -------
+    float
+        The mean [-]; NaN if no body counts.
     """
     counted = np.ones(n, bool) if counted is None else np.asarray(counted, bool)
     body_a, body_b = np.asarray(body_a, dtype=np.int64), np.asarray(body_b, dtype=np.int64)
@@ -53,10 +102,38 @@ def coordination_number(n, body_a, body_b, without_rattlers=False, least=2, coun
 
 
 def solid_fraction(centers, radii, low=None, high=None, polygon=None):
-    """Share of a region that disks (2D) or spheres (3D) fill, those cut by its border in part.
+    """Gives the share of a region that disks (2D) or spheres (3D) fill, those cut by its border in part.
 
-    centers (n, dim), radii (n,) [m]; the region is the box from low to high (dim,) [m], or in 2D a polygon (k, 2) [m].
     Where bodies overlap each other, the overlap counts twice.
+
+    Parameters
+    ----------
+    centers : array_like (n, dim)
+        Centres [m].
+    radii : array_like (n,)
+        Radii [m].
+    low : array_like (dim,), optional
+        Lowest corner of the box that is the region [m].
+    high : array_like (dim,), optional
+        Highest corner of the box [m].
+    polygon : array_like (k, 2), optional
+        Corners of a region in 2D [m], in the place of a box.
+
+    Returns
+    -------
+    float
+        The share [-].
+
+    Raises
+    ------
+    ValueError
+        If there is no region, or the box is empty.
+
+    Examples
+    --------
+    >>> from cairn.post import measures
+    >>> round(measures.solid_fraction([[0.5, 0.5]], [0.5], low=(0, 0), high=(1, 1)), 6)
+    0.785398
     """
     centers, radii = np.asarray(centers, dtype=float), np.asarray(radii, dtype=float)
     if polygon is not None:
@@ -73,7 +150,24 @@ def solid_fraction(centers, radii, low=None, high=None, polygon=None):
 
 
 def fabric_tensor(normals, weights=None):
-    """Fabric tensor <n n>, shape (dim, dim), of trace 1 (Satake 1982). normals (m, dim); weights (m,) or None."""
+    """Gives the fabric tensor <n n>, of trace 1.
+
+    Parameters
+    ----------
+    normals : array_like (m, dim)
+        Unit normals of contacts.
+    weights : array_like (m,), optional
+        Weight of each contact; 1 when not given.
+
+    Returns
+    -------
+    ndarray (dim, dim)
+        The tensor [-]; NaN without contacts.
+
+    Notes
+    -----
+    Source: Satake (1982).
+    """
     normals = checks.real_array("normals", normals, (None, None))
     if len(normals) == 0:
         return np.full((normals.shape[1],) * 2, np.nan)
@@ -82,9 +176,31 @@ def fabric_tensor(normals, weights=None):
 
 
 def body_moments(n, body_a, body_b, forces, arm_a, arm_b):
-    """Internal moment of each body, sum over its contacts of force x arm [N m], shape (n, dim, dim) (Moreau 1997).
+    """Gives the internal moment of each body, the sum over its contacts of force x arm.
 
-    forces (m, dim) [N] on A; arm_a, arm_b (m, dim) [m] from the centres to the contact point.
+    Parameters
+    ----------
+    n : int
+        Number of bodies.
+    body_a : ndarray (m,)
+        Row of the first body of each contact.
+    body_b : ndarray (m,)
+        Row of the second body of each contact.
+    forces : ndarray (m, dim)
+        Forces on the first body [N].
+    arm_a : ndarray (m, dim)
+        From the centre of the first body to the contact point [m].
+    arm_b : ndarray (m, dim)
+        From the centre of the second body to the contact point [m].
+
+    Returns
+    -------
+    ndarray (n, dim, dim)
+        Moments [N m].
+
+    Notes
+    -----
+    Source: Moreau (1997).
     """
     dim = forces.shape[1]
     result = np.zeros((n, dim, dim))
@@ -97,17 +213,45 @@ def body_moments(n, body_a, body_b, forces, arm_a, arm_b):
 
 
 def stress_tensor(forces, branches, volume):
-    """Mean stress -1/V sum f l of a packing, tension positive [Pa], shape (dim, dim) (Love 1927, Weber 1966).
+    """Gives the mean stress -1/V sum f l of a packing, tension positive.
 
-    forces (m, dim) [N] on A; branches (m, dim) [m] from the centre of B to that of A, or for a contact with a wall from the
-    contact point to the centre of A; volume [m3], in 2D area times depth.
+    Parameters
+    ----------
+    forces : array_like (m, dim)
+        Forces on the first body of each contact [N].
+    branches : array_like (m, dim)
+        From the centre of the second body to that of the first, or for a contact with a wall from the contact point to the
+        centre of the first [m].
+    volume : float
+        Volume [m3], in 2D area times depth.
+
+    Returns
+    -------
+    ndarray (dim, dim)
+        Stress [Pa].
+
+    Notes
+    -----
+    Sources: Love (1927), Weber (1966).
     """
     return -np.einsum("ki,kj->ij", np.asarray(forces, dtype=float), np.asarray(branches, dtype=float)) / volume
 
 
 def pressure_and_deviator(stress):
-    """Mean pressure p (positive in compression) and deviator q: in 2D half the difference of the principal stresses, in 3D
-    von Mises' sqrt(3/2 s:s) [Pa]."""
+    """Gives mean pressure and deviator of a stress.
+
+    Parameters
+    ----------
+    stress : ndarray (..., dim, dim)
+        Stress, tension positive [Pa].
+
+    Returns
+    -------
+    p : float or ndarray (...)
+        Mean pressure, positive in compression [Pa].
+    q : float or ndarray (...)
+        In 2D half the difference of the principal stresses, in 3D von Mises' sqrt(3/2 s:s) [Pa].
+    """
     stress = 0.5 * (stress + np.swapaxes(stress, -1, -2))
     dim = stress.shape[-1]
     p = -np.trace(stress, axis1=-2, axis2=-1) / dim
@@ -116,10 +260,27 @@ def pressure_and_deviator(stress):
 
 
 def force_distribution(forces, bins=50, largest=6.0):
-    """Probability density of forces over their mean, loaded contacts only (Radjai et al. 1996).
+    """Gives the probability density of forces over their mean, of loaded contacts only.
 
-    forces (m,) [N], normal forces say. Returns (centres of the bins, density), each (bins,); forces beyond `largest` times
-    the mean count for the norm and are not shown.
+    Parameters
+    ----------
+    forces : array_like (m,)
+        Forces [N], normal forces say; those that are not positive do not count.
+    bins : int, default 50
+        Number of bins.
+    largest : float, default 6
+        End of the last bin, over the mean; forces beyond it count for the norm and are not shown.
+
+    Returns
+    -------
+    centres : ndarray (bins,)
+        Centres of the bins [-].
+    density : ndarray (bins,)
+        Density in each bin [-].
+
+    Notes
+    -----
+    Source: Radjai et al. (1996).
     """
     forces = np.asarray(forces, dtype=float)
     forces = forces[forces > 0]
@@ -131,20 +292,43 @@ def force_distribution(forces, bins=50, largest=6.0):
 
 
 def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=None):
-    """All measures of one output: a dict.
+    """Gives all measures of one output.
 
-    Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks and spheres that count and
-    the centres of the others; along axes that repeat, all of the periodic cell. There a region is no longer than the cell, and
-    bodies count by their images. dt : step [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene
-    [m].
+    Parameters
+    ----------
+    step : Step
+        The output, run[i].
+    low : array_like (dim,), optional
+        Lowest corner of a box that is the region [m]. Without box and polygon the region is the box around all disks and spheres
+        that count and the centres of the others; along axes that repeat, all of the periodic cell. There a region is no longer
+        than the cell, and bodies count by their images.
+    high : array_like (dim,), optional
+        Highest corner of the box [m].
+    polygon : array_like (k, 2), optional
+        Corners of a region in 2D [m].
+    dt : float, optional
+        Step that turns impulses into forces [s]; the run's own if None.
+    depth : float, default 1
+        Thickness of a 2D scene [m].
+    bodies : array_like (k,), optional
+        Ids of the bodies that count. None: disks and spheres, and all bodies of other shapes that have a mass, such as polygons,
+        polyhedra, capsules, cylinders, superquadrics. Walls do not count, nor deformable bodies, whose nodes have no size. A body
+        that is held and has a mass does: give `bodies` without it.
 
-    bodies : ids of those that count, (k,); None: disks and spheres, and all bodies of other shapes that have a mass, such as
-    polygons, polyhedra, capsules, cylinders, superquadrics. Walls do not count, nor deformable bodies, whose nodes have no size.
-    A body that is held and has a mass does: give `bodies` without it.
+    Returns
+    -------
+    dict
+        Measures of the bodies that count and have their centre in the region: coordination, coordination_without_rattlers,
+        rattlers (their share), stress (dim, dim) [Pa], pressure, deviator [Pa]; and of their loaded contacts: contacts (how
+        many), fabric (dim, dim). solid_fraction is that of the region by all disks and spheres that count; NaN, not known, where
+        bodies of other shapes do.
 
-    Of those that count and have their centre in the region: coordination, coordination_without_rattlers, rattlers (their share),
-    stress (dim, dim) [Pa], pressure, deviator [Pa], and of their loaded contacts: contacts (how many), fabric (dim, dim).
-    solid_fraction of the region by all disks and spheres that count; NaN, not known, where bodies of other shapes do.
+    Raises
+    ------
+    ValueError
+        If a corner is wrong or the region is longer than the periodic cell.
+    FileError
+        If positions are no numbers.
     """
     from .drawing import step_size
 

@@ -30,12 +30,37 @@ class Run(StoredRun):
     """A run on disk: `len(run)` outputs, `run[i]`, `run.at(time)`, `run.times`, `run.history`, pictures.
 
     Arrays are read when they are asked for. `run.refresh()` shows what a simulation still running has added.
+
+    Parameters
+    ----------
+    path : path-like
+        Name of the .vtkhdf file.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, it is truncated, not a run of Cairn or of a later format.
     """
 
     def contact_network(self, i=-1, loaded=True):
-        """Edges of the contact network of output i: ids of both bodies, shape (m, 2).
+        """Gives the edges of the contact network of an output.
 
-        loaded : only contacts that carry an impulse.
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        loaded : bool, default True
+            Takes only contacts that carry an impulse.
+
+        Returns
+        -------
+        ndarray (m, 2)
+            Ids of both bodies.
+
+        Raises
+        ------
+        FileError
+            If the file is damaged.
         """
         step = self[i]
         contacts = step.contacts
@@ -44,7 +69,25 @@ class Run(StoredRun):
             return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
 
     def measure(self, i=-1, **options):
-        """Coordination, solid fraction, fabric, stress ... of output i: a dict. See `measures.measure`."""
+        """Measures coordination, solid fraction, fabric, stress and others of an output.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        **options : optional
+            Options of cairn.post.measures.measure.
+
+        Returns
+        -------
+        dict
+            The measures by name.
+
+        Raises
+        ------
+        FileError
+            If the file is damaged.
+        """
         from .measures import measure
 
         step = self[i]
@@ -52,43 +95,134 @@ class Run(StoredRun):
             return measure(step, **options)
 
     def plot(self, i=-1, what="velocity", **options):
-        """Draw output i coloured by a field of the bodies; returns a matplotlib Axes. See `plots.plot_step`."""
+        """Draws an output, coloured by a field of the bodies.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        what : str or array_like (n,), default "velocity"
+            Name of the field, or values of the bodies.
+        **options : optional
+            Options of cairn.post.plots.plot_step.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
         from .plots import plot_step
 
         return plot_step(self[i], what, **options)
 
     def plot_bonds(self, i=-1, **options):
-        """Draw the pairs that laws hold in output i, and those that broke. See `frame_plots.plot_bonds`."""
+        """Draws the pairs that laws hold in an output, and those that broke.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        **options : optional
+            Options of cairn.post.frame_plots.plot_bonds.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
         from .frame_plots import plot_bonds
 
         return plot_bonds(self[i], **options)
 
     def plot_force_chains(self, i=-1, **options):
-        """Draw the normal impulses of output i as lines. See `plots.plot_force_chains`."""
+        """Draws the normal impulses of an output as lines.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        **options : optional
+            Options of cairn.post.plots.plot_force_chains.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
         from .plots import plot_force_chains
 
         return plot_force_chains(self[i], **options)
 
     def plot_energy(self, **options):
-        """Draw the energy terms over time. See `histories.plot_energy`."""
+        """Draws the energy terms over time.
+
+        Parameters
+        ----------
+        **options : optional
+            Options of cairn.post.histories.plot_energy.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
         from .histories import plot_energy
 
         return plot_energy(self.history, **options)
 
     def plot_residual(self, **options):
-        """Draw error and iterations of the solver over time. See `histories.plot_residual`."""
+        """Draws error and iterations of the solver over time.
+
+        Parameters
+        ----------
+        **options : optional
+            Options of cairn.post.histories.plot_residual.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+        """
         from .histories import plot_residual
 
         return plot_residual(self.history, **options)
 
     def plot_history(self, *names, **options):
-        """Draw columns of the history over time, without names the probes, energy and error. See `histories.plot_history`."""
+        """Draws columns of the history over time.
+
+        Parameters
+        ----------
+        *names : str
+            Names of columns; without any the probes, energy and error.
+        **options : optional
+            Options of cairn.post.histories.plot_history.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+            The axes of the panels.
+        """
         from .histories import plot_history
 
         return plot_history(self, *names, **options)
 
     def animate(self, path, what="velocity", **options):
-        """Write a .gif or .mp4 of all outputs. See `films.animate`."""
+        """Writes a .gif or .mp4 of all outputs.
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file.
+        what : str or array_like (n,), default "velocity"
+            Name of the field that colours the bodies.
+        **options : optional
+            Options of cairn.post.films.animate.
+
+        Returns
+        -------
+        path-like
+            Name of the file, as it was given.
+        """
         from .films import animate
 
         return animate(self, path, what, **options)

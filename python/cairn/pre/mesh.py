@@ -12,7 +12,6 @@ import sys
 from types import ModuleType
 
 from ..base.libraries import library
-from . import mesh_repair, mesh_sources
 from .closed_surfaces import (
     MeshError,
     MeshReport,
@@ -71,6 +70,8 @@ def read(source, model: str | None = None):
     that gmsh writes. Raises FileError for a file that is not there or holds no such mesh, ValueError for a model that is not
     there or has no cells.
     """
+    from . import mesh_sources
+
     return mesh_sources.read(source, model)
 
 
@@ -86,4 +87,6 @@ sys.modules[__name__].__class__ = _Called
 
 def repair(vertices, faces, name: str = "mesh"):
     """A surface mended by cairn.pre.mesh_repair: vertices, triangles, list of repairs. Raises MeshError for remaining faults."""
+    from . import mesh_repair
+
     return mesh_repair.repair(vertices, faces, name)

@@ -1,4 +1,4 @@
-"""What changes of bodies and joints between steps share: the energy balance, and joints of a body."""
+"""The energy balance, and the joints of a body, when bodies and joints change between steps."""
 
 from __future__ import annotations
 

@@ -25,14 +25,36 @@ from .simulation import Simulation
 def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=None, report=None):
     """Finds impulses of static equilibrium, from which the next step starts; positions do not change.
 
-    simulation: bodies of any shape at rest under gravity or forces, some of their dofs held or driven, with Coulomb's law or
-    another cone without a spring at all contacts. Raises ValueError for other laws, without contacts, and if nothing can move.
-    tol: on the true error; unbalanced: largest velocity of a body after a step over that without contacts. Both must hold,
-    within `rounds` rounds. stiffness: penalty c over the effective mass of a contact [-] (None: 1e8, with deformable bodies 1e6);
-    it is lowered if Newton's method fails. report: called with a dict after each round. Returns the last such dict: round, newton
-    and cg (total iterations), error, unbalanced, converged. A structure without equilibrium does not converge; the next step then
-    starts from the last impulses. With deformable bodies the deformed equilibrium shape is found too: bodies are moved to it and
-    velocities set to zero; without convergence nothing is changed.
+    With deformable bodies the deformed equilibrium shape is found too: bodies are moved to it and velocities set to zero; without
+    convergence nothing is changed.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        Bodies of any shape at rest under gravity or forces, some of their dofs held or driven, with Coulomb's law or another cone
+        without a spring at all contacts.
+    tol : float, default 1e-6
+        Largest true error [-].
+    unbalanced : float, default 1e-4
+        Largest velocity of a body after a step over that without contacts [-]; both must hold, within `rounds` rounds.
+    rounds : int, default 30
+        Most rounds.
+    stiffness : float, optional
+        Penalty c over the effective mass of a contact [-]; None: 1e8, with deformable bodies 1e6. It is lowered if Newton's
+        method fails.
+    report : callable, optional
+        Function that is called with a dict after each round.
+
+    Returns
+    -------
+    dict
+        The last such dict: round, newton and cg (total iterations), error, unbalanced, converged. A structure without equilibrium
+        does not converge; the next step then starts from the last impulses.
+
+    Raises
+    ------
+    ValueError
+        If another law rules contacts, there are none, or nothing can move.
     """
     if not isinstance(simulation, Simulation):
         raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")

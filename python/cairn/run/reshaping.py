@@ -9,13 +9,31 @@ class Reshaping:
     """Methods of Simulation that reshape, join and merge bodies."""
 
     def deform(self, id, body, *, material=None, **options):
-        """Makes a rigid body deformable between steps; returns the view of its mesh.
+        """Makes a rigid body deformable between steps.
 
-        id: of the rigid body; body: an ElasticBody or SolidBody of its shape, in its initial position, which gets its place,
-        mass, momentum and angular momentum. material: of its contacts, that of the rigid body by default. options: as for
-        cairn.deformable; contact and edges or faces are the whole surface by default. The memory of contacts passes to the
-        nearest new contacts; lost kinetic energy is in info["energy"]["dissipated_reshaping"]. Raises ValueError for a body held
-        by a bond or cohesive zone.
+        The memory of contacts passes to the nearest new contacts; lost kinetic energy is in
+        info["energy"]["dissipated_reshaping"].
+
+        Parameters
+        ----------
+        id : int
+            Id of the rigid body.
+        body : ElasticBody or SolidBody
+            A mesh of its shape, in its initial position, which gets its place, mass, momentum and angular momentum.
+        material : Material, optional
+            Material of its contacts; that of the rigid body by default.
+        **options : optional
+            Options of cairn.deformable; contact and edges or faces are the whole surface by default.
+
+        Returns
+        -------
+        MeshView
+            View of the mesh.
+
+        Raises
+        ------
+        ValueError
+            If the body is held by a bond, a cohesive zone or a joint, or the mesh does not fit.
         """
         from .reshape import deform
 
@@ -23,12 +41,26 @@ class Reshaping:
         return deform(self, id, body, material=material, **options)
 
     def rigidify(self, mesh, shape=None):
-        """Makes a mesh rigid between steps, with its momentum and angular momentum; returns the id of the body, which is that of
-        the former rigid body if there was one.
+        """Makes a mesh rigid between steps, with its momentum and angular momentum.
 
-        mesh: a view of `meshes`, or its number there. shape: a set with a single body in the position of the mesh, needed if it
-        was no rigid body before, or for another shape. Stored energy and kinetic energy of deformation are in
-        info["energy"]["dissipated_reshaping"]. Raises ValueError for a mesh held by a bond or cohesive zone.
+        Stored energy and kinetic energy of deformation are in info["energy"]["dissipated_reshaping"].
+
+        Parameters
+        ----------
+        mesh : MeshView or int
+            A view of `meshes`, or its number there.
+        shape : BodySet, optional
+            A set with a single body in the position of the mesh, needed if it was no rigid body before, or for another shape.
+
+        Returns
+        -------
+        int
+            Id of the body, which is that of the former rigid body if there was one.
+
+        Raises
+        ------
+        ValueError
+            If the mesh is held by a bond or cohesive zone, or a shape is missing.
         """
         from .reshape import rigidify
 
@@ -36,9 +68,29 @@ class Reshaping:
         return rigidify(self, mesh, shape)
 
     def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
-        """Makes rigid bodies deformable (`deform`) after each later step in which a contact force on them exceeds `force` [N], or
-        a principal value of their mean stress exceeds `stress` [Pa]; and rigid again once all their contact forces are below
-        `back` [N]. body: for all of them, or {id: body}; options: as for `deform`.
+        """Makes rigid bodies deformable after each later step in which they are loaded beyond a threshold.
+
+        See `deform`.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Ids of the bodies.
+        body : ElasticBody, SolidBody or dict
+            Mesh for all of them, or {id: body}.
+        force : float, optional
+            Threshold of a contact force on the body [N].
+        stress : float, optional
+            Threshold of a principal value of the mean stress of the body [Pa].
+        back : float, optional
+            The body is made rigid again once all its contact forces are below this one [N].
+        **options : optional
+            Options of `deform`.
+
+        Raises
+        ------
+        ValueError
+            If neither force nor stress is given, or a threshold is not positive.
         """
         from .reshape import Watch
 
@@ -46,8 +98,28 @@ class Reshaping:
         self._watches.append(Watch(checks.body_ids(ids), body, force, stress, back, options))
 
     def join(self, a, b, joint):
-        """Joins two rigid bodies in their current positions between steps, or a body and the world (b None). a, b: ids; joint: as
-        for Scene.join. Returns the name of the joint. Velocities that violate it cause an impact in the next step.
+        """Joins two rigid bodies in their current positions between steps, or a body and the world.
+
+        Velocities that violate the joint cause an impact in the next step.
+
+        Parameters
+        ----------
+        a : int
+            Id of a body.
+        b : int or None
+            Id of the other one; None: the world.
+        joint : JointKind
+            As for Scene.join.
+
+        Returns
+        -------
+        str
+            Name of the joint.
+
+        Raises
+        ------
+        ValueError
+            If there is no such rigid body, or the joint is none.
         """
         from .joining import join
 
@@ -55,8 +127,19 @@ class Reshaping:
         return join(self, a, b, joint)
 
     def unjoin(self, name):
-        """Removes a joint between steps. name: as returned by join. Energy stored in its spring is in
-        info["energy"]["dissipated_reshaping"].
+        """Removes a joint between steps.
+
+        Energy stored in its spring is in info["energy"]["dissipated_reshaping"].
+
+        Parameters
+        ----------
+        name : str
+            Name, as returned by join.
+
+        Raises
+        ------
+        ValueError
+            If there is no such joint.
         """
         from .joining import unjoin
 
@@ -64,12 +147,26 @@ class Reshaping:
         unjoin(self, name)
 
     def merge(self, ids):
-        """Merges rigid grains (disks, spheres, clumps, in the same group) to a single body between steps; returns its id, the
-        lowest of theirs.
+        """Merges rigid grains to a single body between steps.
 
         Mass, momentum, angular momentum and the memory of contacts with other bodies are kept. The kinetic energy of relative
-        motion and the energy stored in contacts between the grains are in info["energy"]["dissipated_reshaping"], after the first
-        step. In a periodic cell neighbouring images of the grains are merged, with the velocities of these images.
+        motion and the energy stored in contacts between the grains are in info["energy"]["dissipated_reshaping"], after the
+        first step. In a periodic cell neighbouring images of the grains are merged, with the velocities of these images.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Ids of disks, spheres or clumps in the same group.
+
+        Returns
+        -------
+        int
+            Id of the body, the lowest of theirs.
+
+        Raises
+        ------
+        ValueError
+            If a body is none of these.
         """
         from .merging import merge
 

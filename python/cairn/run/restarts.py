@@ -15,7 +15,18 @@ class Restarts:
     """Methods of Simulation for checkpoints and states."""
 
     def checkpoint(self, path):
-        """Writes the full state to a file, which is replaced atomically; `restore` continues from it with the same bits."""
+        """Writes the full state to a file, which is replaced atomically; `restore` continues from it with the same bits.
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
         from ..files.checkpoint import save
 
         self.between_steps("checkpoint")
@@ -39,12 +50,29 @@ class Restarts:
         )
 
     def get_state(self):
-        """Full state besides laws and functions of time, as nested dicts of arrays: a checkpoint in memory."""
+        """Gives the full state besides laws and functions of time: a checkpoint in memory.
+
+        Returns
+        -------
+        dict
+            Nested dicts of arrays, for `set_state`.
+        """
         self.between_steps("get_state")
         return cracks.in_state(self._sets, self._core.get_state())
 
     def set_state(self, state):
-        """Restores a state of get_state, to the same bits. Raises ValueError if bodies were added or removed since."""
+        """Restores a state of get_state, to the same bits.
+
+        Parameters
+        ----------
+        state : dict
+            As get_state gave it.
+
+        Raises
+        ------
+        ValueError
+            If it is none, or bodies were added or removed since.
+        """
         self.between_steps("set_state")
         if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
             raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
@@ -70,7 +98,17 @@ class Restarts:
         """Restores a checkpoint of the same scene, to the same bits.
 
         Bodies added since the start are read from the file, with their drives and forces; if these are Python functions, add the
-        same sets first. Raises FileError when the file is no checkpoint of this scene.
+        same sets first.
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file.
+
+        Raises
+        ------
+        FileError
+            If the file is no checkpoint of this scene.
         """
         self.between_steps("restore")
         restored.restore(self, path)

@@ -24,11 +24,34 @@ from .step_warnings import StepWarnings
 class Simulation(Reshaping, Restarts, Spelt):
     """Simulation of a scene: `step` and `run` advance it, `stages` are the parts of a step.
 
-    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: "warn",
-    "error" or "ignore" if bodies initially overlap by more than overlap_share of the smaller radius, or of half the least width
-    of shapes that are not round.
+    Parameters
+    ----------
+    scene : Scene
+        Bodies and laws.
+    dt : float
+        Step [s]; it may be changed between steps.
+    strategy : Strategy, optional
+        NSCD(...), SmoothDEM(...) and others; NSCD() when not given.
+    overlap : {"warn", "error", "ignore"}
+        Reaction to bodies that overlap at the start by more than overlap_share.
+    overlap_share : float, default 0.02
+        Share of the smaller radius, or of half the least width of shapes that are not round [-].
 
-    Raises ValueError (or cairn.Error, a ValueError too) naming field, index, value and remedy.
+    Raises
+    ------
+    ValueError
+        If a value is wrong (cairn.Error, a ValueError too, if the core tells it); the message names field, index, value and
+        remedy.
+
+    Examples
+    --------
+    >>> rock = cn.Material("rock", density=2800.0)
+    >>> scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    >>> _ = scene.add(cn.disks([[0.0, 0.5]], 0.5, rock), cn.wall((0.0, 0.0), (0.0, 1.0), rock))
+    >>> scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+    >>> sim = cn.Simulation(scene, dt=1e-3)
+    >>> sim.run(steps=10, progress=False)
+    10
     """
 
     def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
@@ -112,8 +135,11 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def info(self):
-        """Report of the last step: status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of
-        Newton's iterations, ...; and largest_penetration, the deepest overlap so far over the size of the smaller body [-]."""
+        """Report of the last step.
+
+        It holds status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of Newton's
+        iterations and others; and largest_penetration, the deepest overlap so far over the size of the smaller body [-].
+        """
         told = {**self._info, "largest_penetration": self._deepest} if self._info else self._info
         return Info({**told, "energy": self.energy, **self._core.seconds()}, self.steps)
 
@@ -123,7 +149,18 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self._info
 
     def add_to_report(self, **more):
-        """Adds entries to the report of the last step; returns the report."""
+        """Adds entries to the report of the last step.
+
+        Parameters
+        ----------
+        **more : float, int or str
+            Entries by name.
+
+        Returns
+        -------
+        dict
+            The report.
+        """
         self._info = {**self._info, **more}
         return self._info
 
@@ -191,7 +228,13 @@ class Simulation(Reshaping, Restarts, Spelt):
         return list(self._core.stages())
 
     def radii(self):
-        """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
+        """Gives the radius of each body about its centre of mass.
+
+        Returns
+        -------
+        ndarray (n,)
+            Radii [m]: 0 for walls.
+        """
         if self._radii is None or "stretch" in self.bodies.names:
             ids, contactors = self.bodies.id, self.contactors
             reach, offset = contactors.radius.copy(), contactors.offset
@@ -212,8 +255,26 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ stepping
 
     def step(self, dt=None):
-        """Makes a step; returns its report (see info). dt: its length [s], None for self.dt. If it fails it raises and leaves the
-        state unchanged."""
+        """Makes a step.
+
+        If it fails it raises and leaves the state unchanged.
+
+        Parameters
+        ----------
+        dt : float, optional
+            Its length [s]; `dt` of the simulation when not given.
+
+        Returns
+        -------
+        dict
+            Its report, see `info`.
+
+        Raises
+        ------
+        ValueError
+            If bodies meet for which there is no law, a function of time gives no finite number, or a step is being made by
+            stages.
+        """
         self.between_steps("step")
         if self._shadows:
             from . import shadow
@@ -225,7 +286,18 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self.stepped(report, h)
 
     def ready(self, dt=None):
-        """Prepares a step of dt [s]: gravity, loads and driven velocities at its time; returns its length [s]. See stages."""
+        """Prepares a step: gravity, loads and driven velocities at its time. See stages.
+
+        Parameters
+        ----------
+        dt : float, optional
+            Its length [s]; `dt` of the simulation when not given.
+
+        Returns
+        -------
+        float
+            Its length [s].
+        """
         h = self._dt if dt is None else checks.positive("dt", dt)
         with self._stage.of_loads():
             self._follow_scene()
@@ -234,7 +306,20 @@ class Simulation(Reshaping, Restarts, Spelt):
         return h
 
     def stepped(self, report, h):
-        """Ends a step of h [s]: stores and returns its report, gives warnings, opens cracks, reshapes bodies. See stages."""
+        """Ends a step: stores its report, gives warnings, opens cracks, reshapes bodies. See stages.
+
+        Parameters
+        ----------
+        report : dict
+            Report of the core.
+        h : float
+            Length of the step [s].
+
+        Returns
+        -------
+        dict
+            The report.
+        """
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
@@ -245,16 +330,30 @@ class Simulation(Reshaping, Restarts, Spelt):
         return report
 
     def time_error(self, dt=None):
-        """Time error of the coming step, estimated by step doubling: a step of dt against two of dt / 2 from the same state.
+        """Estimates the time error of the coming step by step doubling.
 
-        Returns {"velocity": |v - v*|_M / max(|v*|_M, |v_0|_M, |h g|_M), "position": |q - q*|_M / max(|q* - q_0|_M, h |h g|_M),
-        "order"}. _0 is the state before the step, * that after both halves, M holds masses and inertia; differences are divided
-        by 1 - 2**-order (Richardson extrapolation). order is that of the integrator in smooth motion, and 1 if a contact force
-        begins, ends or changes by half: across impacts a step is of first order, with an error of positions of a share of h v,
-        and velocities may differ by their whole jump. For CentralDifference and BetaScheme, whose velocities are staggered,
+        A step of dt is compared with two of dt / 2 from the same state. The state of the simulation does not change; contacts are
+        available again after the next step, as after set_state.
+
+        Parameters
+        ----------
+        dt : float, optional
+            Length of the step [s]; `dt` of the simulation when not given.
+
+        Returns
+        -------
+        dict
+            Entries "velocity", |v - v*|_M / max(|v*|_M, |v_0|_M, |h g|_M); "position", |q - q*|_M / max(|q* - q_0|_M, h |h
+            g|_M); and "order".
+
+        Notes
+        -----
+        _0 is the state before the step, * that after both halves, M holds masses and inertia; differences are divided by 1 -
+        2**-order (Richardson extrapolation). order is that of the integrator in smooth motion, and 1 if a contact force begins,
+        ends or changes by half: across impacts a step is of first order, with an error of positions of a share of h v, and
+        velocities may differ by their whole jump. For CentralDifference and BetaScheme, whose velocities are staggered,
         "velocity" is the error of the mean velocity over the step. It is the error of a single step, and errors accumulate in a
-        run; it contains that of the contact solver, see NSCD(accuracy=), so tol should be well below it. The state of the
-        simulation does not change; contacts are available again after the next step, as after set_state.
+        run; it contains that of the contact solver, see NSCD(accuracy=), so tol should be well below it.
         """
         from .time_error import time_error
 
@@ -262,7 +361,18 @@ class Simulation(Reshaping, Restarts, Spelt):
         return time_error(self, dt)
 
     def between_steps(self, what):
-        """Raises ValueError if a step is in progress, in the core or stage by stage. what: name of the refused operation."""
+        """Refuses an operation if a step is in progress, in the core or stage by stage.
+
+        Parameters
+        ----------
+        what : str
+            Name of the operation.
+
+        Raises
+        ------
+        ValueError
+            If a step is in progress.
+        """
         self._stage.at_rest(what)
         if self._stage.due is not None:
             text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
@@ -284,16 +394,49 @@ class Simulation(Reshaping, Restarts, Spelt):
         append=False,
         time_error_every=None,
     ):
-        """Makes steps until a number of steps is taken, time `until` [s] is reached, or the condition `while_(sim)` is false.
+        """Makes steps until a number of steps is taken, a time is reached, or a condition is false.
 
-        output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
-        the output. callback(sim): called after each step; returning False ends the run. probes: {name: function(sim) -> number},
-        recorded in the history each step. overwrite: replace an existing file. append: continue an existing file; after restore
-        its later outputs are dropped and made again. Raises FileError if the file is of another scene, or has later steps without
-        a restore. cairn.load can also read several files as one.
-        time_error_every: steps between estimates of the time error (`time_error`), in the history and in info["time_error"]; the
-        history has NaN in other steps, and if the halves fail. Each estimate costs two steps of dt / 2.
-        Ctrl-C and SIGTERM end the run after the current step and close the file. Returns the number of steps taken.
+        Ctrl-C and SIGTERM end the run after the current step and close the file. cairn.load can read several files as one.
+
+        Parameters
+        ----------
+        steps : int, optional
+            Number of steps.
+        until : float, optional
+            Time to be reached [s].
+        while_ : callable, optional
+            Function of the simulation, which is true as long as the run goes on.
+        output : path-like, optional
+            Path of the .vtkhdf file.
+        every : int, default 1
+            Steps between outputs.
+        checkpoint_every : int, optional
+            Steps between checkpoints, beside the output.
+        callback : callable, optional
+            Function of the simulation that is called after each step; returning False ends the run.
+        probes : dict, optional
+            {name: function of the simulation that gives a number}, recorded in the history each step.
+        progress : bool, default True
+            Shows a bar.
+        overwrite : bool, default False
+            Replaces an existing file.
+        append : bool, default False
+            Continues an existing file; after restore its later outputs are dropped and made again.
+        time_error_every : int, optional
+            Steps between estimates of the time error (`time_error`), in the history and in info["time_error"]; the history has
+            NaN in other steps, and if the halves fail. Each estimate costs two steps of dt / 2.
+
+        Returns
+        -------
+        int
+            Number of steps taken.
+
+        Raises
+        ------
+        ValueError
+            If no end is given, or a value is wrong.
+        FileError
+            If a file cannot be written, exists already, is of another scene, or has later steps without a restore.
         """
         from .loop import run
 
@@ -317,15 +460,39 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ comparisons
 
     def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None, of=None):
-        """Runs a second kernel beside a stage of each later step, on the same input; returns the Shadow with the differences.
+        """Runs a second kernel beside a stage of each later step, on the same input.
 
-        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration; for meshes stresses or
-        element_forces; contact_laws, for the law `of`: see docs/shadow.md. kernel: "reference", the plain loop; for
-        solve_contacts also the name of a solver of cairn.problems, for contact_laws a law; or a function of the stage's input,
-        a dict of arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`. It returns the
-        stage's output (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by their
-        velocities. tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem
-        file (FCLIB) for solve_contacts, else arrays (.npz). The simulation gives the same bits with and without shadows.
+        The first step beyond the tolerance is written into a folder: a problem file (FCLIB) for solve_contacts, else arrays
+        (.npz). The simulation gives the same bits with and without shadows.
+
+        Parameters
+        ----------
+        stage : str
+            Name of predict_configuration, compute_free_velocity, solve_contacts or update_configuration; for meshes stresses or
+            element_forces; contact_laws, for the law `of`: see docs/shadow.md.
+        kernel : str, Law or callable, default "reference"
+            The plain loop "reference"; for solve_contacts also the name of a solver of cairn.problems, for contact_laws a law;
+            or a function of the stage's input, a dict of arrays in internal order with h, theta, gravity [SI] and, for
+            solve_contacts, the `problem`. It returns the stage's output (n, components), for solve_contacts the impulses
+            (contacts, dim) [N s], which are compared by their velocities.
+        tol : float, default 1e-8
+            Largest difference over the largest value [-].
+        folder : path-like, default "."
+            Where the first step beyond it is written.
+        name : str, optional
+            Name of that file.
+        of : Law or type, optional
+            The law of a rule, or its class, whose kernel is compared.
+
+        Returns
+        -------
+        Shadow
+            The differences of the steps to come.
+
+        Raises
+        ------
+        ValueError
+            If the strategy has an integrator or is another than NSCD, or an argument is wrong.
         """
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
@@ -336,14 +503,26 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """Contact problem of the last step, a cairn.problems.Problem: bias, friction and W of contacts that can move, then limits
-        and motors of joints (see the page on joints), whose equality constraints are eliminated."""
+        """Gives the contact problem of the last step.
+
+        Returns
+        -------
+        cairn.problems.Problem
+            Bias, friction and W of contacts that can move, then limits and motors of joints (see the page on joints), whose
+            equality constraints are eliminated.
+        """
         from . import contact_problem as step
 
         return step.jointed_problem_of(self) or step.problem_of(self)["problem"]
 
     def dump_problem(self, path):
-        """Writes the contact problem of the last step as `cairn.problems.write` does: FCLIB's HDF5, or .dat for Siconos."""
+        """Writes the contact problem of the last step as `cairn.problems.write` does.
+
+        Parameters
+        ----------
+        path : path-like
+            Name of the file: FCLIB's HDF5, or .dat for Siconos.
+        """
         from .. import problems
 
         problems.write(path, self.problem())
@@ -351,7 +530,18 @@ class Simulation(Reshaping, Restarts, Spelt):
     # ------------------------------------------------------------------ changes between steps
 
     def plug(self, routine):
-        """Adds a body force or a free velocity from a library (cairn.plug) to later steps; forces add up. Not with SmoothDEM."""
+        """Adds a body force or a free velocity from a library to later steps; forces add up. Not with SmoothDEM.
+
+        Parameters
+        ----------
+        routine : Routine
+            As cairn.plug(library, force=...) or cairn.plug(library, velocity=...) makes it.
+
+        Raises
+        ------
+        ValueError
+            If it is no such routine.
+        """
         self._stage.at_rest("plug")
         from ..plugs.plug import Routine
 
@@ -361,7 +551,22 @@ class Simulation(Reshaping, Restarts, Spelt):
         call(routine._core, list(routine.params.values()))
 
     def interact(self, a, b, law):
-        """Sets the law between two materials or groups for later steps, as Scene.interact."""
+        """Sets the law between two materials or groups for later steps, as Scene.interact.
+
+        Parameters
+        ----------
+        a : Material or str
+            A material, its name, the name of a group, or "*" for all.
+        b : Material or str
+            The other side, likewise.
+        law : Law or None
+            The law; None: no contact.
+
+        Raises
+        ------
+        ValueError
+            If a side is no name of the scene or the law is none.
+        """
         self._stage.at_rest("interact")
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
@@ -392,7 +597,23 @@ class Simulation(Reshaping, Restarts, Spelt):
             self._rules_seen = len(self.scene.rules)
 
     def add(self, *sets):
-        """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
+        """Inserts sets of bodies between steps, all or none.
+
+        Parameters
+        ----------
+        *sets : BodySet or list of BodySet
+            The sets.
+
+        Returns
+        -------
+        ndarray (n,)
+            Ids of their bodies.
+
+        Raises
+        ------
+        ValueError
+            If a set is wrong; nothing is inserted then.
+        """
         from ..model.bodies import replace
 
         self.between_steps("add")
@@ -418,7 +639,18 @@ class Simulation(Reshaping, Restarts, Spelt):
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
     def remove(self, ids):
-        """Removes bodies by their ids between steps, all or none; a mesh by `meshes[k].all_ids`."""
+        """Removes bodies between steps, all or none.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Ids of bodies; a mesh goes by `meshes[k].all_ids`.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body, or one is named twice.
+        """
         self.between_steps("remove")
         ids = checks.body_ids(ids)
         self._core.remove_bodies(ids)
@@ -431,8 +663,21 @@ class Simulation(Reshaping, Restarts, Spelt):
     def drive(self, ids, dofs, velocity):
         """Imposes velocities on dofs of bodies in later steps.
 
-        ids: of the bodies; dofs: names; velocity: (3 | 6,) or (n, 3 | 6) over all dofs, a number if a single dof is named, or a
-        function of time. Other dofs keep their drive. No dofs, (), removes all drives and holds of the bodies.
+        Other dofs keep their drive. No dofs, (), removes all drives and holds of the bodies.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Ids of the bodies.
+        dofs : str or sequence of str
+            Names of the dofs.
+        velocity : float, array_like (3,), (6,), (n, 3) or (n, 6), or callable
+            Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body or dof, or a velocity is not finite.
         """
         self._stage.at_rest("drive")
         ids, dim = checks.body_ids(ids), self.scene.dim
@@ -457,7 +702,13 @@ class Simulation(Reshaping, Restarts, Spelt):
         return of_simulation(self)
 
     def explain(self):
-        """Text on stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step."""
+        """Tells stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step.
+
+        Returns
+        -------
+        str
+            The text.
+        """
         from .explain import explain
 
         return explain(self)

@@ -1,9 +1,15 @@
 """Modules loaded by `import cairn` and a scene of disks and spheres, and lazy imports."""
 
+import importlib
 import subprocess
 import sys
+from pathlib import Path
 
-LATER = ["build.meshes", "build.elastic", "build.mesh_faces", "build.surfaces", "run.contact_problem", "run.equilibrium",
+import cairn
+import pytest
+
+PACKAGE = Path(cairn.__file__).parent
+LATER = ["model.meshes", "model.elastic", "model.mesh_faces", "model.surfaces", "run.contact_problem", "run.equilibrium",
          "run.meshes", "run.shadow", "run.soe", "legacy", "problems", "study"]  # fmt: skip
 
 SCRIPT = """
@@ -19,6 +25,16 @@ sim.explain()
 print(*[m for m in sys.modules if m.startswith(("cairn", "scipy", "matplotlib"))])
 print(*[callable(getattr(cn, n)) for n in ("deformable", "LinearBody", "surface", "find_equilibrium")], cn.legacy.__name__)
 """
+
+
+def test_modules_that_come_later_are_there():
+    places = [PACKAGE / name.replace(".", "/") for name in LATER]
+    assert all(place.is_dir() or place.with_suffix(".py").is_file() for place in places)
+
+
+@pytest.mark.parametrize("former, now", [("pre.checks", "base.checks"), ("post.checkpoint", "files.checkpoint")])
+def test_modules_that_scripts_import_keep_their_former_name(former, now):
+    assert importlib.import_module(f"cairn.{former}") is importlib.import_module(f"cairn.{now}")
 
 
 def test_scenes_load_what_they_use():

@@ -30,7 +30,7 @@ def test_help_tells_them(law):
     text = getattr(cn, law).__doc__
     for name in getattr(cn, law).parameter_names:
         unit, meaning = told(law, name)
-        assert f"    {name}: {meaning} [{unit}], from " in text
+        assert f"{name} : float" in text and f"    {meaning[0].upper()}{meaning[1:]} [{unit}], from " in text
 
 
 def test_the_tables_of_the_documentation_tell_them():
