@@ -67,7 +67,7 @@ contains
         if (max(by_speed, by_forces) > 0 .and. s%gap(k) <= step*max(by_speed, by_forces)) motion(r) = ior(motion(r), meets)
       end do
       if (iand(motion(r), touches + meets) == 0) cycle
-      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2))) motion(r) = iand(motion(r), closes)
+      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2), slack)) motion(r) = iand(motion(r), closes)
     end do
   end subroutine cairn_seam_closing
 
@@ -196,7 +196,7 @@ contains
     real(c_double), intent(out) :: n(3)
     type(rim) :: r
     real(c_double) :: slack, height
-    integer :: j, found, likely, which(most_planes)
+    integer :: j, k, found, likely, which(most_planes)
     logical :: looked, of_surface
     n = 0
     verdict = 0
@@ -210,8 +210,11 @@ contains
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
       ! triangles of one surface leave contacts at their edges to each other where they are found
       if (of_surface .and. s%body(plane(j)%y + 1) == s%body(m%y + 1) .and. .not. plane(j)%mixed) cycle
-      height = dot_product(plane(j)%n, m%q(:, 1)) - plane(j)%height
-      if (abs(height) > slack + plane(j)%far) cycle
+      height = huge(height)
+      do k = 1, m%points
+        height = min(height, abs(dot_product(plane(j)%n, m%q(:, k)) - plane(j)%height))
+      end do
+      if (height > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
       if (.not. looked) then
         if (.not. is_on_rim(s, m, planes, plane, r)) return
@@ -244,10 +247,11 @@ contains
     end do
   end function is_pressed
 
-  !> True if contacts first to last span an area. A contact with a covered side spans a line at most.
-  pure logical function is_wide(s, first, last)
+  !> True if contacts first to last span an area above the square of slack [m]. A contact with a covered side spans a line at most.
+  pure logical function is_wide(s, first, last, slack)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: first, last
+    real(c_double), intent(in) :: slack
     real(c_double) :: d(3), e(3), w(3)
     integer(c_int64_t) :: k
     is_wide = .false.
@@ -258,7 +262,8 @@ contains
     do k = first + 2, last
       e(1:s%dim) = s%point(:, k) - s%point(:, first)
       w = [d(2)*e(3) - d(3)*e(2), d(3)*e(1) - d(1)*e(3), d(1)*e(2) - d(2)*e(1)]
-      is_wide = is_wide .or. dot_product(w, w) > wide**2*max(dot_product(d, d), dot_product(e, e))**2
+      is_wide = is_wide .or. dot_product(w, w) > &
+        max(wide*max(dot_product(d, d), dot_product(e, e)), slack**2)**2
     end do
   end function is_wide
 
@@ -285,7 +290,7 @@ contains
     has_rim = kind == hull .or. kind == bar .or. kind == cylinder .or. (kind == facet .and. s%body(y + 1) >= 0)
   end function has_rim
 
-  !> The verdict by a plane p of contact of X: it separates X from Y, and the points of the run lie on it.
+  !> The verdict by a plane p of contact of X: it separates X from Y, whose points lie on it or below.
   integer function under_plane(s, m, r, p, n) result(found)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m, p
@@ -297,7 +302,7 @@ contains
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y))
     if (.not. p%many) tolerance = min(tolerance, flush*size_of(s, p%y))
     do k = 1, m%points
-      if (abs(dot_product(p%n, m%q(:, k)) - p%height) > tolerance + p%sunk) return
+      if (dot_product(p%n, m%q(:, k)) - p%height > tolerance + p%sunk) return
     end do
     do k = 1, m%points
       if (.not. leans_out(s, m, r, k, p%n, tolerance + p%sunk)) return
