@@ -12,8 +12,8 @@ module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
   use convex_shape, only: convex, see_cylinder
-  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, on_y, &
-    open_scene, reach_of, scene, size_of
+  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, &
+    most_points, open_scene, reach_of, scene, size_of
   implicit none
   private
   public :: cairn_seam_contacts, cairn_seam_closing
@@ -27,13 +27,21 @@ module seams
   !> Bits of the motion of a run: these are the values of enum cairn_seam_motion of rows.h.
   integer(c_int8_t), parameter :: touches = 1, meets = 2, closes = 4, asked = 8
 
+  !> Sides of Y at the points of a run: see sides_at.
+  type :: rim
+    real(c_double) :: tolerance = 0 !< [m]
+    integer :: sides(most_points)
+    real(c_double) :: side(3, most_sides, most_points), above(most_sides, most_points) !< [-], [m]
+  end type rim
+
 contains
 
   !> Motion of the runs first to last - 1, by the velocities at the start of the step and by those at its end without contacts.
   !> A run of one line at most touches if its gap is flush, and meets if it closes within the step. A run closes if its bodies come
   !> nearer now, and presses on other contacts of theirs.
-  subroutine cairn_seam_closing(given, step, first, last, motion) bind(c)
+  subroutine cairn_seam_closing(given, alike, step, first, last, motion) bind(c)
     type(cairn_seams), intent(in) :: given
+    integer(c_int8_t), intent(in) :: alike(*) !< of each body: 1 if it moves as all others that have a 1
     real(c_double), value :: step !< [s]
     integer(c_int64_t), value :: first, last
     integer(c_int8_t), intent(inout) :: motion(0:*)
@@ -41,7 +49,7 @@ contains
     integer(c_int64_t) :: r, k
     integer(c_int32_t) :: a, b
     real(c_double) :: by_speed, by_forces, slack
-    logical :: apart
+    logical :: moves
     call open_scene(given, s)
     do r = first, last - 1
       motion(r) = 0
@@ -49,34 +57,19 @@ contains
       a = s%body(s%a(k) + 1) + 1
       b = s%body(s%b(k) + 1) + 1
       slack = flush*min(size_of(s, s%a(k)), size_of(s, s%b(k)))
-      apart = .not. move_as_one(s, a, b)
+      moves = a < 1 .or. b < 1
+      if (.not. moves) moves = alike(a) == 0 .or. alike(b) == 0
       do k = k, s%run(r + 2)
         if (abs(s%gap(k)) <= slack) motion(r) = ior(motion(r), touches)
-        if (.not. apart) cycle
+        if (.not. moves) cycle
         call approach(s, k, a, b, by_speed, by_forces)
         if (by_speed > 0) motion(r) = ior(motion(r), closes)
         if (max(by_speed, by_forces) > 0 .and. s%gap(k) <= step*max(by_speed, by_forces)) motion(r) = ior(motion(r), meets)
       end do
       if (iand(motion(r), touches + meets) == 0) cycle
-      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2))) motion(r) = iand(motion(r), closes)
+      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2), slack)) motion(r) = iand(motion(r), closes)
     end do
   end subroutine cairn_seam_closing
-
-  !> True if two bodies have the same velocity now and at the end of the step, and do not turn.
-  pure logical function move_as_one(s, a, b)
-    type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: a, b
-    integer :: i
-    move_as_one = .false.
-    if (a < 1 .or. b < 1) return
-    do i = 1, s%dim
-      if (abs(s%velocity(i, a) - s%velocity(i, b)) + abs(s%free(i, a) - s%free(i, b)) > 0) return
-    end do
-    do i = s%dim + 1, 3*s%dim - 3
-      if (abs(s%velocity(i, a)) + abs(s%velocity(i, b)) + abs(s%free(i, a)) + abs(s%free(i, b)) > 0) return
-    end do
-    move_as_one = .true.
-  end function move_as_one
 
   !> Speeds at which the bodies a and b of contact k come nearer along its normal [m/s], images of a cell included: now, and at the
   !> end of the step without contacts.
@@ -85,49 +78,47 @@ contains
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: a, b
     real(c_double), intent(out) :: now, later
-    real(c_double) :: lever(6)
-    integer :: i
     now = 0
     later = 0
-    if (b > 0) then
-      call wrench(s, k, b, merge(s%b(k) + 1, 0, s%periodic), lever)
-      do i = 1, 3*s%dim - 3
-        now = now + lever(i)*s%velocity(i, b)
-        later = later + lever(i)*s%free(i, b)
-      end do
-    end if
-    if (a < 1) return
-    call wrench(s, k, a, 0, lever)
-    do i = 1, 3*s%dim - 3
-      now = now - lever(i)*s%velocity(i, a)
-      later = later - lever(i)*s%free(i, a)
-    end do
+    if (b > 0) call add_speed(s, k, b, merge(s%b(k) + 1, 0, s%periodic), 1.0_c_double, now, later)
+    if (a > 0) call add_speed(s, k, a, 0, -1.0_c_double, now, later)
   end subroutine approach
 
-  !> The normal of contact k and its moment about body i, at the point of contact or at the centre of a contactor [-], [m].
-  pure subroutine wrench(s, k, i, contactor, lever)
+  !> Adds the speed along the normal of contact k of the point of body i at the contact, or at the centre of a contactor [m/s].
+  pure subroutine add_speed(s, k, i, contactor, sense, now, later)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: i, contactor
-    real(c_double), intent(out) :: lever(6)
-    real(c_double) :: x(3)
-    integer :: j
-    do j = 1, s%dim
-      lever(j) = s%normal(j, k)
-      if (contactor > 0) then
-        x(j) = s%centre(j, contactor) - s%position(j, i)
-      else
-        x(j) = s%point(j, k) - s%position(j, i)
-      end if
-    end do
-    if (s%dim == 2) then
-      lever(3) = x(1)*lever(2) - x(2)*lever(1)
+    real(c_double), intent(in) :: sense
+    real(c_double), intent(inout) :: now, later
+    real(c_double) :: n1, n2, n3, x1, x2, x3
+    n1 = sense*s%normal(1, k)
+    n2 = sense*s%normal(2, k)
+    if (contactor > 0) then
+      x1 = s%centre(1, contactor) - s%position(1, i)
+      x2 = s%centre(2, contactor) - s%position(2, i)
     else
-      lever(4) = x(2)*lever(3) - x(3)*lever(2)
-      lever(5) = x(3)*lever(1) - x(1)*lever(3)
-      lever(6) = x(1)*lever(2) - x(2)*lever(1)
+      x1 = s%point(1, k) - s%position(1, i)
+      x2 = s%point(2, k) - s%position(2, i)
     end if
-  end subroutine wrench
+    now = now + n1*s%velocity(1, i) + n2*s%velocity(2, i)
+    later = later + n1*s%free(1, i) + n2*s%free(2, i)
+    if (s%dim == 2) then
+      now = now + (x1*n2 - x2*n1)*s%velocity(3, i)
+      later = later + (x1*n2 - x2*n1)*s%free(3, i)
+      return
+    end if
+    n3 = sense*s%normal(3, k)
+    if (contactor > 0) then
+      x3 = s%centre(3, contactor) - s%position(3, i)
+    else
+      x3 = s%point(3, k) - s%position(3, i)
+    end if
+    now = now + n3*s%velocity(3, i) + (x2*n3 - x3*n2)*s%velocity(4, i) + (x3*n1 - x1*n3)*s%velocity(5, i) &
+      + (x1*n2 - x2*n1)*s%velocity(6, i)
+    later = later + n3*s%free(3, i) + (x2*n3 - x3*n2)*s%free(4, i) + (x3*n1 - x1*n3)*s%free(5, i) &
+      + (x1*n2 - x2*n1)*s%free(6, i)
+  end subroutine add_speed
 
   !> Verdicts on the runs of contactors first to last - 1: 1 replaces the normal of a run by `turned`.
   subroutine cairn_seam_contacts(given, first, last, start, entry, motion, verdict, turned) bind(c)
@@ -203,8 +194,9 @@ contains
     type(meeting), intent(in) :: plane(planes)
     integer(c_int8_t), intent(inout) :: verdict
     real(c_double), intent(out) :: n(3)
-    real(c_double) :: q(3), slack, height
-    integer :: j, found
+    type(rim) :: r
+    real(c_double) :: slack, height
+    integer :: j, k, found, likely, which(most_planes)
     logical :: looked, of_surface
     n = 0
     verdict = 0
@@ -212,21 +204,31 @@ contains
     if (.not. (iand(m%motion, meets) > 0 .or. is_pressed(m, planes, plane))) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
-    q = on_y(s, m, m%first)
     slack = m%far + flush*min(size_of(s, m%x), size_of(s, m%y))
+    likely = 0
     do j = 1, planes
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
       ! triangles of one surface leave contacts at their edges to each other where they are found
       if (of_surface .and. s%body(plane(j)%y + 1) == s%body(m%y + 1) .and. .not. plane(j)%mixed) cycle
-      height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
-      if (abs(height) > slack + plane(j)%far) cycle
+      height = huge(height)
+      do k = 1, m%points
+        height = min(height, abs(dot_product(plane(j)%n, m%q(:, k)) - plane(j)%height))
+      end do
+      if (height > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
       if (.not. looked) then
-        if (.not. is_on_rim(s, m, planes, plane)) return
+        if (.not. is_on_rim(s, m, planes, plane, r)) return
         looked = .true.
       end if
-      found = under_plane(s, m, plane(j), n)
-      if (found == 0 .and. .not. plane(j)%many) found = under_sides(s, m, plane(j), n)
+      likely = likely + 1
+      which(likely) = j
+      found = under_plane(s, m, r, plane(j), n)
+      if (found > 0) verdict = 1
+      if (found == 1) return
+    end do
+    do j = 1, likely
+      if (plane(which(j))%many) cycle
+      found = under_sides(s, m, r, plane(which(j)), n)
       if (found > 0) verdict = 1
       if (found == 1) return
     end do
@@ -245,10 +247,11 @@ contains
     end do
   end function is_pressed
 
-  !> True if contacts first to last span an area. A contact with a covered side spans a line at most.
-  pure logical function is_wide(s, first, last)
+  !> True if contacts first to last span an area above the square of slack [m]. A contact with a covered side spans a line at most.
+  pure logical function is_wide(s, first, last, slack)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: first, last
+    real(c_double), intent(in) :: slack
     real(c_double) :: d(3), e(3), w(3)
     integer(c_int64_t) :: k
     is_wide = .false.
@@ -259,26 +262,24 @@ contains
     do k = first + 2, last
       e(1:s%dim) = s%point(:, k) - s%point(:, first)
       w = [d(2)*e(3) - d(3)*e(2), d(3)*e(1) - d(1)*e(3), d(1)*e(2) - d(2)*e(1)]
-      is_wide = is_wide .or. dot_product(w, w) > wide**2*max(dot_product(d, d), dot_product(e, e))**2
+      is_wide = is_wide .or. dot_product(w, w) > &
+        max(wide*max(dot_product(d, d), dot_product(e, e)), slack**2)**2
     end do
   end function is_wide
 
   !> True if a point of a run may lie on the rim of Y, that is on two sides. The tolerance is the widest of those below.
-  logical function is_on_rim(s, m, planes, plane)
+  logical function is_on_rim(s, m, planes, plane, r)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
-    real(c_double) :: side(3, most_sides), above(most_sides), tolerance
-    integer(c_int64_t) :: k
-    integer :: sides
-    tolerance = flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk)
-    is_on_rim = .false.
-    do k = m%first, m%last
-      call sides_at(s, m%y, on_y(s, m, k) - m%at, -m%at, 2*tolerance, sides, side, above)
-      is_on_rim = sides > 1
-      if (is_on_rim) return
+    type(rim), intent(inout) :: r
+    integer :: k
+    r%tolerance = 2*(flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk))
+    do k = 1, m%points
+      call sides_at(s, m%y, m%q(:, k) - m%at, -m%at, r%tolerance, r%sides(k), r%side(:, :, k), r%above(:, k))
     end do
+    is_on_rim = any(r%sides(1:m%points) > 1)
   end function is_on_rim
 
   pure logical function has_rim(s, y)
@@ -289,51 +290,51 @@ contains
     has_rim = kind == hull .or. kind == bar .or. kind == cylinder .or. (kind == facet .and. s%body(y + 1) >= 0)
   end function has_rim
 
-  !> The verdict by a plane p of contact of X: it separates X from Y, and the points of the run lie on it.
-  integer function under_plane(s, m, p, n) result(found)
+  !> The verdict by a plane p of contact of X: it separates X from Y, whose points lie on it or below.
+  integer function under_plane(s, m, r, p, n) result(found)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m, p
+    type(rim), intent(in) :: r
     real(c_double), intent(inout) :: n(3)
-    real(c_double) :: tolerance, q(3), top
-    integer(c_int64_t) :: k
+    real(c_double) :: tolerance, top
+    integer :: k
     found = 0
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y))
     if (.not. p%many) tolerance = min(tolerance, flush*size_of(s, p%y))
-    do k = m%first, m%last
-      q = on_y(s, m, k)
-      if (abs(dot_product(p%n, q) - p%height) > tolerance + p%sunk) return
+    do k = 1, m%points
+      if (dot_product(p%n, m%q(:, k)) - p%height > tolerance + p%sunk) return
     end do
-    do k = m%first, m%last
-      if (.not. leans_out(s, m, on_y(s, m, k) - m%at, p%n, tolerance + p%sunk)) return
+    do k = 1, m%points
+      if (.not. leans_out(s, m, r, k, p%n, tolerance + p%sunk)) return
     end do
     if (-reach_of(s, m%x, -p%n) < p%height - tolerance - p%sunk) return
     top = dot_product(p%n, m%at) + reach_of(s, m%y, p%n) - p%height
     if (top > tolerance) then
-      call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
+      call turn(s, m, p%n, m%q(:, 1), tolerance, found, n)
     else if (abs(top) <= tolerance) then
       found = 1
       n = p%n
     end if
   end function under_plane
 
-  !> The verdict by the sides of the third body: one of them covers the points of the run. X need not lie along this side.
-  integer function under_sides(s, m, p, n) result(found)
+  !> The verdict by the sides of the third body: one of them covers the points of the run, and X lies above it.
+  integer function under_sides(s, m, r, p, n) result(found)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m, p
+    type(rim), intent(in) :: r
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), side(3, most_sides), above(most_sides), t(3), top, size
     real(c_double) :: other(3, most_sides), above_other(most_sides)
-    integer(c_int64_t) :: k, highest
-    integer :: i, sides, j, others
+    integer :: i, sides, j, k, others, highest
     logical :: covers
     found = 0
     if (s%seen(s%shape(p%y + 1) + 1) == facet) return ! its edges cover nothing
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
-    highest = m%first
-    do k = m%first, m%last
-      if (dot_product(p%n, on_y(s, m, k)) > dot_product(p%n, on_y(s, m, highest))) highest = k
+    highest = 1
+    do k = 2, m%points
+      if (dot_product(p%n, m%q(:, k)) > dot_product(p%n, m%q(:, highest))) highest = k
     end do
-    q = on_y(s, m, highest)
+    q = m%q(:, highest)
     call sides_at(s, p%y, q - p%at, -p%at, tolerance, sides, side, above)
     do i = 1, sides
       t = m%n - dot_product(m%n, side(:, i))*side(:, i)
@@ -342,11 +343,11 @@ contains
       do j = 1, sides
         if (j /= i .and. dot_product(t, side(:, j)) > lean*size) covers = .false. ! leads out of the side again
       end do
-      do k = m%first, m%last
+      do k = 1, m%points
         if (.not. covers) exit
-        call sides_at(s, p%y, on_y(s, m, k) - p%at, -p%at, tolerance, others, other, above_other)
+        call sides_at(s, p%y, m%q(:, k) - p%at, -p%at, tolerance, others, other, above_other)
         covers = others >= 0
-        if (covers) covers = leans_out(s, m, on_y(s, m, k) - m%at, side(:, i), tolerance)
+        if (covers) covers = leans_out(s, m, r, k, side(:, i), tolerance)
       end do
       if (.not. covers) cycle
       if (reach_of(s, m%x, -side(:, i)) + dot_product(side(:, i), q) - above(i) > tolerance + m%sunk + p%sunk) cycle
@@ -441,21 +442,27 @@ contains
     end subroutine put
   end subroutine sides_at
 
-  !> True if the point x of Y, relative to its centre, lies on the rim of Y below the plane with normal p, and the normal of the run
-  !> leans outward there. A point over the inside of a face fails this test.
-  logical function leans_out(s, m, x, p, tolerance)
+  !> True if point k of the run lies on the rim of Y below the plane with normal p, and the normal of the run leans outward there.
+  !> A point over the inside of a face fails this test.
+  logical function leans_out(s, m, r, k, p, tolerance)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
-    real(c_double), intent(in) :: x(3), p(3), tolerance
-    real(c_double) :: side(3, most_sides), above(most_sides), t(3)
-    integer :: sides, i
+    type(rim), intent(in) :: r
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: p(3), tolerance
+    real(c_double) :: t(3), within
+    integer :: i
+    logical :: bounded
     leans_out = .false.
     t = m%n - dot_product(m%n, p)*p
-    if (dot_product(t, t) <= lean**2) return
-    call sides_at(s, m%y, x, -m%at, 2*(tolerance + m%sunk), sides, side, above)
-    do i = 1, sides
-      if (dot_product(side(:, i), p) > 1 - lean) cycle
-      leans_out = leans_out .or. dot_product(side(:, i), t) > lean*sqrt(dot_product(t, t))
+    if (dot_product(t, t) <= lean**2 .or. r%sides(k) < 1) return
+    within = 2*(tolerance + m%sunk)
+    bounded = s%seen(s%shape(m%y + 1) + 1) /= bar ! see sides_at
+    if (bounded .and. any(r%above(1:r%sides(k), k) > within)) return
+    do i = 1, r%sides(k)
+      if ((bounded .or. i > 1) .and. r%above(i, k) < -within) cycle
+      if (dot_product(r%side(:, i, k), p) > 1 - lean) cycle
+      leans_out = leans_out .or. dot_product(r%side(:, i, k), t) > lean*sqrt(dot_product(t, t))
     end do
   end function leans_out
 

@@ -190,10 +190,11 @@ struct InteractionHandler::Workspace {
   // Contacts with sides of bodies that others, flush with them, cover: see seams.cpp.
   ScratchArray<std::int64_t> run;
   ScratchArray<std::int32_t> runs_of, runs_start;
-  ScratchArray<std::int8_t> seam_verdict, run_motion, seam_mark;
+  ScratchArray<std::int8_t> seam_verdict, run_motion, seam_mark, moves_alike;
   ScratchArray<double> seam_normal;
   bool may_have_seams() const;
   std::int32_t find_runs(const Candidates& out);
+  bool all_move_alike(const Candidates& out);
   bool mark_sliders(const Candidates& out, std::int32_t runs);
   void list_runs(const Candidates& out, std::int32_t runs);
   void leave_seams(Candidates& out);

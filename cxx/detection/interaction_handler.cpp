@@ -82,7 +82,7 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
        {&bounded, &item_contactor, &item_lattice, &ghost_of, &place, &carrier_of, &placed_on_of, &runs_of, &runs_start})
     *array = {};
   hull_place = run = {};
-  movable = seam_verdict = run_motion = seam_mark = {};
+  movable = seam_verdict = run_motion = seam_mark = moves_alike = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
 }

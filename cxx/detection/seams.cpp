@@ -1,5 +1,5 @@
-// Contacts with covered sides of flush bodies get other normals here; core_f90/detection/seams.f90 has the rule. This file
-// lists the runs of contacts of each contactor, calls the kernel and applies its verdicts.
+// Contacts with covered sides of flush bodies get other normals here; core_f90/detection/seams.f90 has the rule. This
+// file lists the runs of contacts of each contactor, calls the kernel and applies its verdicts.
 #include <algorithm>
 #include <cmath>
 
@@ -97,6 +97,32 @@ bool InteractionHandler::Workspace::mark_sliders(const Candidates& out, std::int
   return any;
 }
 
+// Marks the bodies that move as the first one, now and at the end of the step, without rotation: between them nothing
+// closes. Returns whether all contacts are between such.
+bool InteractionHandler::Workspace::all_move_alike(const Candidates& out) {
+  const int dofs = bodies->dofs();
+  const double *velocity = bodies->velocity.values.data(), *later = bodies->velocity_free.values.data();
+  const auto n = std::int64_t(bodies->count);
+  moves_alike.make_room(*scratch, n);
+  std::int64_t reference = 0; // the first body that can move
+  while (reference + 1 < n && !movable[reference]) ++reference;
+  in_slices(n, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      bool same = true;
+      for (int k = 0; k < dofs; ++k) {
+        const double now = velocity[i * dofs + k], end = later[i * dofs + k];
+        same = same && (k < dim ? now == velocity[reference * dofs + k] && end == later[reference * dofs + k]
+                                : now == 0 && end == 0);
+      }
+      moves_alike[i] = same;
+    }
+  });
+  const std::int32_t *body = contactors->body.values.data(), *a = out.contactor_a.data(), *b = out.contactor_b.data();
+  for (std::int64_t i = 0; i < out.count; ++i)
+    if (body[a[i]] < 0 || body[b[i]] < 0 || !moves_alike[body[a[i]]] || !moves_alike[body[b[i]]]) return false;
+  return true;
+}
+
 // Lists all runs of the contactors that are marked.
 void InteractionHandler::Workspace::list_runs(const Candidates& out, std::int32_t runs) {
   const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
@@ -140,7 +166,7 @@ void InteractionHandler::Workspace::turn_contact(Candidates& out, std::int64_t i
 }
 
 void InteractionHandler::Workspace::leave_seams(Candidates& out) {
-  if (!may_have_seams() || out.count < 2) return;
+  if (!may_have_seams() || out.count < 2 || all_move_alike(out)) return;
   const std::int32_t runs = find_runs(out);
   const Hulls& h = contactors->hulls;
   const bool hulls = contactors->hull.active;
@@ -169,7 +195,7 @@ void InteractionHandler::Workspace::leave_seams(Candidates& out) {
                           bodies->velocity_free.values.data()};
   run_motion.make_room(*scratch, runs);
   in_slices(runs, [&](std::int64_t first, std::int64_t last) {
-    cairn_seam_closing(&given, step, first, last, run_motion.data());
+    cairn_seam_closing(&given, moves_alike.data(), step, first, last, run_motion.data());
   });
   if (!mark_sliders(out, runs)) return;
   list_runs(out, runs);

@@ -93,7 +93,8 @@ enum cairn_seam_motion {
   cairn_seam_asked = 8
 };
 enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_turned = 1 };
-void cairn_seam_closing(const cairn_seams* given, double step, int64_t first, int64_t last, int8_t* motion);
+void cairn_seam_closing(const cairn_seams* given, const int8_t* alike, double step, int64_t first, int64_t last,
+                        int8_t* motion);
 void cairn_seam_contacts(const cairn_seams* given, int32_t first, int32_t last, const int32_t* start,
                          const int32_t* entry, const int8_t* motion, int8_t* verdict, double* turned);
 
