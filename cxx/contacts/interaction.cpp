@@ -69,8 +69,7 @@ void Interactions::State::add_given(const Bodies& bodies) {
   if (system.batches.empty()) return;
   const auto swap_in = [&] {
     for (const cairn_batch& b : system.batches)
-      for (std::size_t i = 0; i < std::size_t(b.count) * dim(); ++i)
-        std::swap(b.r[i], given[std::size_t(dim()) * b.first + i]);
+      std::swap_ranges(b.r, b.r + std::ptrdiff_t(b.count) * b.components, given_of(b));
   };
   swap_in();
   system.load(free(bodies));
@@ -114,8 +113,7 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
   s.system.rest = &s.memory.rest;
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
   for (const cairn_batch& b : s.system.batches)
-    for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)
-      b.r[i] += s.given[std::size_t(s.dim()) * b.first + i];
+    for (int i = 0; i < b.count * b.components && s.given; ++i) b.r[i] += s.given_of(b)[i];
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
   return report;
 }

@@ -536,6 +536,10 @@ void Interactions::State::forget_open(cairn_batch& b) {
 // Applies the pose of the strategy in place of the prepared law, with the contact forces at the end of the last step.
 void Interactions::State::apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance) {
   const int n = b.count, d = dim();
+  if (law_infos()[b.law].joins) { // the gap of its marks is no error of a joint, which has conditions of its own
+    std::fill_n(given_of(b), std::size_t(n) * b.components, 0.0);
+    return;
+  }
   alignas(64) double force[6 * 128], impulses[6 * 128];
   std::fill_n(force, std::size_t(n) * b.components, 0.0);
   for (int lane = 0; lane < b.contacts && !memory.forces.empty(); ++lane) {
@@ -551,7 +555,7 @@ void Interactions::State::apply_pose(const cairn_batch& b, const double* gap, co
     }
   }
   pose.kernel(n, b.components, h, theta, pose.params, gap, u, force, b.bias, compliance, impulses);
-  std::copy_n(impulses, std::size_t(n) * d, given + std::size_t(d) * b.first);
+  std::copy_n(impulses, std::size_t(n) * b.components, given_of(b));
 }
 
 // True if the law set a column that a pack has no line for: a bias of tangential velocities, a compliance.

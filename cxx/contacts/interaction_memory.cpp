@@ -354,7 +354,7 @@ std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to
       of_force.components = dim();
       double force[3 * 128];
       for (int k = 0; k < dim(); ++k)
-        force[k * n + lane] = (b.r[k * n + lane] - given[dim() * b.first + k * n + lane]) / (h * theta);
+        force[k * n + lane] = (b.r[k * n + lane] - given_of(b)[k * n + lane]) / (h * theta);
       of_force.r = force;
       if (dim() == 2)
         for (int k = 0; k < 2; ++k) f[k] = force[k * n + lane];

@@ -434,7 +434,7 @@ void Interactions::State::lay_out() {
   const auto states = [&](const cairn_batch& b) { return law_infos()[b.law].state_columns(dim()); };
   const int frame = dim() == 2 ? 2 : 6;
   system.compliant = false;
-  given = pose.kernel ? scratch.take<double>(std::int64_t(places) * dim()) : nullptr;
+  given = pose.kernel ? scratch.take<double>(std::int64_t(places) * (3 * dim() - 3)) : nullptr;
   parted = bodies->stretch.active ? scratch.take<double>(std::int64_t(places)) : nullptr;
   for (const cairn_batch& b : system.batches)
     doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack

@@ -125,7 +125,8 @@ struct Interactions::State {
   MeshSet* meshes = nullptr;                                 // null: none in the scene
   Nodes* nodes = nullptr;                                    // of these
   ContactPose pose;
-  double* given = nullptr; // (dim) of each place: impulses that the pose adds to the solution; null: none
+  double* given = nullptr; // (3 dim - 3) of each place: impulses that the pose adds to the solution; null: none
+  double* given_of(const cairn_batch& b) const { return given + std::size_t(3 * dim() - 3) * std::size_t(b.first); }
   Field<double> velocity_given, nodes_given; // free velocities with these
 
   // per contactor: its kind of side (radial, mapped) and whether its body moves
@@ -280,12 +281,15 @@ struct Interactions::State {
   void turned_from(const double* A, const double* B, const Anchor& anchor, double found[4]) const; // of rotations
   // The end on A from that on B [m], and how far A turned from where B has it.
   struct JointPose {
-    double between[3] = {}, turned[4] = {};
+    double between[3] = {}, turned[4] = {}, far = 0; // far: length of the far part of a rope [m]
     bool turns = false, ahead = false;
   };
   void joint_pose(const cairn_batch& b, int lane, JointPose& pose) const;
   // After a flight of that time, at the velocities of the records; joint_flight.cpp.
   void pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const;
+  double far_ahead(std::int64_t i, double time) const; // far part of a rope then [m]
+  double beyond_limits(const cairn_batch& b, int lane, double along) const;
+  double off_limits(const cairn_batch& b, int lane, double along) const;
   bool swings_alike(const cairn_batch& b, int lane) const; // see choose_joints_to_seat
   bool is_seated(const cairn_batch& b, int lane) const;
   void velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const;

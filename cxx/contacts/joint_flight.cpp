@@ -104,6 +104,7 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time
   const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
   const double* now = bodies->rotation.active && !b.mapped_b ? bodies->rotation[b.body_b[lane]] : standing;
   pose.ahead = true;
+  if (b.rope) pose.far = far_ahead(i, time);
   pose.turns = !b.mapped_a && !b.mapped_b;
   if (pose.turns) turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
   if (d == 2) {
@@ -118,6 +119,23 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, double time
   if (!pose.turns) return;
   turn_about(of_b.rotation, -1, pose.turned + 1, own);
   turn_about(now, 1, own, pose.turned + 1);
+}
+
+// Length of the far part of a rope after a time of flight [m].
+double Interactions::State::far_ahead(std::int64_t i, double time) const {
+  const RopeEnds& ends = *rope_of[std::size_t(*contactors->material[candidates->contactor_a[i]])];
+  double between[3] = {}, square = 0;
+  for (const auto& [sign, mark] : {std::pair{1, ends.far}, std::pair{-1, ends.pulley}}) {
+    const std::int32_t of = body(mark);
+    const Ahead end(*bodies, system.record[of], of, dim(), time, left_of_step);
+    double own[3] = {}, lever[3] = {}, at[3] = {};
+    if (contactors->offset.active) std::copy_n(contactors->offset[mark], dim(), own);
+    end.carry(dim(), own, lever);
+    carrier_at(mark, at);
+    for (int k = 0; k < dim(); ++k) between[k] += sign * (at[k] + end.moved[k] + lever[k]);
+  }
+  for (int k = 0; k < dim(); ++k) square += between[k] * between[k];
+  return std::sqrt(square);
 }
 
 JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) {
@@ -318,7 +336,7 @@ double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
   const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;
   const int n = b.count, d = dim(), blocked = int(params[joint_blocked]);
   JointPose pose;
-  double error[6], was = 0, is = 0, far = 0;
+  double error[6], was = 0, is = 0;
   pose_ahead(b, lane, h, pose);
   const double reach = joint_errors(b, lane, pose, error);
   for (int c = 0; c < d; ++c)
@@ -327,12 +345,8 @@ double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
       is = std::max(is, std::abs(error[c]));
     }
   if (!(blocked & 1) && params[joint_spans] > 0) {
-    const auto beyond = [&](double x) { return std::max({x - params[joint_highest], params[joint_lowest] - x, 0.0}); };
-    for (int end = 0; end < 2 && b.rope; ++end)
-      for (int k = 0; k < system.velocities(); ++k)
-        far += h * b.rope[rope_numbers * lane + 2 + 12 * end + k] * system.record[b.rope_body[2 * lane + end]].x[k];
-    was = std::max(was, beyond(b.state[7 * n + lane]));
-    is = std::max(is, beyond(reach + far));
+    was = std::max(was, std::abs(beyond_limits(b, lane, b.state[7 * n + lane])));
+    is = std::max(is, std::abs(beyond_limits(b, lane, reach)));
   }
   return was > 0 && is > worse * was ? is : 0;
 }

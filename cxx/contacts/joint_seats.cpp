@@ -11,11 +11,37 @@
 #include "interaction_state.hpp"
 
 namespace cairn {
+namespace {
+
+// 1 of a coordinate in metres; the length of the joint, of an angle.
+double unit_of_coordinate(const cairn_batch& b, int lane, double length) {
+  return b.params[joint_coordinate * b.count + lane] > 1 ? length : 1;
+}
+
+} // namespace
 
 bool Interactions::seats_joints() const {
   const State& s = *s_;
   if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
   return s.memory.joints_came || s.memory.h < s.h || s.memory.h > s.h;
+}
+
+// How far a coordinate is above its highest place, below 0: below its lowest [m, rad].
+double Interactions::State::beyond_limits(const cairn_batch& b, int lane, double along) const {
+  const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;
+  if (!(params[joint_coordinate] > 0)) return 0;
+  return std::max(0.0, along - params[joint_highest]) + std::min(0.0, along - params[joint_lowest]);
+}
+
+// The same of a coordinate that bore on an end in the last step, on which it is held: it is off on either side.
+double Interactions::State::off_limits(const cairn_batch& b, int lane, double along) const {
+  const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;
+  const int coordinate = int(params[joint_coordinate]);
+  if (coordinate < 1) return 0;
+  const bool bare = !(params[joint_effort] > 0 || params[joint_stiffness] > 0 || params[joint_damping] > 0);
+  const double bore = bare ? at(b, b.r, lane, coordinate - 1) : 0;
+  if (bore < 0) return along - params[joint_highest];
+  return bore > 0 ? along - params[joint_lowest] : beyond_limits(b, lane, along);
 }
 
 // On a bent way a joint is as far off a flight before the start of the step as it is a flight after it. A velocity of
@@ -30,13 +56,19 @@ bool Interactions::State::swings_alike(const cairn_batch& b, int lane) const {
   JointPose pose;
   double before[6], straight = 0, bent = 0;
   pose_ahead(b, lane, -2 * (1 - left_of_step) * h, pose);
-  joint_errors(b, lane, pose, before);
+  const double was = off_limits(b, lane, joint_errors(b, lane, pose, before)),
+               is = off_limits(b, lane, b.state[7 * b.count + lane]);
   for (int c = 0; c < b.components; ++c) {
     if (!(blocked >> c & 1)) continue;
     const int error = dim() == 2 && c == 2 ? 3 : c;
     const double after = b.state[(1 + error) * b.count + lane], unit = c < dim() ? 1 : length;
     straight = std::hypot(straight, unit * (after - before[error]));
     bent = std::hypot(bent, unit * (after + before[error]));
+  }
+  if (std::abs(is) > 0) {
+    const double unit = unit_of_coordinate(b, lane, length);
+    straight = std::hypot(straight, unit * (is - was));
+    bent = std::hypot(bent, unit * (is + was));
   }
   return straight <= small * bent;
 }
@@ -80,6 +112,8 @@ double Interactions::joints_off() const {
         const int error = s.dim() == 2 && c == 2 ? 4 : 1 + c;
         off = std::max(off, std::abs(b.state[error * b.count + lane]) * (c < s.dim() ? 1 : length));
       }
+      const double of_limit = s.off_limits(b, lane, b.state[7 * b.count + lane]);
+      off = std::max(off, std::abs(of_limit) * unit_of_coordinate(b, lane, length));
       for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
         for (int k = 0; k < s.dim(); ++k)
           rounding =
@@ -97,7 +131,9 @@ bool Interactions::seat_joints(const Bodies& bodies, Array<double>& velocity) {
   const int n = s.system.velocities(), d = s.dim();
   const cairn_schedule schedule = s.system.schedule(1);
   JointedProblem step(s.system, schedule, s.free(bodies));
-  if (!step.undo_errors([&](const cairn_batch& b, int lane) { return s.is_seated(b, lane); })) return false;
+  const auto seated = [&](const cairn_batch& b, int lane) { return s.is_seated(b, lane); };
+  const auto off = [&](const cairn_batch& b, int lane) { return s.off_limits(b, lane, b.state[7 * b.count + lane]); };
+  if (!step.undo_errors(seated, off)) return false;
   s.system.clear_velocities();
   cairn_add_impulses(&schedule);
   velocity.resize(std::size_t(n) * std::size_t(s.system.bodies));

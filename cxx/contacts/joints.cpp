@@ -160,7 +160,7 @@ double Interactions::State::joint_errors(const cairn_batch& b, int lane, const J
     if (pose.ahead) error[0] = std::sqrt(square);
   }
   if (coordinate == 1) along = error[0];
-  if (b.rope) along += far_part(i).length;
+  if (b.rope) along += pose.ahead ? pose.far : far_part(i).length;
   if (params[joint_spans] > 0) error[0] -= held[std::size_t(anchor_of[std::size_t(i)])].length;
   if (!pose.turns) return along;
   const double* found = pose.turned;
