@@ -130,7 +130,7 @@ double AnchorFrames::errors(const cairn_batch& b, int lane, const JointPose& pos
     if (pose.ahead) error[0] = std::sqrt(square);
   }
   if (coordinate == 1) along = error[0];
-  if (b.rope) along += ropes_.far_part(i).length;
+  if (b.rope) along += pose.ahead ? pose.far : ropes_.far_part(i).length;
   if (params[joint_spans] > 0) error[0] -= anchors_.of(i).length;
   if (!pose.turns) return along;
   const double* found = pose.turned;

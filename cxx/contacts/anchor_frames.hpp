@@ -12,7 +12,7 @@ namespace cairn {
 
 // The end on A from that on B [m], and how far A turned from where B has it: a quaternion, in 2D an angle.
 struct JointPose {
-  double between[3] = {}, turned[4] = {};
+  double between[3] = {}, turned[4] = {}, far = 0; // far: length of the far part of a rope [m]
   bool turns = false, ahead = false;
 };
 

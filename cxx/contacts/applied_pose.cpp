@@ -24,19 +24,21 @@ Velocities AppliedPose::free_with_given(const Bodies& bodies) {
 
 void AppliedPose::swap_in() const {
   for (const cairn_batch& b : system_.batches)
-    for (std::size_t i = 0; i < std::size_t(b.count) * in_.dim(); ++i)
-      std::swap(b.r[i], storage_.given[std::size_t(in_.dim()) * b.first + i]);
+    std::swap_ranges(b.r, b.r + std::ptrdiff_t(b.count) * b.components, storage_.given_of(b));
 }
 
 void AppliedPose::add_given_to_solution() const {
   for (const cairn_batch& b : system_.batches)
-    for (std::size_t i = 0; i < std::size_t(b.count) * in_.dim(); ++i)
-      b.r[i] += storage_.given[std::size_t(in_.dim()) * b.first + i];
+    for (int i = 0; i < b.count * b.components; ++i) b.r[i] += storage_.given_of(b)[i];
 }
 
 // Applies the pose of the strategy in place of the prepared law, with the contact forces at the end of the last step.
 void AppliedPose::apply(const cairn_batch& b, const double* gap, const double* u, double* compliance) const {
   const int n = b.count, d = in_.dim();
+  if (law_infos()[b.law].joins) { // the gap of its marks is no error of a joint, which has conditions of its own
+    std::fill_n(storage_.given_of(b), std::size_t(n) * b.components, 0.0);
+    return;
+  }
   alignas(64) double force[6 * 128], impulses[6 * 128];
   std::fill_n(force, std::size_t(n) * b.components, 0.0);
   for (int lane = 0; lane < b.contacts && !memory_.forces.empty(); ++lane) {
@@ -53,7 +55,7 @@ void AppliedPose::apply(const cairn_batch& b, const double* gap, const double* u
   }
   in_.options.pose.kernel(n, b.components, in_.h, in_.theta, in_.options.pose.params, gap, u, force, b.bias, compliance,
                           impulses);
-  std::copy_n(impulses, std::size_t(n) * d, storage_.given + std::size_t(d) * b.first);
+  std::copy_n(impulses, std::size_t(n) * b.components, storage_.given_of(b));
 }
 
 } // namespace cairn

@@ -59,7 +59,7 @@ void BatchStorage::lay_out(std::int32_t* place) {
   const auto states = [&](const cairn_batch& b) { return law_infos()[b.law].state_columns(in_.dim()); };
   const int frame = in_.dim() == 2 ? 2 : 6;
   system_.compliant = false;
-  given = in_.options.pose.kernel ? scratch_.take<double>(std::int64_t(places) * in_.dim()) : nullptr;
+  given = in_.options.pose.kernel ? scratch_.take<double>(std::int64_t(places) * (3 * in_.dim() - 3)) : nullptr;
   parted = in_.bodies->stretch.active ? scratch_.take<double>(std::int64_t(places)) : nullptr;
   for (const cairn_batch& b : system_.batches)
     doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack

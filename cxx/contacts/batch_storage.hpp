@@ -27,10 +27,11 @@ public:
   };
   Array<LawColumns> of_law; // per batch
   double* parted = nullptr; // per place: speed of parting by growth [m/s]; null: nothing grows
-  double* given = nullptr;  // (dim) per place: impulses that the pose adds to the solution [N s]; null: none
+  double* given = nullptr;  // (3 dim - 3) per place: impulses that the pose adds to the solution; null: none
 
   // place: where contacts stand in the memory, which statuses replace.
   void lay_out(std::int32_t* place);
+  double* given_of(const cairn_batch& b) const { return given + std::size_t(3 * in_.dim() - 3) * std::size_t(b.first); }
   const LawColumns& columns_of(const cairn_batch& b) const { return of_law[std::size_t(&b - system_.batches.data())]; }
   bool has_params_of_pair(const cairn_batch& b) const {
     return b.params < own_numbers_.data() || b.params >= own_numbers_.data() + own_numbers_.size();

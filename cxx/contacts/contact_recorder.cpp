@@ -117,8 +117,7 @@ std::int64_t ContactRecorder::record(const cairn_batch& b, std::int64_t to) {
       of_force.components = in_.dim();
       double force[3 * 128];
       for (int k = 0; k < in_.dim(); ++k)
-        force[k * n + lane] =
-            (b.r[k * n + lane] - storage_.given[in_.dim() * b.first + k * n + lane]) / (in_.h * in_.theta);
+        force[k * n + lane] = (b.r[k * n + lane] - storage_.given_of(b)[k * n + lane]) / (in_.h * in_.theta);
       of_force.r = force;
       if (in_.dim() == 2)
         for (int k = 0; k < 2; ++k) f[k] = force[k * n + lane];

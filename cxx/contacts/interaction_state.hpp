@@ -45,7 +45,7 @@ struct Interactions::State {
   MidpointMotion motion{in, classes, anchors, curvature, ropes, system};
   // joints and bonds
   AnchorFrames frames{in, classes, anchors, ropes, motion, system};
-  JointDrift drift{in, classes, anchors, frames, system};
+  JointDrift drift{in, classes, anchors, frames, ropes, system};
   JointProjection projection{in, classes, anchors, frames, drift, memory, system};
   JointSwing swing{in, classes, anchors, frames, ropes, system};
   NewBonds new_bonds{in, classes, ropes, curvature, areas, frames, memory};

@@ -107,6 +107,7 @@ void JointDrift::pose_ahead(const cairn_batch& b, int lane, double time, JointPo
   const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
   const double* now = in_.bodies->rotation.active && !b.mapped_b ? in_.bodies->rotation[b.body_b[lane]] : standing;
   pose.ahead = true;
+  if (b.rope) pose.far = far_ahead(i, time);
   pose.turns = !b.mapped_a && !b.mapped_b;
   if (pose.turns) frames_.turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
   if (d == 2) {
@@ -121,6 +122,29 @@ void JointDrift::pose_ahead(const cairn_batch& b, int lane, double time, JointPo
   if (!pose.turns) return;
   turn_about(of_b.rotation, -1, pose.turned + 1, own);
   turn_about(now, 1, own, pose.turned + 1);
+}
+
+// Length of the far part of a rope after a time of flight [m].
+double JointDrift::far_ahead(std::int64_t i, double time) const {
+  const RopeEnds ends = ropes_.ends_of(i);
+  double between[3] = {}, square = 0;
+  for (const auto& [sign, mark] : {std::pair{1, ends.far}, std::pair{-1, ends.pulley}}) {
+    const std::int32_t of = in_.body(mark);
+    const Ahead end(*in_.bodies, system_.record[of], of, in_.dim(), time, in_.options.time_left);
+    double own[3] = {}, lever[3] = {}, at[3] = {};
+    if (in_.contactors->offset.active) std::copy_n(in_.contactors->offset[mark], in_.dim(), own);
+    end.carry(in_.dim(), own, lever);
+    in_.carrier_at(mark, at);
+    for (int k = 0; k < in_.dim(); ++k) between[k] += sign * (at[k] + end.moved[k] + lever[k]);
+  }
+  for (int k = 0; k < in_.dim(); ++k) square += between[k] * between[k];
+  return std::sqrt(square);
+}
+
+double JointDrift::beyond_limits(const cairn_batch& b, int lane, double along) const {
+  const double* params = classes_.rule(system_.candidate[b.first + lane]).params;
+  if (!(params[joint_coordinate] > 0)) return 0;
+  return std::max(0.0, along - params[joint_highest]) + std::min(0.0, along - params[joint_lowest]);
 }
 
 JointMiss JointDrift::miss(const Bodies& bodies, double least) {
@@ -311,7 +335,7 @@ double JointDrift::missed_more(const cairn_batch& b, int lane) const {
   const double* params = classes_.rule(system_.candidate[b.first + lane]).params;
   const int n = b.count, d = in_.dim(), blocked = int(params[joint_blocked]);
   JointPose pose;
-  double error[6], was = 0, is = 0, far = 0;
+  double error[6], was = 0, is = 0;
   pose_ahead(b, lane, in_.h, pose);
   const double reach = frames_.errors(b, lane, pose, error);
   for (int c = 0; c < d; ++c)
@@ -320,13 +344,8 @@ double JointDrift::missed_more(const cairn_batch& b, int lane) const {
       is = std::max(is, std::abs(error[c]));
     }
   if (!(blocked & 1) && params[joint_spans] > 0) {
-    const auto beyond = [&](double x) { return std::max({x - params[joint_highest], params[joint_lowest] - x, 0.0}); };
-    for (int end = 0; end < 2 && b.rope; ++end)
-      for (int k = 0; k < system_.velocities(); ++k)
-        far +=
-            in_.h * b.rope[rope_numbers * lane + 2 + 12 * end + k] * system_.record[b.rope_body[2 * lane + end]].x[k];
-    was = std::max(was, beyond(b.state[7 * n + lane]));
-    is = std::max(is, beyond(reach + far));
+    was = std::max(was, std::abs(beyond_limits(b, lane, b.state[7 * n + lane])));
+    is = std::max(is, std::abs(beyond_limits(b, lane, reach)));
   }
   return was > 0 && is > worse * was ? is : 0;
 }

@@ -11,8 +11,8 @@ namespace cairn {
 class JointDrift {
 public:
   JointDrift(const AssemblyInput& in, const ContactClasses& classes, const AnchoredContacts& anchors,
-             const AnchorFrames& frames, ContactSystem& system)
-      : in_(in), classes_(classes), anchors_(anchors), frames_(frames), system_(system) {}
+             const AnchorFrames& frames, const Ropes& ropes, ContactSystem& system)
+      : in_(in), classes_(classes), anchors_(anchors), frames_(frames), ropes_(ropes), system_(system) {}
   // Once a solution is there; small: no more than `least` of the speed of joints.
   JointMiss miss(const Bodies& bodies, double least);
   // Stores the biases for the next solution and the present errors; then sets biases that correct a share of these.
@@ -22,6 +22,8 @@ public:
 
   // Pose after a flight of that time, at the velocities of the records.
   void pose_ahead(const cairn_batch& b, int lane, double time, JointPose& pose) const;
+  // How far a coordinate is above its highest place, below 0: below its lowest [m, rad].
+  double beyond_limits(const cairn_batch& b, int lane, double along) const;
   double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;
 
 private:
@@ -31,6 +33,7 @@ private:
   template <class F>
   void each_miss(F&& f) const;
   JointMiss largest_miss(double least) const;
+  double far_ahead(std::int64_t i, double time) const;
   double swing_of(const cairn_batch& b, int lane, double length) const;
   bool any_spans() const;
   bool ease();
@@ -41,6 +44,7 @@ private:
   const ContactClasses& classes_;
   const AnchoredContacts& anchors_;
   const AnchorFrames& frames_;
+  const Ropes& ropes_;
   ContactSystem& system_;
   std::vector<double> biases_, misses_; // in the order of each_miss [m/s], [m]
 };

@@ -13,10 +13,29 @@
 #include "../solvers/sweeps/jointed_problem.hpp"
 
 namespace cairn {
+namespace {
+
+// 1 of a coordinate in metres; the length of the joint, of an angle.
+double unit_of_coordinate(const cairn_batch& b, int lane, double length) {
+  return b.params[joint_coordinate * b.count + lane] > 1 ? length : 1;
+}
+
+} // namespace
 
 bool JointProjection::is_due() const {
   if (!frames_.joints_at_midpoint() || system_.batches.empty()) return false;
   return memory_.joints_came || memory_.h < in_.h || memory_.h > in_.h;
+}
+
+// Distance of a coordinate from its limits [m, rad]; if it bore on one in the last step, it is off on either side.
+double JointProjection::off_limits(const cairn_batch& b, int lane, double along) const {
+  const double* params = classes_.rule(system_.candidate[b.first + lane]).params;
+  const int coordinate = int(params[joint_coordinate]);
+  if (coordinate < 1) return 0;
+  const bool bare = !(params[joint_effort] > 0 || params[joint_stiffness] > 0 || params[joint_damping] > 0);
+  const double bore = bare ? at(b, b.r, lane, coordinate - 1) : 0;
+  if (bore < 0) return along - params[joint_highest];
+  return bore > 0 ? along - params[joint_lowest] : drift_.beyond_limits(b, lane, along);
 }
 
 // On a bent way a joint is as far off a flight before the start of the step as it is a flight after it. A velocity of
@@ -31,13 +50,19 @@ bool JointProjection::swings_alike(const cairn_batch& b, int lane) const {
   JointPose pose;
   double before[6], straight = 0, bent = 0;
   drift_.pose_ahead(b, lane, -2 * (1 - in_.options.time_left) * in_.h, pose);
-  frames_.errors(b, lane, pose, before);
+  const double was = off_limits(b, lane, frames_.errors(b, lane, pose, before)),
+               is = off_limits(b, lane, b.state[7 * b.count + lane]);
   for (int c = 0; c < b.components; ++c) {
     if (!(blocked >> c & 1)) continue;
     const int error = in_.dim() == 2 && c == 2 ? 3 : c;
     const double after = b.state[(1 + error) * b.count + lane], unit = c < in_.dim() ? 1 : length;
     straight = std::hypot(straight, unit * (after - before[error]));
     bent = std::hypot(bent, unit * (after + before[error]));
+  }
+  if (std::abs(is) > 0) {
+    const double unit = unit_of_coordinate(b, lane, length);
+    straight = std::hypot(straight, unit * (is - was));
+    bent = std::hypot(bent, unit * (is + was));
   }
   return straight <= small * bent;
 }
@@ -77,6 +102,8 @@ double JointProjection::violation() const {
         const int error = in_.dim() == 2 && c == 2 ? 4 : 1 + c;
         off = std::max(off, std::abs(b.state[error * b.count + lane]) * (c < in_.dim() ? 1 : length));
       }
+      const double of_limit = off_limits(b, lane, b.state[7 * b.count + lane]);
+      off = std::max(off, std::abs(of_limit) * unit_of_coordinate(b, lane, length));
       for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
         for (int k = 0; k < in_.dim(); ++k)
           rounding = std::max(
@@ -93,7 +120,9 @@ bool JointProjection::find_velocities(const Bodies& bodies, Array<double>& veloc
   const int n = system_.velocities(), d = in_.dim();
   const cairn_schedule schedule = system_.schedule(1);
   JointedProblem step(system_, schedule, in_.free(bodies));
-  if (!step.undo_errors([&](const cairn_batch& b, int lane) { return is_chosen(b, lane); })) return false;
+  const auto chosen = [&](const cairn_batch& b, int lane) { return is_chosen(b, lane); };
+  const auto off = [&](const cairn_batch& b, int lane) { return off_limits(b, lane, b.state[7 * b.count + lane]); };
+  if (!step.undo_errors(chosen, off)) return false;
   system_.clear_velocities();
   cairn_add_impulses(&schedule);
   velocity.resize(std::size_t(n) * std::size_t(system_.bodies));

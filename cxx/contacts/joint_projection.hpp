@@ -26,6 +26,7 @@ public:
 
 private:
   bool swings_alike(const cairn_batch& b, int lane) const;
+  double off_limits(const cairn_batch& b, int lane, double along) const;
   bool is_chosen(const cairn_batch& b, int lane) const;
 
   const AssemblyInput& in_;

@@ -31,6 +31,9 @@ public:
     const RopeEnds ends = of_material_[std::size_t(*in_.contactors->material[a])].value_or(RopeEnds{});
     return ends.far >= 0 && std::minmax(a, b) == std::minmax(ends.near, ends.pulley);
   }
+  RopeEnds ends_of(std::int64_t i) const { // of a rope
+    return *of_material_[std::size_t(*in_.contactors->material[in_.candidates->contactor_a[i]])];
+  }
   FarPart far_part(std::int64_t i) const;
   void fill(cairn_batch& b) const;
 

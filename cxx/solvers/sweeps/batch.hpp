@@ -81,7 +81,8 @@ inline void repeat_last(const cairn_batch& b, double* column, int columns) {
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
 inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_lowest = 5, joint_highest = 6,
-                     joint_spans = 10, joint_pulley = 14, joint_far = 15;
+                     joint_effort = 8, joint_spans = 10, joint_stiffness = 11, joint_damping = 12, joint_pulley = 14,
+                     joint_far = 15;
 inline constexpr int rope_numbers = 26; // see cairn_batch
 
 } // namespace cairn

@@ -18,7 +18,8 @@ bool JointedProblem::hold() {
   return held_->factored();
 }
 
-bool JointedProblem::undo_errors(const std::function<bool(const cairn_batch&, int)>& moves) {
+bool JointedProblem::undo_errors(const std::function<bool(const cairn_batch&, int)>& moves,
+                                 const std::function<double(const cairn_batch&, int)>& off) {
   equalities_.clear();
   uses_.assign(std::size_t(rows_), {});
   for (const Equality& e : blocked_) {
@@ -29,6 +30,13 @@ bool JointedProblem::undo_errors(const std::function<bool(const cairn_batch&, in
     equalities_.push_back(e);
     equalities_.back().q =
         moves(b, e.place.lane) ? b.state[error * b.count + e.place.lane] / b.params[16 * b.count + e.place.lane] : 0;
+  }
+  for (const Coordinate& c : coordinates_) {
+    const cairn_batch& b = batch(c.place);
+    const double q = off(b, c.place.lane) / b.params[16 * b.count + c.place.lane];
+    if (!(std::abs(q) > 0) || !moves(b, c.place.lane)) continue;
+    uses_[std::size_t(c.row)].push_back({std::int32_t(equalities_.size()), 1});
+    equalities_.push_back({c.row, 0, q, c.place, c.component});
   }
   if (equalities_.empty()) return false;
   held_.emplace(form_held());

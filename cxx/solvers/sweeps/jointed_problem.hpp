@@ -34,8 +34,10 @@ public:
   // To be called first: eliminates the equalities of all posed coordinates. False: they have no factors.
   bool hold();
   // Alternative to a solve: impulses of joints alone, zero for all contacts, that undo in a step the position errors of
-  // frames at detection, of those joints for which `moves` is true. False: no factors, or no equalities.
-  bool undo_errors(const std::function<bool(const cairn_batch&, int)>& moves);
+  // frames at detection, of those joints for which `moves` is true, and by how far their coordinates are `off` the ends
+  // that hold them. False: no factors, or no equalities.
+  bool undo_errors(const std::function<bool(const cairn_batch&, int)>& moves,
+                   const std::function<double(const cairn_batch&, int)>& off);
   // Bytes of W in blocks, at most.
   double bytes() const;
   // W and q.

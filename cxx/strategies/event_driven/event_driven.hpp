@@ -72,6 +72,7 @@ private:
   Array<double> acceleration_, at_, room_, offset_, direction_, kept_position_, kept_velocity_, kept_rotation_;
   Array<std::int32_t> number_, first_pair_, place_, pair_of_, group_, bodies_;
   std::vector<std::pair<std::array<std::int32_t, 3>, int>> had_;
+  int searches_ = 0; // of neighbours in the step
   std::vector<Pair> pairs_;
   std::vector<Event> queue_;
   Candidates found_, hit_;

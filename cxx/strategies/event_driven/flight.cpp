@@ -45,6 +45,10 @@ void EventDriven::find_neighbours(Simulation& s) {
     if (info(Shape(*c.shape[k])).ball()) widest = std::max(widest, *c.radius[k]);
   Margin margin{};
   margin.constant = !std::isnan(settings_.skin) ? settings_.skin : 0.5 * (widest > 0 ? widest : 1);
+  // a body that flies by thousands of its sizes in a step leaves its surroundings as often: they grow
+  constexpr int plenty = 64, largest = 512;
+  searches_ = now_ > 0 ? searches_ + 1 : 0;
+  margin.constant = std::ldexp(margin.constant, std::clamp(searches_ - plenty, 0, largest));
   offset_.assign(c.count * dim, 0);
   direction_.assign(c.count * (dim + 1), 0);
   const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;

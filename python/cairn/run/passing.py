@@ -53,21 +53,26 @@ class Flights:
             velocity = core.scene.body("velocity")[:, :dim]
             start = core.scene.body("position") - h * velocity
         speed = np.linalg.norm(velocity, axis=1)
-        ways = np.divide(flight * speed, shapes.size, out=np.zeros(len(speed)), where=shapes.size > 0)
+        ways = np.divide(flight * speed, shapes.thickness, out=np.zeros(len(speed)), where=shapes.thickness > 0)
         for i in np.argsort(-ways)[:MOST]:
             if not ways[i] > 1:
                 return None
-            other = shapes.passed(i, start, flight * velocity, simulation._table)
-            if other is not None:
+            pair = shapes.passed(i, start, flight * velocity, simulation._table)
+            if pair is not None:
                 ids = core.scene.body("id")
-                return Passage(int(ids[i]), int(ids[other]), float(speed[i]), float(shapes.size[i]), float(ways[i]))
+                first, second = pair
+                apart = float(np.linalg.norm(velocity[first] - velocity[second]))
+                size = float(shapes.size[first])
+                return Passage(int(ids[first]), int(ids[second]), apart, size, flight * apart / size)
         return None
 
-    @staticmethod
-    def _may_pass(simulation, info, flight, h):
-        """Cheap bound: False if no body moves by more than its size during `flight` [s]."""
+    def _may_pass(self, simulation, info, flight, h):
+        """Cheap bound: False if no body moves by more than its size during `flight` [s], and none without a size moves."""
         if info.get("way", 0.0) > 0:
-            return info["way"] * flight > h
+            core = core_of(simulation)
+            thin = self._placed.thin if self._of == (core.scene.body_count, core.order_version) else [0]
+            moves = info["way"] * flight > h
+            return moves or (len(thin) > 0 and np.any(core.scene.body("velocity")[thin]))
         if not len(simulation.bodies):
             return False
         few = len(simulation.bodies) <= FEW
@@ -81,6 +86,7 @@ class _Shapes:
         self.placed = p = Placed(core.scene)
         self.dim, m = p.dim, len(p.owner)
         self.size = np.maximum(simulation.radii(), p.sizes(np.arange(len(p.ids))))
+        self._of_thin_ones(p)
         self.radius, self.material = p.field("radius"), p.field("material")
         offset, direction = p.field("offset"), p.field("direction")
         self.offset = np.reshape(offset, (m, self.dim)) if len(offset) else np.zeros((m, self.dim))
@@ -95,20 +101,50 @@ class _Shapes:
         self.meets = {a: np.isin(p.shape, [b for b in names if frozenset((a, b)) in known]) for a in names}
         self.own = {}
 
+    def _of_thin_ones(self, p):
+        """Sizes of bars, half their widths; `thickness` (bodies,) [m], that of a surface or a line is the size of the smallest
+        body; `thin`: rows of these."""
+        bars = np.flatnonzero(p.shape == "segment")
+        np.maximum.at(self.size, p.owner[bars], p.field("radius")[bars] if len(bars) else [])
+        sheets = np.unique(p.owner[np.isin(p.shape, ["segment", "facet"])])
+        self.thin = sheets[self.size[sheets] == 0]
+        self.thickness = self.size.copy()
+        self.thickness[self.thin] = np.min(self.size[self.size > 0], initial=np.inf)
+
     def passed(self, i, start, way, table):
-        """Row of the body that body i passed through. start, way (bodies, dim) [m] of all bodies; None without such a body."""
-        p, size = self.placed, self.size[i]
+        """Rows of two bodies, one of them i, of which the first passed through the second. start, way (bodies, dim) [m] of all
+        bodies; None without such bodies."""
+        p = self.placed
         rotation = p.core.body("rotation_begin") if len(p.core.body("rotation")) == len(p.ids) else np.zeros(0)
         own = np.flatnonzero(p.owner == i)
         if not len(own):
             return None
         centre = start[p.owner] + (turn(rotation[p.owner], self.offset, self.dim) if len(rotation) else self.offset)
-        apart, w = start[i] - centre, way[i] - way[p.owner]
-        square = np.sum(w * w, axis=1)
-        nearest = np.clip(np.divide(-np.sum(apart * w, axis=1), square, out=np.zeros(len(w)), where=square > 0), 0, 1)
-        distance = np.linalg.norm(apart + nearest[:, None] * w, axis=1)
-        near = self.seen & self.meets[p.shape[own[0]]] & (p.owner != i) & (square > size**2) & (distance < self.bound + size)
+        other = self._through(i, own, start, way, centre, rotation, table) if self.size[i] > 0 else None
+        if other is not None:
+            return i, other
+        for j in self._beside(i, own, start, way, centre):  # small bodies, on their way through a part of a large one
+            theirs = np.flatnonzero(p.owner == j)
+            if len(theirs) and self._through(j, theirs, start, way, centre, rotation, table, among=own) is not None:
+                return j, i
+        return None
+
+    def _beside(self, i, own, start, way, centre):
+        """Rows of the bodies (at most MOST, the nearest first) near whose path body i comes by more than their size."""
+        reach = np.max(np.linalg.norm(centre[own] - start[i], axis=1) + self.bound[own])
+        nearest, distance, square = _nearest(start[i] - start, way[i] - way)
+        near = (self.size > 0) & (square > self.size**2) & (distance < reach + self.size)
+        near[i] = False
         found = np.flatnonzero(near)
+        return found[np.argsort(distance[found])][:MOST]
+
+    def _through(self, i, own, start, way, centre, rotation, table, among=None):
+        """Row of the body, of the contactors `among` or of all, that body i of contactors `own` passed through; or None."""
+        p, size = self.placed, self.size[i]
+        apart, w = start[i] - centre, way[i] - way[p.owner]
+        nearest, distance, square = _nearest(apart, w)
+        near = self.seen & self.meets[p.shape[own[0]]] & (p.owner != i) & (square > size**2) & (distance < self.bound + size)
+        found = np.flatnonzero(near) if among is None else among[near[among]]
         for k in found[np.argsort(distance[found])][:MOST]:
             if not table.meet(int(self.material[own[0]]), int(self.material[k])):
                 continue
@@ -148,6 +184,13 @@ class _Shapes:
             inner = [np.cross(normal[0], q - r) @ (x - r).T for q, r in ((b, a), (c, b), (a, c))]
             depth = np.where(np.min(inner, axis=0) >= 0, np.abs(x @ normal[0] - offset[0]), np.inf)
         return depth
+
+
+def _nearest(apart, way):
+    """Paths apart + t way, t from 0 to 1, (n, dim): t nearest to 0 (n,), distance there (n,) [m], square of way (n,) [m2]."""
+    square = np.sum(way * way, axis=1)
+    t = np.clip(np.divide(-np.sum(apart * way, axis=1), square, out=np.zeros(len(way)), where=square > 0), 0, 1)
+    return t, np.linalg.norm(apart + t[:, None] * way, axis=1), square
 
 
 def _into_body(rotation, x, dim):

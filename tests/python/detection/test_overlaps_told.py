@@ -203,3 +203,58 @@ def test_the_largest_overlap_stands_beside_the_error(tmp_path, capsys):
     )
     assert cli.main(["info", str(tmp_path / "a.vtkhdf")]) == 0
     assert re.search(rf"error, largest .*\n +overlap, largest +{largest:.3g} of the smaller body's size", capsys.readouterr().out)
+
+
+BALL = {
+    2: {
+        "disk": lambda: cn.disks([[0, 0]], 0.05, ROCK),
+        "polygon": lambda: cn.polygons([[[-0.05, -0.05], [0.05, -0.05], [0, 0.05]]], ROCK, fixed=True),
+    },
+    3: {
+        "sphere": lambda: cn.spheres([[0, 0, 0]], 0.05, ROCK),
+        "box": lambda: cn.boxes([[0, 0, 0]], 0.1, ROCK, fixed=True),
+        "capsule": lambda: cn.capsules([[0, 0, 0]], 0.05, 0.1, ROCK),
+        "superquadric": lambda: cn.superquadrics([[0, 0, 0]], 0.05, (0.5, 0.5), ROCK),
+    },
+}
+LARGE = {
+    2: {
+        "bar": lambda v: cn.segment((-0.6, 0.3), (1.4, 0.3), ROCK, radius=0.02, velocity=(0, -v)),
+        "line": lambda v: cn.segment((-0.6, 0.3), (1.4, 0.3), ROCK, velocity=(0, -v)),
+        "free line": lambda v: cn.segment((-0.6, 0.3), (1.4, 0.3), ROCK, velocity=(0, -v), **FREE_LINE),
+        "plate": lambda v: cn.polygons([[[-0.6, 0.3], [1.4, 0.3], [1.4, 0.34], [-0.6, 0.34]]], ROCK, velocity=[[0, -v, 0]]),
+    },
+    3: {
+        "plate": lambda v: cn.boxes([[0.4, 0, 0.3]], (2, 2, 0.02), ROCK, velocity=[[0, 0, -v, 0, 0, 0]]),
+        "sheet": lambda v: cn.surface(SHEET + [0.4, 0.1, 0.3], [[0, 2, 1], [0, 3, 2]], ROCK, velocity=(0, 0, -v)),
+        "rod": lambda v: cn.capsules([[0.4, 0, 0.3]], 0.02, 2.0, ROCK, axis=(1, 0, 0), velocity=[[0, 0, -v, 0, 0, 0]]),
+        "coin": lambda v: cn.cylinders([[0.4, 0, 0.3]], 1.0, 0.02, ROCK, velocity=[[0, 0, -v, 0, 0, 0]]),
+    },
+}
+FREE_LINE = {"mass": 1.0, "inertia": 1.0, "free": ("vx", "vy", "w")}
+
+
+@pytest.mark.parametrize("dim, what, small", [(d, a, b) for d in BALL for a in LARGE[d] for b in BALL[d]])
+def test_a_large_body_that_passes_through_a_small_one_is_told(dim, what, small):
+    """The middle of the large one passes beside the small one, and its end goes through it."""
+
+    def made(speed):
+        scene = cn.Scene(dim)
+        scene.add(LARGE[dim][what](speed), BALL[dim][small]())
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        return cn.Simulation(scene, 1e-2)
+
+    found = caught(made(100.0).step, cn.TunnellingWarning)
+    assert len(found) == 1 and re.search(r"body 1 passed through body 0 in step 1: at 100 m/s", found[0])
+    assert not caught(made(1.0).step, cn.TunnellingWarning)
+
+
+@pytest.mark.parametrize("mover", ["line", "disk"])
+def test_what_slides_fast_along_a_line_has_not_passed_through_it(mover):
+    scene = cn.Scene(2)
+    speed = (100.0, 0.0)
+    scene.add(cn.disks([[-3, 0.05]], 0.05, ROCK, velocity=[[100.0, 0, 0]] if mover == "disk" else None))
+    scene.add(cn.segment((-9, 0), (9, 0), ROCK, velocity=speed if mover == "line" else None))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 1e-2)
+    assert not caught(lambda: [sim.step() for _ in range(5)], cn.TunnellingWarning)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 ROCK = cn.Material("rock", density=1000.0)
+HELD = [("Cable", 2), ("Cable", 3), ("Limit", 2), ("Limit", 3)]  # by an end of a coordinate, in place of a blocked component
 
 
 def put(dim, x, z):
@@ -14,7 +15,7 @@ def put(dim, x, z):
 def swinging(kind, dim, dt, speed=3.0):
     """A ball swings a metre below its joint."""
     scene = cn.Scene(dim, gravity=put(dim, 0.0, -9.81))
-    turns = kind != "Distance" and kind != "Cable"
+    turns = kind not in ("Distance", "Cable", "Limit")
     velocity = [speed, 0.0, speed * turns] if dim == 2 else [speed, 0, 0, 0, -speed * turns, 0]
     make = cn.disks if dim == 2 else cn.spheres
     body = scene.add(make([put(dim, 0.0, -1.0)], 0.05, ROCK, velocity=[velocity]))[0]
@@ -25,6 +26,8 @@ def swinging(kind, dim, dt, speed=3.0):
         "Pivot": lambda: cn.Pivot(point=above),
         "Ball": lambda: cn.Ball(point=above),
         "Hinge": lambda: cn.Hinge(point=above, axis=(0, 1, 0)),
+        "Limit": lambda: cn.Distance(points=[put(dim, 0.0, -1.0), above], limits=(0.1, 1.0)),
+        "Cable": lambda: cn.Cable(points=[put(dim, 0.0, -1.0), above, put(dim, 0.5, 0.0)]),
     }[kind]()
     scene.join(body, None, joint)
     return cn.Simulation(scene, dt)
@@ -39,7 +42,7 @@ def pulls(sim, steps):
 
 
 @pytest.mark.parametrize("dt", [1e-2, 1e-3, 1e-4])
-@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Pivot", 2), ("Distance", 3), ("Ball", 3), ("Hinge", 3)])
+@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Pivot", 2), ("Distance", 3), ("Ball", 3), ("Hinge", 3), *HELD])
 def test_the_first_pull_is_that_of_the_motion(kind, dim, dt):
     """It is v^2/l + g, less 3 g (1 - cos) of the angle that the body has risen by."""
     found = pulls(swinging(kind, dim, dt), 4) / (9.0 + 9.81)
@@ -47,7 +50,7 @@ def test_the_first_pull_is_that_of_the_motion(kind, dim, dt):
     assert found == pytest.approx(1 - 1.5 * 9.81 / 18.81 * angle**2, abs=2e-3 if dt > 1e-3 else 2e-4)
 
 
-@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Ball", 3)])
+@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Ball", 3), *HELD])
 def test_a_change_of_the_step_pulls_at_nothing(kind, dim):
     sim = swinging(kind, dim, 1e-3)
     before = pulls(sim, 5)
@@ -82,6 +85,20 @@ def test_what_is_joined_in_a_run_is_pulled_at_once(dim):
     sim.bodies.set(position=[put(dim, 0.0, -0.5), put(dim, 0.0, 0.5)])
     sim.join(ids[0], ids[1], cn.Distance(points=[put(dim, 0.0, -0.5), put(dim, 0.0, 0.5)]))
     assert pulls(sim, 4) == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_rope_between_two_that_swing_pulls_at_once(dim):
+    """Two equal weights swing at either end of a rope over a pulley: both balance, at any step."""
+    scene = cn.Scene(dim, gravity=put(dim, 0.0, -9.81))
+    make = cn.disks if dim == 2 else cn.spheres
+    cosine = 1.01**-0.5  # of the rope against the vertical
+    velocity = [put(dim, 3.0 * v * cosine, -0.3 * cosine) + (0.0,) * (2 * dim - 3) for v in (1.0, -1.0)]
+    ids = scene.add(make([put(dim, 0.0, -1.0), put(dim, 0.2, -1.0)], 0.05, ROCK, velocity=velocity))
+    scene.interact("*", "*", None)
+    scene.join(*ids, cn.Cable(points=[put(dim, 0.0, -1.0), put(dim, 0.1, 0.0), put(dim, 0.2, -1.0)]))
+    sim = cn.Simulation(scene, 1e-3)
+    assert pulls(sim, 5) == pytest.approx(9.0 * cosine + 9.81 * cosine, rel=2e-3)
 
 
 def test_what_rests_is_left_where_it_is():
@@ -173,3 +190,32 @@ def test_the_root_of_a_beam_bears_its_moment(mass, n=8, dt=1 / 60):
         root = [i for i, pair in enumerate(sim.contacts.bodies) if ids[0] in pair and ids[1] not in pair][0]
         assert abs(sim.contacts.impulse[root][2]) / dt == pytest.approx(force, rel=1e-2)
         assert np.abs(sim.contacts.moment[root]).max() / dt == pytest.approx(moment, rel=1e-2)
+
+
+def test_carpenter_bears_a_beam(n=6, dt=1 / 60):
+    """Moments of the last step are no loads of the next."""
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    ids = [scene.add(cn.polygons([square], ROCK, position=[(k, 0.0)]))[0] for k in range(n)]
+    scene.interact("*", "*", None)
+    scene.join(ids[0], None, cn.Fixed(point=(-0.5, 0.0)))
+    for k in range(1, n):
+        scene.join(ids[k], ids[k - 1], cn.Fixed(point=(k - 0.5, 0.0)))
+    sim = cn.Simulation(scene, dt, cn.Carpenter())
+    for _ in range(8):
+        sim.step()
+        root = [k for k, pair in enumerate(sim.contacts.bodies) if ids[0] in pair and ids[1] not in pair][0]
+        force, moment = sim.contacts.impulse[root] / dt, sim.contacts.moment[root] / dt
+        assert np.linalg.norm(force) == pytest.approx(n * 9810.0, rel=1e-3)
+        assert abs(moment[-1] if np.ndim(moment) else moment) == pytest.approx(n * n / 2 * 9810.0, rel=1e-3)
+    assert np.abs(sim.bodies.velocity).max() < 1e-4
+
+
+@pytest.mark.parametrize("kind, dim", [("Distance", 2), ("Pivot", 2), ("Distance", 3), ("Ball", 3), ("Hinge", 3), *HELD])
+def test_carpenter_holds_what_swings(kind, dim):
+    """The distance of the marks of a joint is no gap."""
+    scene, dt = swinging(kind, dim, 1e-3).scene, 1e-3
+    sim = cn.Simulation(scene, dt, cn.Carpenter())
+    for _ in range(300):
+        sim.step()
+        assert abs(np.linalg.norm(sim.bodies.position[0]) - 1) < 2e-5

@@ -1,5 +1,7 @@
 """Event-driven dynamics: a ball that bounces and comes to rest, a gas of hard disks, three balls that collapse, refusals."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -161,6 +163,21 @@ def test_a_driven_wall_works_and_the_balance_closes():
         info = sim.step()
     assert sim.energy["work_driven"] > 0 and info["persistent"] == 0
     assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
+
+
+@pytest.mark.parametrize("speed", [1e8, 1e20, 1e100])
+def test_a_body_faster_than_all_lengths_ends_its_step(speed):
+    """It leaves its surroundings 1e6 and more times in a step where these do not grow."""
+    scene = cn.Scene(2)
+    rock = cn.Material("rock", density=1000.0)
+    scene.add(cn.disks([[0, 0.5]], 0.1, rock, velocity=[[0, -speed, 0]]), cn.wall((0, 0), (0, 1), rock))
+    scene.interact("*", "*", cn.Restitution(normal=0.5, mu=0.0))
+    sim = cn.Simulation(scene, 1e-3, cn.EventDriven())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that it flies out of the scene is told
+        assert sim.step()["events"] == 1
+    assert sim.bodies.velocity[0, 1] == pytest.approx(speed / 2)
+    assert sim.bodies.position[0, 1] == pytest.approx(speed / 2 * 1e-3, rel=1e-5)
 
 
 def test_restart_to_the_same_bits(tmp_path):
