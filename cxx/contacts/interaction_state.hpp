@@ -409,6 +409,7 @@ private:
   void flight_of_surfaces(const cairn_batch& b, int lane, double out[3]) const; // rolling_flight.cpp
   void turn_of_bond(const cairn_batch& b, int lane, double out[3]) const;
   void flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const;
+  bool rocks_on_mesh(const cairn_batch& b, int lane) const;
   void flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const;
   bool fill_flight(const cairn_batch& b, double* flight) const;
   bool flies_as_round() const;

@@ -12,6 +12,7 @@ WINDOW = 16  # converged steps in a window; its smallest overlap counts, which e
 SINKS = 0.05  # least overlap for a warning, over the size of the smaller body
 RISES = 3  # number of windows with a larger overlap than all windows before
 MORE = 1.02  # ratio of overlaps above which one counts as larger
+SINKS_BY_EDGES = 0.01  # overlap for a warning of superquadrics, over the least half axis
 
 
 class Sinking:
@@ -34,6 +35,34 @@ class Sinking:
         if self._rises < RISES or least <= max(SINKS, 2 * first):
             return None
         return self._levels[0], WINDOW * (len(self._levels) - 1)
+
+
+class RoundEdges:
+    """Superquadrics with flat faces, which sink where they roll over their edges: there contacts hold at detection, to the first
+    order of the step."""
+
+    def __init__(self):
+        self._of, self._bodies = None, frozenset()
+
+    def look(self, simulation, overlap):
+        """Id of such a body with the largest overlap of the step, above SINKS_BY_EDGES; None without one. overlap: over the size
+        of the smaller body."""
+        if not overlap > SINKS_BY_EDGES:
+            return None
+        core = core_of(simulation)
+        key = (core.scene.body_count, core.order_version)
+        if self._of != key:
+            self._of, self._bodies = key, self._found(Placed(core.scene))
+        if not self._bodies:
+            return None
+        pair = deepest_pair(simulation)
+        return next((i for i in pair or () if i in self._bodies), None)
+
+    @staticmethod
+    def _found(placed):
+        of = np.flatnonzero(placed.shape == "superquadric")
+        flat = [k for k in of if np.min(placed.planes(placed.hull[k])[1][3:5]) < 1]
+        return frozenset(int(i) for i in placed.ids[placed.owner[flat]])
 
 
 def deepest_pair(simulation):

@@ -9,7 +9,7 @@ import numpy as np
 
 from .passing import Flights
 from .sets import free_masses
-from .sinking import Sinking, deepest_pair
+from .sinking import RoundEdges, Sinking, deepest_pair
 from .strategies import NSCD, Auto
 from .views import core_of
 
@@ -97,12 +97,16 @@ def _named(simulation):
     return "two bodies" if pair is None else f"bodies {pair[0]} and {pair[1]}"
 
 
+def _percent(share):
+    return f"{share:.0%}" if share < 1e4 else f"{100 * share:.3g}%"
+
+
 class StepWarnings:
     """Checks each step, and warns once of each kind."""
 
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
-        self._flights, self._sinking = Flights(), Sinking()
+        self._flights, self._sinking, self._edges = Flights(), Sinking(), RoundEdges()
 
     def begins_with(self, overlap):
         """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
@@ -152,15 +156,25 @@ class StepWarnings:
             if overlap >= WITHIN:
                 self._tell(
                     OverlapWarning,
-                    f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}: one "
-                    "lies within the other, or behind it, and contacts do not push it out; move it",
+                    f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                    "one lies within the other, or behind it, and contacts do not push it out; move it",
                 )
         if overlap > max(DEEP, 2 * self._first_overlap):
             self._tell(
                 OverlapWarning,
-                f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}, which "
-                "converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; see "
-                "sim.contacts.gap",
+                f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}, "
+                "which converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; "
+                "see sim.contacts.gap",
+            )
+        known = "edges" in self._told or overlap <= 2 * self._first_overlap
+        rolls = None if known else self._edges.look(simulation, overlap)
+        if rolls is not None and not core_of(simulation).overlaps_by_law():
+            self._tell(
+                OverlapWarning,
+                f"superquadric {rolls} overlaps by {overlap:.2g} of the smaller size in step {simulation.steps}: flat faces of "
+                "superquadrics roll over their edges to first order of the step; give project_positions=True of NSCD, or a "
+                "smaller dt",
+                "edges",
             )
         grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
         if grown is None or len(simulation.nodes) or core_of(simulation).overlaps_by_law():
