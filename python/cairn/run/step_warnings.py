@@ -9,7 +9,7 @@ import numpy as np
 
 from .passing import Flights
 from .sets import free_masses
-from .sinking import RoundEdges, Sinking, deepest_pair
+from .sinking import Leaps, RoundEdges, Sinking, deepest_pair
 from .strategies import NSCD, Auto
 from .views import core_of
 
@@ -106,7 +106,7 @@ class StepWarnings:
 
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
-        self._flights, self._sinking, self._edges = Flights(), Sinking(), RoundEdges()
+        self._flights, self._sinking, self._edges, self._leaps = Flights(), Sinking(), RoundEdges(), Leaps()
 
     def begins_with(self, overlap):
         """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
@@ -146,11 +146,20 @@ class StepWarnings:
                 f"contacts made {info['energy_created']:.0%} of the energy of step {simulation.steps} from nothing, at an error "
                 f"of {info['error']:.1e}: {_creators(simulation)}",
             )
-        self._look_at_overlaps(simulation, info)
+        self._look_at_overlaps(simulation, info, h)
 
-    def _look_at_overlaps(self, simulation, info):
-        """Warns of a deep or growing overlap in a step that converged."""
+    def _look_at_overlaps(self, simulation, info, h):
+        """Warns of a deep or growing overlap in a step of h [s] that converged."""
         overlap = info.get("penetration", 0.0)
+        leapt = None if "leaps" in self._told else self._leaps.look(simulation, overlap, h)
+        if leapt is not None and self._first_overlap is not None and not core_of(simulation).overlaps_by_law():
+            self._tell(
+                OverlapWarning,
+                f"bodies {leapt[0]} and {leapt[1]} overlap by {overlap:.2g} of the smaller one's size at once in step "
+                f"{simulation.steps}, by more than they moved: a contact found across a thin part, as at the border of a sheet "
+                "that a body hooks over, or one body was put into the other; give plates as boxes, or thicker surfaces",
+                "leaps",
+            )
         if self._first_overlap is None:
             self._first_overlap = overlap
             if overlap >= WITHIN:
