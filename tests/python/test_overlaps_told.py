@@ -293,3 +293,30 @@ def test_a_fast_impact_is_no_leap(speed):
     scene.interact("*", "*", cn.Restitution(normal=0.5, mu=0.3))
     sim = cn.Simulation(scene, 1e-3)
     assert not any("at once" in text for text in caught(lambda: [sim.step() for _ in range(60)]))
+
+
+SPRING = cn.LinearSpring(stiffness=1e4, restitution=0.5, mu=0.3)
+OTHERS = {
+    "carpenter": (cn.Carpenter(), cn.Coulomb(mu=0.3), 1e-3),
+    "granular element": (cn.GranularElement(stiffness=1e6), cn.Coulomb(mu=0.3), 1e-3),
+    "smooth": (cn.SmoothDEM(), SPRING, 1e-4),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_bodies_in_one_place_are_told_by_every_strategy(name):
+    strategy, law, dt = OTHERS[name]
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, 0], [0, 0]], 0.1, ROCK))
+    scene.interact("*", "*", law)
+    sim = cn.Simulation(scene, dt, strategy, overlap="ignore")
+    assert re.search(r"bodies 0 and 1 overlap by (200|1\d\d)% .* in step 1: one lies within", caught(sim.step)[0])
+
+
+def test_springs_too_soft_for_their_load_are_told():
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([[0, 0.1]], 0.1, ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact("*", "*", cn.LinearSpring(stiffness=1e3, restitution=0.5, mu=0.3))
+    sim = cn.Simulation(scene, 1e-4, cn.SmoothDEM())
+    words = caught(lambda: [sim.step() for _ in range(1500)])
+    assert len(words) == 1 and "springs are too soft for what they carry" in words[0]

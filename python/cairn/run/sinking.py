@@ -101,13 +101,19 @@ class RoundEdges:
 
 def deepest_pair(simulation):
     """Ids of the bodies with the largest overlap in the last step, over the size of the smaller body; None without overlap."""
+    return deepest(simulation)[0]
+
+
+def deepest(simulation):
+    """(deepest_pair, its overlap over the size of the smaller body)."""
     core = core_of(simulation)
     gap, pairs = core.contact("gap"), core.contact("bodies")
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
-        return None
+        return None, 0.0
     relative = overlaps_of(simulation, gap[deep], pairs[deep])
-    return tuple(int(i) for i in pairs[deep[int(np.argmax(relative))]])
+    worst = int(np.argmax(relative))
+    return tuple(int(i) for i in pairs[deep[worst]]), float(relative[worst])
 
 
 def overlaps_of(simulation, gap, pairs):

@@ -9,7 +9,7 @@ import numpy as np
 
 from .passing import Flights
 from .sets import free_masses
-from .sinking import Leaps, RoundEdges, Sinking, deepest_pair
+from .sinking import Leaps, RoundEdges, Sinking, deepest, deepest_pair
 from .strategies import NSCD, Auto
 from .views import core_of
 
@@ -134,9 +134,12 @@ class StepWarnings:
             self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
         if "passed" not in self._told:
             self._look_for_passages(simulation, info, h)
-        # only NSCD itself: springs of GranularElement return stored energy, and overlap by design. Steps that miss convergence by
-        # light bodies alone are checked as well
-        if type(simulation.strategy) is not NSCD or info["status"] == "diverged":
+        # only NSCD itself: springs of other strategies return stored energy, and overlap by design. Steps that miss convergence
+        # by light bodies alone are checked as well
+        if type(simulation.strategy) is not NSCD:
+            self._look_at_springs(simulation, info)
+            return
+        if info["status"] == "diverged":
             return
         if info["status"] != "converged" and info["error"] > simulation.strategy.solver.tol:
             return
@@ -147,6 +150,26 @@ class StepWarnings:
                 f"of {info['error']:.1e}: {_creators(simulation)}",
             )
         self._look_at_overlaps(simulation, info, h)
+
+    def _look_at_springs(self, simulation, info):
+        """Warns of an overlap that no strategy means, in a step of one that is not NSCD."""
+        overlap = info.get("penetration", 0.0)
+        if OverlapWarning not in self._told and overlap > DEEP:
+            overlap = deepest(simulation)[1]  # springs have it over the radius of the contact
+        if self._first_overlap is None:
+            self._first_overlap = overlap
+            if overlap >= 1:
+                self._tell(
+                    OverlapWarning,
+                    f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                    "one lies within the other, or behind it; move it",
+                )
+        if overlap > max(DEEP, 2 * self._first_overlap):
+            self._tell(
+                OverlapWarning,
+                f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                "springs are too soft for what they carry, or the step is too long for what moves; see sim.contacts.gap",
+            )
 
     def _look_at_overlaps(self, simulation, info, h):
         """Warns of a deep or growing overlap in a step of h [s] that converged."""
