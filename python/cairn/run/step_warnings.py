@@ -20,7 +20,7 @@ class OverlapWarning(UserWarning):
 
 
 class StableStepWarning(UserWarning):
-    """The step is longer than the stable step of smooth contacts."""
+    """The step is longer than the stable step of smooth contacts, or too long for damped bodies under Gear's method."""
 
 
 class EnergyCreatedWarning(UserWarning):
@@ -53,6 +53,8 @@ FAR = 1e6
 MOST_CREATED = 0.25
 # mass ratio above which the error may not show the effect of heavy bodies on light ones
 MASSES_DIFFER = 100
+# damping times the step, for a warning under Gear's method
+DAMPED = 0.01
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
 # the same ratio for a body wholly within another body, up to rounding
@@ -120,6 +122,8 @@ class StepWarnings:
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
             )
+        if type(getattr(simulation.strategy, "integrator", None)).__name__ == "Gear":
+            self._look_at_damping(simulation, info, h)
         if RunawayWarning not in self._told:
             self._look_for_runaways(simulation, info, h)
         if "unjoined" in info:
@@ -150,6 +154,19 @@ class StepWarnings:
                 f"of {info['error']:.1e}: {_creators(simulation)}",
             )
         self._look_at_overlaps(simulation, info, h)
+
+    def _look_at_damping(self, simulation, info, h):
+        """Warns of damped bodies in contact under Gear's method, which damps the fall that it predicts for bodies at rest."""
+        if "gear" in self._told or not info["contacts"] or "damping" not in simulation.bodies.names:
+            return
+        most = h * float(np.max(simulation.bodies.damping, initial=0.0))
+        if most > DAMPED:
+            self._tell(
+                StableStepWarning,
+                f"damping times the step is {most:.2g}: under Gear's method contacts and joints of damped bodies bear "
+                f"1/(1 + {most:.2g}) of the load; give a smaller dt, or another integrator",
+                "gear",
+            )
 
     def _look_at_springs(self, simulation, info):
         """Warns of an overlap that no strategy means, in a step of one that is not NSCD."""
