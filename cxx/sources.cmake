@@ -12,6 +12,7 @@ set(CAIRN_CXX_SOURCES
   api/scene.cpp
   api/simulation.cpp
   api/solids.cpp
+  api/step_warning.cpp
   api/transform.cpp
   detection/space_filling_order.cpp
   bodies/body.cpp

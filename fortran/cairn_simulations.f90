@@ -440,7 +440,7 @@ contains
     value = number_of(c_report, simulation%handle, name, error)
   end function report_number
 
-  !> "status", "solver" or "hint" of the last step.
+  !> "status", "solver", "hint" or "warning" of the last step.
   function report_text(simulation, name, error) result(text)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name

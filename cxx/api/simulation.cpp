@@ -9,6 +9,7 @@
 #include "../simulation/report.hpp"
 #include "../strategies/nscd/nscd_options.hpp"
 #include "objects.hpp"
+#include "step_warning.hpp"
 
 using cairn::Error;
 using namespace cairn::api;
@@ -430,8 +431,10 @@ int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const c
       copy_text(report.solve.solver, capacity, text);
     else if (what == "hint")
       copy_text(report.solve.hint, capacity, text);
+    else if (what == "warning")
+      copy_text(cairn::warning_of(simulation->simulation), capacity, text);
     else
-      throw Error("a step reports no text '" + what + "'; it reports status, solver, hint");
+      throw Error("a step reports no text '" + what + "'; it reports status, solver, hint, warning");
   });
 }
 

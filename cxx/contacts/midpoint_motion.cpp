@@ -66,6 +66,7 @@ struct Motion {
   double kept = 1; // of the square of a turn, so that what turns far in a step stays on its circle
   bool turns = false;
 
+  Motion() = default; // of a point of a mesh, which flies straight
   Motion(const Bodies& b, const cairn_record& record, std::int32_t body, int dim, double h) {
     std::copy_n(record.x, dim, velocity);
     if (dim == 2)
@@ -346,7 +347,13 @@ void MidpointMotion::change_of_surfaces(const cairn_batch& b, int lane, double o
   axes_of(b, 3, lane, axes);
   const double *n = axes[0], gap = in_.candidates->gap[i];
   const Motion A(*in_.bodies, system_.record[b.body_a[lane]], b.body_a[lane], 3, in_.h);
-  const Motion B(*in_.bodies, system_.record[b.body_b[lane]], b.body_b[lane], 3, in_.h);
+  Motion B;
+  if (b.mapped_b) { // its faces turn with the mesh, by as little as strains
+    const MeshSet::Middle& middle = in_.meshes->middle(in_.candidates->contactor_b[i]);
+    for (int k = 0; k < 3; ++k) B.velocity[k] = middle.of(in_.nodes->velocity, k);
+  } else {
+    B = Motion(*in_.bodies, system_.record[b.body_b[lane]], b.body_b[lane], 3, in_.h);
+  }
   const SurfacePair c = curvature_.of(i, axes);
   double radii[3];
   if (!c.known || c.a.rocks || c.b.rocks || (c.a.sharp && c.b.sharp) || !c.radii(radii)) return;
@@ -356,10 +363,11 @@ void MidpointMotion::change_of_surfaces(const cairn_batch& b, int lane, double o
     const double* from = (side ? b.lever_b : b.lever_a) + lane;
     const std::int32_t contactor = side ? in_.candidates->contactor_b[i] : in_.candidates->contactor_a[i];
     const double sense = side ? -1 : 1;
-    const bool round = is_radial(side ? b.side_b : b.side_a);
+    const bool round = is_radial(side ? b.side_b : b.side_a), of_mesh = side && b.mapped_b;
     for (int k = 0; k < 3; ++k)
-      lever[side][k] = round ? -sense * *in_.contactors->radius[contactor] * n[k]
-                             : from[std::ptrdiff_t(k) * b.count] + sense * gap / 2 * n[k];
+      lever[side][k] = of_mesh ? 0
+                       : round ? -sense * *in_.contactors->radius[contactor] * n[k]
+                               : from[std::ptrdiff_t(k) * b.count] + sense * gap / 2 * n[k];
     (side ? B : A).carry(lever[side], v[side], a[side]);
   }
   if (in_.sheared) image_velocity(*in_.cell, in_.candidates->image[i], between);
@@ -411,9 +419,20 @@ void MidpointMotion::change_of_carried(const cairn_batch& b, int lane, double ou
     for (int k = 0; k < 3; ++k) out[c] += in_.h / 2 * (a[0][k] - a[1][k]) * axes[c][k];
 }
 
+// True for a rim, a corner or another curved surface of a rigid body on a side of a mesh, on which it rocks or rolls.
+bool MidpointMotion::rocks_on_mesh(const cairn_batch& b, int lane) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  if (!b.mapped_b || b.mapped_a || anchors_.is_anchored(i) || is_sound_bond(b, lane)) return false;
+  const auto shape_a = Shape(*in_.contactors->shape[in_.candidates->contactor_a[i]]),
+             shape_b = Shape(*in_.contactors->shape[in_.candidates->contactor_b[i]]);
+  return info(shape_a).is_hull() && (shape_b == Shape::facet || shape_b == Shape::segment) &&
+         !replaced(shape_a, shape_b) &&
+         !lies_with_others(*in_.candidates, in_.dim(), i, [&](std::int32_t of) { return in_.body(of); });
+}
+
 // Flight of a turning body against a mesh, whose nodes fly straight: nodes that stick to it or are joined to it would
-// part from it by the square of the turn in each step, and stretch the mesh as much. Along the normal gaps measure the
-// error. A round body rolls on the side of a mesh with a single point.
+// part from it by the square of the turn in each step, and stretch the mesh as much. Along their normal gaps measure
+// the error. A round body rolls on the side of a mesh with a single point.
 void MidpointMotion::change_beside_mesh(const cairn_batch& b, int lane, double out[3]) const {
   if ((b.mapped_a && b.mapped_b) || law_infos()[b.law].joins) return; // or a joint that broke
   const auto side = b.mapped_a ? b.side_b : b.side_a;
@@ -426,8 +445,10 @@ void MidpointMotion::change_beside_mesh(const cairn_batch& b, int lane, double o
   Vector lever{}, v{}, a{};
   axes_of(b, d, lane, axes);
   for (int k = 0; k < d; ++k) lever[k] = flat ? from[k * b.count] : from[0] * axes[0][k];
+  const bool rocks = rocks_on_mesh(b, lane);
+  if (rocks && d == 3) return change_of_surfaces(b, lane, out);
   Motion(*in_.bodies, system_.record[turning], turning, d, in_.h).carry(lever, v, a);
-  for (int c = 1; c < d; ++c) out[c] = (b.mapped_a ? -in_.h : in_.h) / 2 * dot(a, axes[c]);
+  for (int c = rocks ? 0 : 1; c < d; ++c) out[c] = (b.mapped_a ? -in_.h : in_.h) / 2 * dot(a, axes[c]);
 }
 
 // Flight of two anchored points; the direction between them turns as they pass each other.

@@ -19,6 +19,7 @@ public:
   // True for a sound bond that holds along the tangents as well: its errors there add up from step to step.
   bool is_sound_bond(const cairn_batch& b, int lane) const;
   void change_beside_mesh(const cairn_batch& b, int lane, double out[3]) const;
+  bool rocks_on_mesh(const cairn_batch& b, int lane) const;
 
 private:
   void change_of(const cairn_batch& b, int lane, double out[3]) const;

@@ -426,7 +426,9 @@ int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, 
 int32_t cairn_simulation_contact_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
                                        int64_t* count, cairn_error* error);
 /* By the names of report.def: a term of the energy since the start [J] ("kinetic", "stored", "closure", ...), a number
- * of the last step ("worst_contact", "penetration", ...), a text of it: "status", "solver", "hint". */
+ * of the last step ("worst_contact", "penetration", ...), a text of it: "status", "solver", "hint", and "warning", of
+ * what a step that converged may still have wrong: bodies that overlap by more than half the size of the smaller one,
+ * or moved by more than their size, and shapes without a contact between them; empty: none of these. */
 int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* term, double* value,
                                 cairn_error* error);
 int32_t cairn_simulation_report(const cairn_simulation* simulation, const char* name, double* value,

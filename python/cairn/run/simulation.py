@@ -584,17 +584,21 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     def _follow_scene(self):
         """Takes over rules added to the scene since. Raises ValueError if its bodies, cell or origin were changed."""
+        fresh = self.scene.rules[self._rules_seen :]
+        if any(law is not None and law.name == "joint" for *_, law in fresh):
+            raise ValueError("a joint was made in the scene after the simulation was made of it: join bodies by Simulation.join")
         if len(self.scene.sets) != self._sets_seen:
             raise ValueError("bodies were added to the scene after the simulation was made of it: add them by Simulation.add")
         if self.scene.periodic is not self._cell_seen[0] or not np.array_equal(self.scene.origin, self._cell_seen[1]):
             name = "periodic" if self.scene.periodic is not self._cell_seen[0] else "origin"
             raise ValueError(f"{name} of the scene was set after the simulation was made of it: make another Simulation of it")
         self.scene._stepped = True
-        if len(self.scene.rules) != self._rules_seen:
-            rules = self._rules + self.scene.rules[self._rules_seen :]
+        if fresh:
+            rules = self._rules + fresh
             self.scene.check_names(self._species, rules)
             self._use_laws(self._species, rules)
             self._rules_seen = len(self.scene.rules)
+            self._warn_of_shapes()
 
     def add(self, *sets):
         """Inserts sets of bodies between steps, all or none.

@@ -12,6 +12,8 @@ WINDOW = 16  # converged steps in a window; its smallest overlap counts, which e
 SINKS = 0.05  # least overlap for a warning, over the size of the smaller body
 RISES = 3  # number of windows with a larger overlap than all windows before
 MORE = 1.02  # ratio of overlaps above which one counts as larger
+LEAPS = 0.1  # overlap within a step for a warning, beside the ways of bodies, over the size of the smaller body
+SINKS_BY_EDGES = 0.01  # overlap for a warning of superquadrics, over the least half axis
 
 
 class Sinking:
@@ -36,15 +38,82 @@ class Sinking:
         return self._levels[0], WINDOW * (len(self._levels) - 1)
 
 
+class Leaps:
+    """Overlaps that come in one step, deeper than bodies moved in it: contacts through a thin part, or of bodies put there."""
+
+    def __init__(self):
+        self._before, self._last = 0.0, None
+
+    def look(self, simulation, overlap, h):
+        """Ids of two bodies whose overlap grew by more than they can have moved against each other in a step of h [s], None
+        without. overlap: the deepest over the size of the smaller body."""
+        core = core_of(simulation)
+        before, last, now = self._before, self._last, (simulation.steps, core.scene.body_count)
+        self._before, self._last = overlap, now
+        if last != (now[0] - 1, now[1]) or not overlap > before + LEAPS:
+            return None
+        pair = deepest_pair(simulation)
+        if pair is None:
+            return None
+        there, rows = found(np.array(pair), core.scene.body("id"))
+        if not np.all(there):
+            return None
+        placed, dim = Placed(core.scene), simulation.scene.dim
+        size = np.maximum(simulation.radii(), placed.sizes(rows))[rows]
+        offset, reach = placed.field("offset"), placed.field("radius")
+        reach = reach + np.linalg.norm(np.reshape(offset, (len(reach), dim)), axis=1) if len(offset) else reach
+        velocity = np.maximum(np.abs(core.scene.body("velocity")[rows]), np.abs(core.scene.body("velocity_begin")[rows]))
+        ways = [
+            np.linalg.norm(v[:dim]) + np.linalg.norm(v[dim:]) * np.max(reach[placed.owner == row], initial=0.0)
+            for v, row in zip(velocity, rows)
+        ]
+        way = 2 * h * sum(ways) / np.min(size[size > 0], initial=np.inf)
+        return pair if overlap > before + LEAPS + way else None
+
+
+class RoundEdges:
+    """Superquadrics with flat faces, which sink where they roll over their edges: there contacts hold at detection, to the first
+    order of the step."""
+
+    def __init__(self):
+        self._of, self._bodies = None, frozenset()
+
+    def look(self, simulation, overlap):
+        """Id of such a body with the largest overlap of the step, above SINKS_BY_EDGES; None without one. overlap: over the size
+        of the smaller body."""
+        if not overlap > SINKS_BY_EDGES:
+            return None
+        core = core_of(simulation)
+        key = (core.scene.body_count, core.order_version)
+        if self._of != key:
+            self._of, self._bodies = key, self._found(Placed(core.scene))
+        if not self._bodies:
+            return None
+        pair = deepest_pair(simulation)
+        return next((i for i in pair or () if i in self._bodies), None)
+
+    @staticmethod
+    def _found(placed):
+        of = np.flatnonzero(placed.shape == "superquadric")
+        flat = [k for k in of if np.min(placed.planes(placed.hull[k])[1][3:5]) < 1]
+        return frozenset(int(i) for i in placed.ids[placed.owner[flat]])
+
+
 def deepest_pair(simulation):
     """Ids of the bodies with the largest overlap in the last step, over the size of the smaller body; None without overlap."""
+    return deepest(simulation)[0]
+
+
+def deepest(simulation):
+    """(deepest_pair, its overlap over the size of the smaller body)."""
     core = core_of(simulation)
     gap, pairs = core.contact("gap"), core.contact("bodies")
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
-        return None
+        return None, 0.0
     relative = overlaps_of(simulation, gap[deep], pairs[deep])
-    return tuple(int(i) for i in pairs[deep[int(np.argmax(relative))]])
+    worst = int(np.argmax(relative))
+    return tuple(int(i) for i in pairs[deep[worst]]), float(relative[worst])
 
 
 def overlaps_of(simulation, gap, pairs):

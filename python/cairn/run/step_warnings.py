@@ -10,7 +10,7 @@ import numpy as np
 from ..options.strategies import NSCD, Auto
 from .passing import Flights
 from .sets import free_masses
-from .sinking import Sinking, deepest_pair
+from .sinking import Leaps, RoundEdges, Sinking, deepest, deepest_pair
 from .views import core_of
 
 
@@ -20,7 +20,7 @@ class OverlapWarning(UserWarning):
 
 
 class StableStepWarning(UserWarning):
-    """The step is longer than the stable step of smooth contacts."""
+    """The step is longer than the stable step of smooth contacts, or too long for damped bodies under Gear's method."""
 
 
 class EnergyCreatedWarning(UserWarning):
@@ -53,6 +53,8 @@ FAR = 1e6
 MOST_CREATED = 0.25
 # mass ratio above which the error may not show the effect of heavy bodies on light ones
 MASSES_DIFFER = 100
+# damping times the step, for a warning under Gear's method
+DAMPED = 0.01
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
 # the same ratio for a body wholly within another body, up to rounding
@@ -97,12 +99,16 @@ def _named(simulation):
     return "two bodies" if pair is None else f"bodies {pair[0]} and {pair[1]}"
 
 
+def _percent(share):
+    return f"{share:.0%}" if share < 1e4 else f"{100 * share:.3g}%"
+
+
 class StepWarnings:
     """Checks each step, and warns once of each kind."""
 
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
-        self._flights, self._sinking = Flights(), Sinking()
+        self._flights, self._sinking, self._edges, self._leaps = Flights(), Sinking(), RoundEdges(), Leaps()
 
     def begins_with(self, overlap):
         """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
@@ -116,6 +122,8 @@ class StepWarnings:
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
             )
+        if type(getattr(simulation.strategy, "integrator", None)).__name__ == "Gear":
+            self._look_at_damping(simulation, info, h)
         if RunawayWarning not in self._told:
             self._look_for_runaways(simulation, info, h)
         if "unjoined" in info:
@@ -130,9 +138,12 @@ class StepWarnings:
             self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
         if "passed" not in self._told:
             self._look_for_passages(simulation, info, h)
-        # only NSCD itself: springs of GranularElement return stored energy, and overlap by design. Steps that miss convergence by
-        # light bodies alone are checked as well
-        if type(simulation.strategy) is not NSCD or info["status"] == "diverged":
+        # only NSCD itself: springs of other strategies return stored energy, and overlap by design. Steps that miss convergence
+        # by light bodies alone are checked as well
+        if type(simulation.strategy) is not NSCD:
+            self._look_at_springs(simulation, info)
+            return
+        if info["status"] == "diverged":
             return
         if info["status"] != "converged" and info["error"] > simulation.strategy.solver.tol:
             return
@@ -142,25 +153,77 @@ class StepWarnings:
                 f"contacts made {info['energy_created']:.0%} of the energy of step {simulation.steps} from nothing, at an error "
                 f"of {info['error']:.1e}: {_creators(simulation)}",
             )
-        self._look_at_overlaps(simulation, info)
+        self._look_at_overlaps(simulation, info, h)
 
-    def _look_at_overlaps(self, simulation, info):
-        """Warns of a deep or growing overlap in a step that converged."""
+    def _look_at_damping(self, simulation, info, h):
+        """Warns of damped bodies in contact under Gear's method, which damps the fall that it predicts for bodies at rest."""
+        if "gear" in self._told or not info["contacts"] or "damping" not in simulation.bodies.names:
+            return
+        most = h * float(np.max(simulation.bodies.damping, initial=0.0))
+        if most > DAMPED:
+            self._tell(
+                StableStepWarning,
+                f"damping times the step is {most:.2g}: under Gear's method contacts and joints of damped bodies bear "
+                f"1/(1 + {most:.2g}) of the load; give a smaller dt, or another integrator",
+                "gear",
+            )
+
+    def _look_at_springs(self, simulation, info):
+        """Warns of an overlap that no strategy means, in a step of one that is not NSCD."""
         overlap = info.get("penetration", 0.0)
+        if OverlapWarning not in self._told and overlap > DEEP:
+            overlap = deepest(simulation)[1]  # springs have it over the radius of the contact
+        if self._first_overlap is None:
+            self._first_overlap = overlap
+            if overlap >= 1:
+                self._tell(
+                    OverlapWarning,
+                    f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                    "one lies within the other, or behind it; move it",
+                )
+        if overlap > max(DEEP, 2 * self._first_overlap):
+            self._tell(
+                OverlapWarning,
+                f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                "springs are too soft for what they carry, or the step is too long for what moves; see sim.contacts.gap",
+            )
+
+    def _look_at_overlaps(self, simulation, info, h):
+        """Warns of a deep or growing overlap in a step of h [s] that converged."""
+        overlap = info.get("penetration", 0.0)
+        leapt = None if "leaps" in self._told else self._leaps.look(simulation, overlap, h)
+        if leapt is not None and self._first_overlap is not None and not core_of(simulation).overlaps_by_law():
+            self._tell(
+                OverlapWarning,
+                f"bodies {leapt[0]} and {leapt[1]} overlap by {overlap:.2g} of the smaller one's size at once in step "
+                f"{simulation.steps}, by more than they moved: a contact found across a thin part, as at the border of a sheet "
+                "that a body hooks over, or one body was put into the other; give plates as boxes, or thicker surfaces",
+                "leaps",
+            )
         if self._first_overlap is None:
             self._first_overlap = overlap
             if overlap >= WITHIN:
                 self._tell(
                     OverlapWarning,
-                    f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}: one "
-                    "lies within the other, or behind it, and contacts do not push it out; move it",
+                    f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}: "
+                    "one lies within the other, or behind it, and contacts do not push it out; move it",
                 )
         if overlap > max(DEEP, 2 * self._first_overlap):
             self._tell(
                 OverlapWarning,
-                f"{_named(simulation)} overlap by {overlap:.0%} of the smaller one's size in step {simulation.steps}, which "
-                "converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; see "
-                "sim.contacts.gap",
+                f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}, "
+                "which converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; "
+                "see sim.contacts.gap",
+            )
+        known = "edges" in self._told or overlap <= 2 * self._first_overlap
+        rolls = None if known else self._edges.look(simulation, overlap)
+        if rolls is not None and not core_of(simulation).overlaps_by_law():
+            self._tell(
+                OverlapWarning,
+                f"superquadric {rolls} overlaps by {overlap:.2g} of the smaller size in step {simulation.steps}: flat faces of "
+                "superquadrics roll over their edges to first order of the step; give project_positions=True of NSCD, or a "
+                "smaller dt",
+                "edges",
             )
         grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
         if grown is None or len(simulation.nodes) or core_of(simulation).overlaps_by_law():

@@ -1,5 +1,7 @@
 """Superquadrics with flat faces come to rest on them: corners on a face, a little behind its middle, bear it."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -92,3 +94,25 @@ def test_a_drum_rolls_as_a_cylinder_does():
         about = inertia[np.argmax(np.abs(inertia - np.median(inertia)))]
         ends.append(sim.bodies.velocity[0, 0] * (1 + about / (mass * 0.01)) / (2.0 * 0.5))
     assert ends[0] == pytest.approx(1, rel=1e-6) and ends[1] == pytest.approx(1, rel=2e-3)
+
+
+def tumbling(exponent, half, spin, time=0.9, **options):
+    """Warnings and the largest overlap, over the least half axis, of a superquadric that rolls over its edges."""
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    velocity = [[0, 0, 0, spin, 0.6 * spin, 0]]
+    scene.add(cn.superquadrics([[0, 0, 1.1 * half[2]]], half, (exponent, exponent), STONE, velocity=velocity), ground("wall"))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(**options))
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        for _ in range(round(time / 1e-3)):
+            sim.step()
+    return [str(w.message) for w in found if w.category is cn.OverlapWarning], sim.info["largest_penetration"]
+
+
+def test_one_that_rolls_over_its_edges_and_sinks_is_told():
+    words, deepest = tumbling(0.5, HALF, 8.0)
+    assert len(words) == 1 and words[0].startswith("superquadric 0 overlaps by 0.01") and deepest > 0.01
+    words, deepest = tumbling(0.5, HALF, 8.0, project_positions=True)
+    assert not words and deepest < 0.01
+    assert not tumbling(0.1, HALF, 0.0)[0]

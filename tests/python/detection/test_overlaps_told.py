@@ -258,3 +258,65 @@ def test_what_slides_fast_along_a_line_has_not_passed_through_it(mover):
     scene.interact("*", "*", cn.Frictionless())
     sim = cn.Simulation(scene, 1e-2)
     assert not caught(lambda: [sim.step() for _ in range(5)], cn.TunnellingWarning)
+
+
+def test_an_overlap_that_comes_at_once_is_told():
+    """A box tips over the border of a sheet of 1 mm, which its corner meets from below; one that is put into another."""
+    corners = np.array([[x, y, z] for z in (-0.001, 0.0) for y in (-1, 1) for x in (-1, 1)], dtype=float)
+    faces = [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2]]
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.surface(corners, [*faces, [1, 3, 7], [1, 7, 5]], ROCK))
+    turned = np.array([0.208, -0.326, -0.225, -0.894])
+    scene.add(cn.boxes([[0.03, 1.0243, 0.17]], 0.16, ROCK, rotation=[turned / np.linalg.norm(turned)]))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, overlap="ignore")
+    words = caught(lambda: [sim.step() for _ in range(600)])
+    assert len(words) == (sim.info["largest_penetration"] > 0.1)  # none where the contact is right
+    assert all("of the smaller one's size at once in step" in text for text in words)
+
+    apart = cn.Scene(3)
+    apart.add(cn.spheres([[0, 0, 0], [1, 0, 0]], 0.1, ROCK))
+    apart.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(apart, 1e-3)
+    sim.step()
+    sim.bodies.set(position=[[0, 0, 0], [0.15, 0, 0]])
+    assert "bodies 0 and 1 overlap by 0.5 of the smaller one's size at once in step 2" in caught(sim.step)[0]
+    assert not caught(sim.step)
+
+
+@pytest.mark.parametrize("speed", [10.0, 60.0])
+def test_a_fast_impact_is_no_leap(speed):
+    """It overlaps by what it moves in a step at most."""
+    scene = cn.Scene(3)
+    velocity = [[0, 0, -speed, 0, 9.0, 0]]
+    scene.add(cn.cylinders([[0, 0, 0.5]], 0.1, 0.4, ROCK, axis=(1, 0, 1), velocity=velocity), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact("*", "*", cn.Restitution(normal=0.5, mu=0.3))
+    sim = cn.Simulation(scene, 1e-3)
+    assert not any("at once" in text for text in caught(lambda: [sim.step() for _ in range(60)]))
+
+
+SPRING = cn.LinearSpring(stiffness=1e4, restitution=0.5, mu=0.3)
+OTHERS = {
+    "carpenter": (cn.Carpenter(), cn.Coulomb(mu=0.3), 1e-3),
+    "granular element": (cn.GranularElement(stiffness=1e6), cn.Coulomb(mu=0.3), 1e-3),
+    "smooth": (cn.SmoothDEM(), SPRING, 1e-4),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_bodies_in_one_place_are_told_by_every_strategy(name):
+    strategy, law, dt = OTHERS[name]
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, 0], [0, 0]], 0.1, ROCK))
+    scene.interact("*", "*", law)
+    sim = cn.Simulation(scene, dt, strategy, overlap="ignore")
+    assert re.search(r"bodies 0 and 1 overlap by (200|1\d\d)% .* in step 1: one lies within", caught(sim.step)[0])
+
+
+def test_springs_too_soft_for_their_load_are_told():
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([[0, 0.1]], 0.1, ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact("*", "*", cn.LinearSpring(stiffness=1e3, restitution=0.5, mu=0.3))
+    sim = cn.Simulation(scene, 1e-4, cn.SmoothDEM())
+    words = caught(lambda: [sim.step() for _ in range(1500)])
+    assert len(words) == 1 and "springs are too soft for what they carry" in words[0]

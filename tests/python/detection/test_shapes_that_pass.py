@@ -109,3 +109,14 @@ def test_meshes_that_touch_by_sides_alone_are_told():
     )
     words, _ = told(scene_of(2, *(cn.deformable(block(h), ROCK, edges="all", name=f"at {h}") for h in (0.0, 1.5))))
     assert len(words) == 1 and "sides of meshes have no contact with shapes segment" in words[0]
+
+
+def test_a_rule_that_the_scene_gets_in_a_run_is_looked_at():
+    pieces = SPACE["facet"]((0, 0, 0), **FREE[3]), SPACE["plane"]((0, 0, -1))
+    scene = scene_of(3, *pieces, law=False)
+    scene.interact("*", "*", None)
+    words, sim = told(scene)
+    assert not words
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    with pytest.warns(cn.ShapesWarning, match="no contact between shapes facet and plane"):
+        sim.step()

@@ -2,6 +2,8 @@
 steps much longer than the passage of a wave. Regression: with elastic forces that ignored displacements by impulses, a block at
 rest was thrown up and forces on a pinned strip reached 1e140 times its weight, in converged steps."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -100,3 +102,24 @@ def test_solids_of_small_strains_move_as_matrices(integrator):
             sim.step()
         ends.append(sim.meshes[0].displacement.copy())
     assert np.abs(ends[0] - ends[1]).max() < 1e-8 * np.abs(ends[0]).max()
+
+
+def test_gear_beside_damping_is_told():
+    """A damped disk at rest bears 1/(1 + h c) of its weight, since what Gear's method damps is the fall that it predicts."""
+    stone = cn.Material("stone", density=1000.0)
+
+    def made(damping, integrator):
+        scene = cn.Scene(2, gravity=(0, -9.81))
+        scene.add(cn.disks([[0, 0.1]], 0.1, stone, damping=damping), cn.wall((0, 0), (0, 1), stone))
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        return cn.Simulation(scene, 2e-3, cn.NSCD(integrator=integrator))
+
+    sim = made(25.0, cn.Gear())
+    with pytest.warns(cn.StableStepWarning, match="bear 1/.1 . 0.05. of the load"):
+        for _ in range(60):
+            sim.step()
+    assert sim.contacts.impulse[0, 1] / 2e-3 / (9.81 * sim.bodies.mass[0]) == pytest.approx(1 / 1.05, rel=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made(25.0, cn.HHT()).step()
+        made(1.0, cn.Gear()).step()

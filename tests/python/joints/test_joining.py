@@ -194,3 +194,15 @@ def test_what_is_wrong_is_told_and_leaves_nothing(make, told):
     sim.join(0, 1, cn.Pivot(point=(0.12, 0)))
     sim.step()
     assert len(sim.contacts) == 1
+
+
+@pytest.mark.parametrize("other", [None, 1])
+def test_a_joint_that_the_scene_gets_in_a_run_is_refused_by_name(other):
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([[0, 0], [1, 0]], 0.1, cn.Material("stone", density=1000.0)))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, 1e-3)
+    sim.step()
+    scene.join(0, other, cn.Pivot(point=(0.5, 0)))
+    with pytest.raises(ValueError, match="a joint was made in the scene after .* join bodies by Simulation.join"):
+        sim.step()

@@ -1,0 +1,13 @@
+// What a step that converged may still have wrong, as one text.
+#pragma once
+#include <string>
+
+namespace cairn {
+
+class Simulation;
+
+// Deep overlaps, bodies that move by more than their size in a step, and shapes without a kernel between them; empty
+// where there are none.
+std::string warning_of(const Simulation&);
+
+} // namespace cairn
