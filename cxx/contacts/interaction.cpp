@@ -103,8 +103,11 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
   system.mesh_speed_square = of_meshes;
 }
 
-SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
+SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked) {
   State& s = *s_;
+  SolverOptions options = asked;
+  if (!s.may_end_early()) options.enough = 0;
+  if (s.overlap_limit < std::numeric_limits<double>::infinity()) s.note_loaded();
   s.system.grows = bodies.stretch.active;
   s.system.clumps = s.system.clumps && options.enough > options.tolerance;
   if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold()) s.measure_speeds(bodies);
@@ -179,7 +182,6 @@ void Interactions::update_velocity(Bodies& bodies) {
       s.energy.turned_over += 0.5 * sums[3];
     }
     if (s.parted) s.count_growth();
-    if (system.drift > 0) s.count_parting();
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
     if (s.meshes) s.push_meshes();

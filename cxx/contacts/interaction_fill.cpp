@@ -193,7 +193,6 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   std::fill(bias + b.contacts, bias + n, 0.0);
   std::fill(mu + b.contacts, mu + n, 0.0);
   if (law.plugged()) check_prepared(b, bias, compliance, mu);
-  part(b, bias);
   if (bodies->stretch.active) add_growth(b, gap, bias);
   for (int lane = 0; flying && lane < b.contacts; ++lane) bias[lane] += flight[lane];
   inherit_packed<d>(b);
@@ -495,7 +494,6 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   if (law_infos()[b.law].holds && !anchor_of.empty()) hold_places(b);
   if ((b.mapped_a || b.mapped_b) && (law_infos()[b.law].joins || law_infos()[b.law].holds))
     for (int k = 0; k < n * c; ++k) b.bias[k] *= correction;
-  part(b, b.bias);
   if (bodies->stretch.active) add_growth(b, gap, b.bias);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
   if (pose.kernel) apply_pose(b, gap, u, compliance);

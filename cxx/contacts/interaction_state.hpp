@@ -88,6 +88,8 @@ struct Interactions::State {
   double joint_theta = 0;                         // see centre_joints; 0: theta
   double correction = 1;                          // of what joints and bonds on meshes miss, by a step
   double overlap_limit = std::numeric_limits<double>::infinity(); // see limit_overlap
+  Array<double> asked, parting;                                   // by place, of part_overlaps [m/s], [N s]
+  Array<char> loaded;                                             // by place: the contact pressed in the last step
   bool flies = true; // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
@@ -212,8 +214,10 @@ struct Interactions::State {
             candidates->feature[i], candidates->image[i]};
   }
   void count_cell_work();
-  void count_growth();  // its work, which contacts do not make from nothing
-  void count_parting(); // work of overlap that is taken back
+  void count_growth();        // its work, which contacts do not make from nothing
+  bool may_end_early() const; // in overlap.cpp
+  void note_loaded();
+  bool ask_for_parting(const cairn_schedule& schedule, bool persisting);
   // Checks of plugged laws, in plugged_laws.cpp. The first throws std::invalid_argument for a noted fault, the second
   // looks for the law that made a solution diverge.
   void refuse_fault() const;
@@ -385,9 +389,7 @@ private:
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
   bool limits_overlap(const cairn_batch& b) const; // in overlap.cpp
   bool all_balls() const;
-  double overlap_beyond(std::int64_t i, double& size) const;
-  double parting_at(std::int64_t i) const;
-  void part(const cairn_batch& b, double* bias) const;
+  double overlap_beyond(std::int64_t i, double gap, double& size) const;
   double deepest_drift() const;
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
   double free_opening(const cairn_batch& b, int lane, double begin) const;

@@ -1,7 +1,10 @@
-// Overlap that is taken back by the laws themselves: what a step leaves of a contact's velocity is an overlap for good
-// where laws act on velocities alone, and hundreds of steps of one sign leave a radius. Beyond a share of the smaller
-// body's size the contact opens, by an eighth of that share in a step at most, so that what came in deep parts
-// slowly: a body that nothing presses keeps that speed.
+// Overlap that is taken back after a step by displacements alone: what a step leaves of a contact's velocity is an
+// overlap for good where laws act on velocities, and hundreds of steps of one sign leave a radius. Displacements are
+// the smallest in the metric of mass that bring overlaps down to the limit and no other pair beyond it (Moreau 1999;
+// Acary 2013), by a few sweeps: what they leave is taken back in the next steps. No velocity changes, so that nothing
+// is thrown apart.
+#include <omp.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -25,6 +28,10 @@ bool takes_back(Law law) {
   }
 }
 
+constexpr int most_sweeps = 8;     // measured: more of them leave as much
+constexpr double sweeps_on = 1e-3; // while a sweep changes more than that share of what the largest did
+constexpr double deep = 4;         // overlap beyond the limit, over it, with which no step ends early
+
 } // namespace
 
 bool Interactions::State::limits_overlap(const cairn_batch& b) const {
@@ -40,60 +47,83 @@ bool Interactions::State::all_balls() const {
   return true;
 }
 
-// How much of an overlap is beyond the limit [m].
-double Interactions::State::overlap_beyond(std::int64_t i, double& size) const {
-  if (!(candidates->gap[std::size_t(i)] < 0)) return 0;
+// How much of a gap is overlap beyond the limit; negative: how far it is from that [m].
+double Interactions::State::overlap_beyond(std::int64_t i, double gap, double& size) const {
   const double ra = *contactors->radius[candidates->contactor_a[std::size_t(i)]],
                rb = *contactors->radius[candidates->contactor_b[std::size_t(i)]];
   size = ra > 0 && rb > 0 ? std::min(ra, rb) : std::max(ra, rb);
-  return std::max(0.0, -candidates->gap[std::size_t(i)] - overlap_limit * size);
-}
-
-constexpr double of_limit = 1.0 / 8; // measured: what steps at an error of 1e-3 leave is less
-
-// The speed at which a contact opens [m/s].
-double Interactions::State::parting_at(std::int64_t i) const {
-  double size = 0;
-  const double beyond = overlap_beyond(i, size);
-  return beyond > 0 ? std::min(beyond, of_limit * overlap_limit * size) / h : 0;
-}
-
-void Interactions::State::part(const cairn_batch& b, double* bias) const {
-  if (!limits_overlap(b)) return;
-  const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
-  for (int lane = 0; lane < b.contacts; ++lane) {
-    const double speed = parting_at(system.candidate[b.first + lane]);
-    if (!(speed > 0)) continue;
-    bias[lane] -= speed;
-    if (own.flight) own.flight[lane] -= speed; // no opening of what the law keeps
-  }
+  return -gap - overlap_limit * size;
 }
 
 double Interactions::State::deepest_drift() const {
   double deepest = 0;
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts && limits_overlap(b); ++lane) {
+      const std::int64_t i = system.candidate[b.first + lane];
       double size = 0;
-      if (const double beyond = overlap_beyond(system.candidate[b.first + lane], size); beyond > 0)
+      if (const double beyond = overlap_beyond(i, candidates->gap[std::size_t(i)], size); beyond > 0)
         deepest = std::max(deepest, beyond / size);
     }
   return deepest;
 }
 
-// Work of contacts that take back overlap [J], booked apart from created energy. Half of it is done in this step, the
-// other half in the next, which begins with the parting speed; all of it is counted here.
-void Interactions::State::count_parting() {
+// Once overlap adds up all the same, steps are solved to their tolerance.
+bool Interactions::State::may_end_early() const {
+  return !(overlap_limit < std::numeric_limits<double>::infinity()) || system.drift <= deep * overlap_limit;
+}
+
+void Interactions::State::note_loaded() {
+  fit(loaded, std::size_t(system.places()));
   for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts && limits_overlap(b); ++lane) {
-      const double push = at(b, b.r, lane, 0), given = 0.5 * b.scale[lane];
-      const double work = push > 0 ? push * parting_at(system.candidate[b.first + lane]) : 0;
-      if (!(work > 0)) continue;
-      b.scale[lane] -= 2 * work;
-      energy.parted += work;
-      energy.normal += work;
-      energy.created += std::max(0.0, given - work) - std::max(0.0, given);
-      energy.turned_over += std::abs(given - work) + work - std::abs(given);
+    for (int lane = 0; lane < b.contacts; ++lane) loaded[b.first + lane] = at(b, b.r, lane, 0) > 0;
+}
+
+// Velocities along normals that displacements over a step are to have at least. False: none is above 0.
+bool Interactions::State::ask_for_parting(const cairn_schedule& schedule, bool persisting) {
+  bool any = false;
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    const bool limited = limits_overlap(b);
+    double u[6 * 128];
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int64_t i = system.candidate[b.first + lane];
+      const double gap = candidates->gap[std::size_t(i)] + h * theta * u[lane]; // at the end of the step
+      double size = 0, beyond = overlap_beyond(i, gap, size);
+      const bool may = limited && (!persisting || (loaded[b.first + lane] && at(b, b.r, lane, 0) > 0));
+      if (!limited) beyond = std::min(0.0, -gap);
+      beyond = std::min(beyond, may ? overlap_limit * size : 0.0);
+      asked[b.first + lane] = beyond / h;
+      any = any || beyond > 0;
     }
+  }
+  return any;
+}
+
+bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<double>& velocity) {
+  State& s = *s_;
+  ContactSystem& system = s.system;
+  if (system.batches.empty()) return false;
+  const cairn_schedule schedule = system.schedule(omp_get_max_threads());
+  fit(s.asked, std::size_t(system.places()));
+  fit(s.parting, std::size_t(system.places()));
+  if (!s.ask_for_parting(schedule, persisting)) return false;
+  std::fill_n(s.parting.begin(), system.places(), 0.0);
+  system.clear_velocities();
+  double largest = 0;
+  for (int n = 0; n < most_sweeps; ++n) {
+    cairn_normal_sweep(1, &schedule, s.asked.data(), s.parting.data(), system.change.data());
+    double change = 0;
+    for (std::size_t b = 0; b < system.batches.size(); ++b) change += system.change[b];
+    largest = std::max(largest, change);
+    if (!(change > sweeps_on * largest)) break;
+  }
+  const int dofs = system.velocities();
+  fit(velocity, std::size_t(dofs) * std::size_t(bodies.count));
+  for (std::int64_t b = 0; b < bodies.count; ++b)
+    std::copy_n(system.record[b].x, dofs, &velocity[std::size_t(dofs * b)]);
+  system.load({bodies.velocity, s.meshes ? &s.nodes->velocity : nullptr});
+  return true;
 }
 
 } // namespace cairn

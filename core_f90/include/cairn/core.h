@@ -269,6 +269,7 @@ void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* ch
 void cairn_extrapolated_sweep(const cairn_schedule* schedule, double factor, int64_t bodies, int32_t velocities,
                               double* before, int32_t stride, double* r_before, double* change, double* along);
 void cairn_sweep_chosen(int32_t sweeps, const cairn_schedule* schedule, const int32_t* chosen, double* change);
+void cairn_normal_sweep(int32_t sweeps, const cairn_schedule* schedule, const double* asked, double* p, double* change);
 void cairn_add_impulses(const cairn_schedule* schedule);
 void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
 void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true,

@@ -1,8 +1,6 @@
 """Restoration of checkpoints, checked before use: the state of the core by cxx/files/state_check.cpp, the part kept by Python
 here."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..model.scene import rules_from_dict, rules_to_dict
@@ -10,8 +8,8 @@ from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
 from . import cracks
-from .sets import FUNCTIONS, later_from_dict, mesh_from_dict
-from .strategies import SOLVERS, Default
+from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
+from .strategies import Default, may_be_pack
 
 
 def restore(sim, path):
@@ -91,8 +89,8 @@ def _strategy(sim, name):
         return sim.strategy
     if name not in ("Auto", "NLGS"):
         raise ValueError(f"solver is {name!r}: Auto or NLGS is chosen")
-    given = sim._given.solver
-    return replace(sim.strategy, solver=SOLVERS[name](tol=given.tol, min_iter=given.min_iter, max_iter=given.max_iter))
+    packs = may_be_pack(sim._core.scene, sim._rules, free_masses(sim._sets))
+    return sim._given.with_solver(sim._given.solver.chosen(name, packs))
 
 
 def _text(value):
