@@ -55,9 +55,9 @@ def test_centre_of_mass_stays(dim):
     sim = cn.Simulation(scene, 2.0**-10, cn.NSCD(overlap=0.005), overlap="ignore")
     mass, middle = radii**dim, lambda: mass @ sim.bodies.position / mass.sum()
     start, begin = middle(), sim.step()["drift"]
-    for _ in range(30):
+    for _ in range(40):
         end = sim.step()["drift"]
-    way = 31 * sim.dt * velocity[0, :dim]
+    way = 41 * sim.dt * velocity[0, :dim]
     assert begin > 0.1 and end < 1e-9
     assert np.abs(middle() - start - way).max() < 1e-14
     assert np.array_equal(sim.bodies.velocity, velocity)
@@ -119,43 +119,51 @@ def test_what_steps_leave_does_not_add_up(dim):
 
 
 def pressed(count=5, strategy=None, speed=0.02, seed=3):
-    """count^3 spheres of 1 m between walls, pressed by a lid that a force of 100 times their weight moves."""
+    """count^3 spheres of 1 m between walls, pressed by a lid that a force of 20 times their weight moves."""
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(count)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    radii = rng.uniform(0.4, 0.5, len(grid))
+    radii = rng.uniform(0.38, 0.45, len(grid))
     scene = cn.Scene(3, gravity=(0, 0, 0), periodic=cn.Periodic(lengths=(count, count, np.inf)))
     scene.add(cn.spheres((grid + 0.5 + rng.uniform(-0.05, 0.05, grid.shape)) * [1, 1, 1.05], radii, ROCK))
     weight = 9.81 * 2000 * 4 / 3 * np.pi * np.sum(radii**3)
     scene.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK))
-    lid = scene.add(cn.wall((0, 0, 1.1 * count), (0, 0, -1), ROCK, mass=weight / 98.1, free="vz", force=(0, 0, -100 * weight)))
+    lid = scene.add(cn.wall((0, 0, 1.1 * count), (0, 0, -1), ROCK, mass=weight / 5, free="vz", force=(0, 0, -20 * weight)))
     scene.interact("*", "*", cn.Coulomb(mu=0.3))
     return cn.Simulation(scene, 1e-3, strategy, overlap="ignore"), int(lid[0])
 
 
-def test_dense_packs_end_their_steps_early():
-    """Balls that a lid presses together: no step takes more than some tens of sweeps, all converge, and overlap stays small. A
-    tolerance that is named counts alone."""
-    sim, lid = pressed()
-    told = [dict(sim.step()) for _ in range(250)]
-    early = [k for k, info in enumerate(told) if info["error"] > 1e-4]
+def test_dense_packs_end_their_steps_early(tmp_path):
+    """Balls that a lid presses together: steps whose contacts press as in the last step end after 50 sweeps, all converge, and
+    overlap stays small. Without the impulses of the last step all contacts are new, as in an impact, and the tolerance counts. A
+    checkpoint goes on to the same bits."""
+    sim, _ = pressed()
+    told = [dict(sim.step()) for _ in range(380)]
+    early = [info for info in told if info["error"] > 1e-4]
     assert all(info["status"] == "converged" for info in told)
-    assert early and max(told[k]["error"] for k in early) <= 1e-3
-    assert all(told[k]["iterations"] >= 50 for k in early)
-    assert max(info["penetration"] for info in told) < 0.03
+    assert early and max(info["error"] for info in early) <= 1e-3
+    assert all(info["iterations"] >= 50 for info in early)
+    assert max(info["penetration"] for info in told) < 0.02
     assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
-    named, _ = pressed(strategy=cn.NSCD(solver=cn.Default(tol=1e-4)))
+    sim.checkpoint(tmp_path / "pack.h5")
+    for warm in (True, False):
+        solver = cn.NLGS(tol=1e-7, enough=0.01, patience=1, max_iter=400)
+        other, _ = pressed(strategy=cn.NSCD(solver=solver, overlap=0.005, warm_start=warm))
+        other.restore(tmp_path / "pack.h5")
+        info = other.step()
+        assert (info["error"] > 1e-7 and info["status"] == "converged") == warm
+    again, _ = pressed()
+    again.restore(tmp_path / "pack.h5")
+    for _ in range(10):
+        sim.step(), again.step()
+    assert again.strategy == sim.strategy and np.array_equal(sim.bodies.position, again.bodies.position)
+
+
+def test_a_tolerance_that_is_named_counts_alone():
+    """Default without a tolerance has early ends, and a limit of overlap."""
+    named, _ = pressed(count=2, strategy=cn.NSCD(solver=cn.Default(tol=1e-4)))
+    free, _ = pressed(count=2)
     assert named.strategy.solver.enough is None and named.strategy.overlap == np.inf
-    assert sim.strategy.solver.enough == 1e-3 and sim.strategy.overlap == 0.005
-
-
-def test_steps_of_impacts_do_not_end_early():
-    """Contacts that are new do not persist: their step is solved to its tolerance."""
-    strategy = cn.NSCD(solver=cn.NLGS(tol=1e-8, enough=0.1, patience=1), overlap=0.005)
-    sim, lid = pressed(strategy=strategy)
-    told = [dict(sim.step()) for _ in range(250)]
-    first = next(k for k, info in enumerate(told) if info["contacts"] and info["iterations"] > 1)
-    assert told[first]["error"] <= 1e-8 or told[first]["status"] != "converged"
-    assert any(info["error"] > 1e-8 and info["status"] == "converged" for info in told)
+    assert free.strategy.solver.enough == 1e-3 and free.strategy.overlap == 0.005
 
 
 @pytest.mark.parametrize("change", [
@@ -178,20 +186,6 @@ def test_packs_are_balls_under_laws_without_gaps():
     assert all(ends(law) == 1e-3 for law in LAWS)
     assert ends(shape="capsules") is None
     assert ends(cn.ElasticContact(stiffness=1e6, mu=0.1)) is None
-
-
-def test_a_checkpoint_goes_on_to_the_same_bits(tmp_path):
-    """In the midst of steps that end early."""
-    sim, _ = pressed(count=4)
-    for _ in range(150):
-        sim.step()
-    sim.checkpoint(tmp_path / "pack.h5")
-    again, _ = pressed(count=4)
-    again.restore(tmp_path / "pack.h5")
-    for _ in range(10):
-        sim.step(), again.step()
-    assert again.strategy == sim.strategy
-    assert np.array_equal(sim.bodies.position, again.bodies.position)
 
 
 def test_overlap_is_checked():

@@ -152,7 +152,7 @@ typedef struct cairn_batch {
   int32_t first;              /* place of its first contact in the order of batches */
   int32_t velocities;         /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
   int32_t pack;               /* 0, or the lines of a pack: see above */
-  int32_t relaxes;            /* 1: over-relaxation applies; 0: the law has its own solution */
+  int32_t relaxes;            /* 1: over-relaxation applies; 2: and sweeps refine it; 0: the law has its own solution */
   int32_t bonds;              /* 1: held fast where the first state is above 0, a cone where it is 0 */
   int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
   int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights; 2: and

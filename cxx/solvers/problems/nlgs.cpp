@@ -110,6 +110,12 @@ void mark_loaded(const ContactSystem& system) {
     for (int lane = 0; lane < b.contacts; ++lane) b.status[lane] = at(b, b.r, lane, 0) > 0;
 }
 
+// Full blocks of cones in space are refined from the sweep before, in less than half of the time of their solution.
+void refine_cones(ContactSystem& system) {
+  for (cairn_batch& b : system.batches)
+    if (b.solve == cairn_cone_full3 && b.relaxes == 1 && b.components == 3) b.relaxes = 2;
+}
+
 // True of a dense pack: many contacts press, and most of them did in the last step. In impacts most of them are new.
 bool persists(const ContactSystem& system) {
   constexpr std::int64_t many = 100;
@@ -150,6 +156,7 @@ public:
       rests_ = system.rest;
     may_end_early_ = options.enough > options.tolerance && !std::isfinite(options.accuracy);
     if (may_end_early_) mark_loaded(system);
+    if (may_end_early_ && system.clumps) refine_cones(system);
     uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
     cairn_add_impulses(&schedule_);
   }
@@ -196,7 +203,7 @@ public:
     SolverOptions asked = options_;
     asked.tolerance = ends_at();
     if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
-      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(asked));
+      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;
       asked.accuracy = options_.tolerance;

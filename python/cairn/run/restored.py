@@ -10,6 +10,7 @@ from ..pre import checks
 from . import cracks
 from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
 from .strategies import Default, may_be_pack
+from .views import core_of
 
 
 def restore(sim, path):
@@ -89,7 +90,7 @@ def _strategy(sim, name):
         return sim.strategy
     if name not in ("Auto", "NLGS"):
         raise ValueError(f"solver is {name!r}: Auto or NLGS is chosen")
-    packs = may_be_pack(sim._core.scene, sim._rules, free_masses(sim._sets))
+    packs = may_be_pack(core_of(sim).scene, sim._rules, free_masses(sim._sets))
     return sim._given.with_solver(sim._given.solver.chosen(name, packs))
 
 

@@ -175,11 +175,13 @@ class Default(ContactSolver):
 
 def may_be_pack(core, rules, meshes):
     """True if all that moves is balls, alone or in clumps, and walls, under laws that ask for no overlap or gap of their own."""
-    shapes, body = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body")
-    free = core.raw_body("mass").ravel()
-    moves = np.isfinite(free) & (free > 0)
-    balls = np.isin(shapes[moves[np.maximum(body, 0)] & (body >= 0)], SHAPES_OF_PACKS).all()
-    return bool(balls) and not len(meshes) and all(law is None or type(law).__name__ in LAWS_OF_PACKS for _, _, law in rules)
+    if len(meshes) or any(law is not None and type(law).__name__ not in LAWS_OF_PACKS for _, _, law in rules):
+        return False
+    shapes, body, mass = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body"), core.raw_body("mass").ravel()
+    if (body < 0).any():
+        return False  # nodes of meshes that are driven
+    moves = np.isfinite(mass[body]) & (mass[body] > 0)
+    return bool(np.isin(shapes[moves], SHAPES_OF_PACKS).all())
 
 
 # mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
@@ -238,9 +240,10 @@ class NSCD(Strategy):
     of a spring are refused.
     overlap: limit of the overlap of rigid bodies over the size of the smaller one: displacements take back the rest after the
     step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the solver has
-    an `enough`, only after steps that it ended, and at contacts that press in that step and the last one; a step is not ended so
-    as long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 in dense packs where the solver names no
-    tol (see Default), else inf. It holds under Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
+    an `enough`, only after steps that it ended, and at contacts that press in that step and the last one; no step is ended so as
+    long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 where Default ends steps of dense packs
+    early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
+    LimitedSlip, Wet and Capillary.
     warm_start: True: begin from the impulses of the last step. threads: 0: as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve.
     contact_point: where impulses act: "middle" of the gap, which conserves the angular momentum of the pair; or "surface" of each
@@ -327,12 +330,10 @@ class NSCD(Strategy):
         """This strategy with a solver that was chosen for a scene, and the limit of overlap that goes with it."""
         early = isinstance(self.solver, Default) and getattr(solver, "enough", None) is not None
         own = self.project_positions or self.contact_point == "surface" or self.pose != "moreau" or self.accuracy is not None
-        if early and (own or self.integrator is not None or self.cut_back > 0):
+        if early and (own or self.overlap is not None or self.integrator is not None or self.cut_back > 0):
             early, solver = False, replace(solver, enough=None, patience=0)
-        overlap = self.overlap
-        if overlap is None:
-            overlap = OVERLAP if early else math.inf
-        return replace(self, solver=solver, overlap=overlap)
+        default = OVERLAP if early else math.inf
+        return replace(self, solver=solver, overlap=default if self.overlap is None else self.overlap)
 
     def settings(self):
         """Settings for the core."""
