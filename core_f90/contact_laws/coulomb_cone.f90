@@ -111,8 +111,8 @@ contains
     if (present(status)) status = 0
   end subroutine cairn_cone_full3
 
-  !> The same from the impulse of the sweep before, by a few of Newton's steps for contacts side by side: sweeps refine what they
-  !> leave, and a solution stays one.
+  !> Impulses of full 3 x 3 blocks from those of the sweep before: three steps of Newton's method for eight contacts at a time. Later
+  !> sweeps reduce the rest, and a solution stays a solution.
   pure subroutine refine_cone3(n, c, w, u_free, mu, r)
     integer, value                :: n            !< contacts
     integer, value                :: c            !< 3, or more: further components are left alone

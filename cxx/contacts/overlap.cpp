@@ -1,8 +1,7 @@
-// Overlap that is taken back after a step by displacements alone: what a step leaves of a contact's velocity is an
-// overlap for good where laws act on velocities, and hundreds of steps of one sign leave a radius. Displacements are
-// the smallest in the metric of mass that bring overlaps down to the limit and no other pair beyond it (Moreau 1999;
-// Acary 2013), by a few sweeps: what they leave is taken back in the next steps. No velocity changes, so that nothing
-// is thrown apart.
+// Displacements that take back overlap after a step. Laws act on velocities, so that an overlap which a step leaves
+// stays, and hundreds of steps whose residuals have one sign leave a radius. The displacements are the smallest in the
+// metric of mass that bring overlaps down to the limit and no other pair beyond it (Acary 2013), found by a few sweeps;
+// later steps take back the rest. No velocity changes, so that no body gains speed.
 #include <omp.h>
 
 #include <algorithm>
@@ -28,9 +27,9 @@ bool takes_back(Law law) {
   }
 }
 
-constexpr int most_sweeps = 8;     // measured: more of them leave as much
-constexpr double sweeps_on = 1e-3; // while a sweep changes more than that share of what the largest did
-constexpr double deep = 4;         // overlap beyond the limit, over it, with which no step ends early
+constexpr int most_sweeps = 8;        // measured: the deepest overlap of a pack is no smaller with 50
+constexpr double least_change = 1e-3; // of a sweep, over the largest of a sweep, below which sweeps end
+constexpr double deep = 4;            // overlap beyond the limit, over the limit, above which no step ends early
 
 } // namespace
 
@@ -116,7 +115,7 @@ bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<do
     double change = 0;
     for (std::size_t b = 0; b < system.batches.size(); ++b) change += system.change[b];
     largest = std::max(largest, change);
-    if (!(change > sweeps_on * largest)) break;
+    if (!(change > least_change * largest)) break;
   }
   const int dofs = system.velocities();
   fit(velocity, std::size_t(dofs) * std::size_t(bodies.count));

@@ -44,7 +44,7 @@ def test_what_came_in_deep_parts_slowly(law):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_centre_of_mass_stays(dim):
-    """Of two bodies in flight, whose velocities keep their bits."""
+    """Two bodies in flight keep the bits of their velocities."""
     scene = cn.Scene(dim, gravity=(0,) * dim)
     centers, radii = np.zeros((2, dim)), np.array([0.5, 0.3])
     centers[1, :2] = 0.45, 0.6

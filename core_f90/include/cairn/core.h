@@ -244,7 +244,6 @@ void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
 typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const double* params, const double* gap,
                         const double* u_begin, const double* force_begin, double* bias, double* compliance,
                         double* given);
-/* The local solvers of the cone. */
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches

@@ -1,5 +1,5 @@
-!> Sweeps over normal components alone: contacts without friction, whose velocities along the normal are at least what is asked.
-!> Displacements that part overlapping bodies obey such conditions (Moreau 1999; Acary 2013), in the metric of mass.
+!> Sweeps for contacts without friction: normal impulses that give each contact a least velocity along its normal. Displacements
+!> that part overlapping bodies obey such conditions in the metric of mass (Acary 2013).
 module normal_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace

@@ -264,8 +264,8 @@ private:
     system_.keeps_velocity = true;
   }
   double ends_at() const { return early_ ? options_.enough : options_.tolerance; }
-  // A dense pack that creeps moves impulses along force chains from step to step, and each step goes on from the last
-  // one: what a step leaves in its contacts the next ones take up.
+  // Force chains of a dense pack build up over several steps, each of which begins with the impulses of the last: later
+  // steps reduce the residual of this one.
   void lose_patience() {
     if (early_ || !may_end_early_ || report_.iterations < options_.patience || !persists(system_)) return;
     early_ = true;

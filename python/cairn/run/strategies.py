@@ -146,7 +146,7 @@ class Default(ContactSolver):
         self.chosen("NLGS")
 
     def settings(self):
-        """What the core reads."""
+        """Settings for the core."""
         return replace(self, tol=TOL).settings() if self.tol is None else super().settings()
 
     def chosen(self, name, packs=False):
