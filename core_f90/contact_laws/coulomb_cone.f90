@@ -111,7 +111,7 @@ contains
     if (present(status)) status = 0
   end subroutine cairn_cone_full3
 
-  !> Impulses of full 3 x 3 blocks from those of the sweep before: three steps of Newton's method for eight contacts at a time. Later
+  !> Impulses of full 3 x 3 blocks from those of the sweep before: three steps of Newton's method, eight contacts at a time. Later
   !> sweeps reduce the rest, and a solution stays a solution.
   pure subroutine refine_cone3(n, c, w, u_free, mu, r)
     integer, value                :: n            !< contacts
