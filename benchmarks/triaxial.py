@@ -1,9 +1,9 @@
 """What a tolerance is worth to a user: the peak of the stress and the dilation of a triaxial test, against what they cost.
 
-python benchmarks/triaxial.py [--spheres 2000] [--steps 500] [--only TEXT]: 2,000 spheres between walls, periodic across, packed
-without friction at 1 kPa, then sheared in plane strain at 50 kPa and an inertial number of 1e-3, with friction .5. Writes
-benchmarks/results/triaxial.csv, a row for each setting: CPU milliseconds and sweeps of a step, steps that converged, largest
-error, peak of the axial stress and the strain where it is, gain of volume and overlap at the end.
+python benchmarks/triaxial.py [--spheres 2000] [--steps 500] [--only TEXT] [--plot FILE]: 2,000 spheres between walls, periodic
+across, packed without friction at 1 kPa, then sheared in plane strain at 50 kPa and an inertial number of 1e-3, with friction
+.5. Writes benchmarks/results/triaxial.csv, a row for each setting: CPU milliseconds and sweeps of a step, steps that converged,
+largest error, peak of the axial stress and the strain where it is, gain of volume, overlap at the end and the deepest on the way.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 DENSITY, DIAMETER, PRESSURE, INERTIAL, DT = 2650.0, 4e-3, 5e4, 1e-3, 2e-4
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4)
+PATIENCE = (10, 20, 50, 100, 200)
 
 
 def box(centers, radii, width, sides, friction, pressure, inertia):
@@ -47,7 +48,7 @@ def packed(count, seed=1):
     grid = np.array([(i, j, k) for k in range(3 * edge) for j in range(int(width // pitch)) for i in range(edge)], float)[:count]
     centers = (grid + 0.5 + rng.uniform(-0.07, 0.07, grid.shape)) * pitch
     scene, place = box(centers, radii, width, (edge * pitch, (grid[:, 2].max() + 1) * pitch), 0.0, 1e3, 1.0)
-    sim = cn.Simulation(scene, DT, cn.NSCD(solver=cn.NLGS(tol=1e-4)))
+    sim = cn.Simulation(scene, DT)
     sides = lambda s: (s.bodies.position[place["vx"], 0], s.bodies.position[place["vz"], 2])
     moves = lambda s: s.time < 0.2 or s.energy["kinetic"] > 1e-3 * width * np.prod(sides(s))
     sim.run(while_=moves, until=3.0, progress=False)
@@ -60,7 +61,7 @@ def shear(pack, strategy, steps):
     scene, place = box(centers, radii, width, sides, 0.5, PRESSURE, 0.05)
     sim = cn.Simulation(scene, DT, strategy, overlap="ignore")
     sim.drive([place["vz"]], "vz", -INERTIAL / (DIAMETER * math.sqrt(DENSITY / PRESSURE)) * sides[1])
-    rows, converged, sweeps, error, cpu = [], 0, 0, 0.0, 0.0
+    rows, converged, sweeps, error, cpu, deepest = [], 0, 0, 0.0, 0.0, 0.0
     for _ in range(steps):
         begin = time.process_time()
         info = sim.step()
@@ -68,6 +69,7 @@ def shear(pack, strategy, steps):
         converged += info["status"] == "converged"
         sweeps += info["iterations"]
         error = max(error, info["error"])
+        deepest = max(deepest, info["penetration"])
         x, z = sim.bodies.position[place["vx"], 0], sim.bodies.position[place["vz"], 2]
         on_top = np.any(sim.contacts.bodies == place["vz"], axis=1)
         rows.append((1 - z / sides[1], x * z / np.prod(sides) - 1, np.abs(sim.contacts.force[on_top, 2]).sum() / (x * width)))
@@ -84,20 +86,46 @@ def shear(pack, strategy, steps):
         "volume": f"{volume[-1]:+.4f}",
         "strain": f"{strain[-1]:.3f}",
         "overlap": f"{info['penetration']:.4f}",
+        "deepest": f"{deepest:.4f}",
     }
 
 
 def settings():
-    """(overlap, tolerance, strategy) of each row."""
-    yield "default", "default", None
+    """(overlap, tolerance, patience, strategy) of each row."""
+    yield "default", "default", "default", None
     for tol in TOLERANCES:
         solver = cn.NLGS(tol=tol)
-        yield "stays", f"{tol:g}", cn.NSCD(solver=solver)
-        yield "taken back beyond 0.005", f"{tol:g}", cn.NSCD(solver=solver, overlap=5e-3)
-    solver = cn.NLGS(tol=1e-3)
-    yield "projected", "0.001", cn.NSCD(solver=solver, project_positions=True)
-    for limit in (1e-3, 2e-2):
-        yield f"taken back beyond {limit:g}", "0.001", cn.NSCD(solver=solver, overlap=limit)
+        yield "stays", f"{tol:g}", "0", cn.NSCD(solver=solver)
+        yield "taken back beyond 0.005", f"{tol:g}", "0", cn.NSCD(solver=solver, overlap=5e-3)
+    for patience in PATIENCE:
+        solver = cn.NLGS(enough=1e-3, patience=patience)
+        yield "taken back beyond 0.005", "0.001", f"{patience}", cn.NSCD(solver=solver, overlap=5e-3)
+    yield "stays", "0.001", "50", cn.NSCD(solver=cn.NLGS(enough=1e-3, patience=50))
+    yield "projected", "0.001", "0", cn.NSCD(solver=cn.NLGS(tol=1e-3), project_positions=True)
+    yield "stays", "0.0001", "0", cn.NSCD(solver=cn.NLGS(tol=1e-4))
+
+
+def draw(rows, path):
+    """Peak and gain of volume against CPU milliseconds of a step, by what becomes of overlap."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), constrained_layout=True)
+    marks = {"stays": "o", "taken back beyond 0.005": "s", "projected": "^", "default": "*"}
+    for axis, key, right, name in zip(axes, ("peak_kPa", "volume"), ((150, 185), (4, 7)), ("peak [kPa]", "gain of volume [%]")):
+        axis.axhspan(*right, color="0.9")
+        for kind, mark in marks.items():
+            own = [r for r in rows if r["overlap_of"] == kind]
+            late = [key == "peak_kPa" and float(r["peak_strain"]) > 0.035 for r in own]
+            value = [float(r[key]) * (100 if key == "volume" else 1) for r in own]
+            colors = ["none" if hollow else f"C{list(marks).index(kind)}" for hollow in late]
+            axis.scatter([float(r["cpu_ms"]) for r in own], value, marker=mark, s=70 if kind == "default" else 30,
+                         facecolors=colors, edgecolors=f"C{list(marks).index(kind)}", label=kind)  # fmt: skip
+        axis.set(xscale="log", xlabel="CPU ms a step", ylabel=name)
+    axes[0].legend(fontsize=8)
+    figure.savefig(path, dpi=110)
 
 
 def main():
@@ -107,19 +135,23 @@ def main():
     given.add_argument("--steps", type=int, default=500)
     given.add_argument("--only", default="", help="settings whose overlap and tolerance have this text")
     given.add_argument("--output", type=Path, default=HERE / "results" / "triaxial.csv")
+    given.add_argument("--plot", type=Path, help="picture of the table, such as docs/images/study_triaxial.png")
     given = given.parse_args()
-    pack, writer = packed(given.spheres), None
+    pack, writer, rows = packed(given.spheres), None, []
     with given.output.open("w", newline="") as file:
-        for overlap, tol, strategy in settings():
-            if given.only not in f"{overlap} {tol}":
+        for overlap, tol, patience, strategy in settings():
+            if given.only not in f"{overlap} {tol} {patience}":
                 continue
-            row = {"overlap_of": overlap, "tol": tol, **shear(pack, strategy, given.steps)}
+            row = {"overlap_of": overlap, "tol": tol, "patience": patience, **shear(pack, strategy, given.steps)}
+            rows.append(row)
             if writer is None:
                 writer = csv.DictWriter(file, list(row))
                 writer.writeheader()
             writer.writerow(row)
             file.flush()
             print(*row.values(), flush=True)
+    if given.plot:
+        draw(rows, given.plot)
 
 
 if __name__ == "__main__":

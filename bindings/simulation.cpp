@@ -306,6 +306,7 @@ void bind_stages(py::class_<Simulation>& simulation) {
   bind_stage<&cairn::Nscd::update_velocity>(simulation, "update_velocity");
   bind_stage<&cairn::Nscd::commit_contacts>(simulation, "commit_contacts");
   bind_stage<&cairn::Nscd::update_configuration>(simulation, "update_configuration");
+  bind_stage<&cairn::Nscd::part_overlaps>(simulation, "part_overlaps");
   bind_stage<&cairn::Nscd::project_positions>(simulation, "project_positions");
 }
 

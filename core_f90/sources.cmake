@@ -101,6 +101,7 @@ set(CAIRN_CORE_SOURCES
   solvers/sweeps/contact_passes.f90
   solvers/sweeps/contact_velocity.f90
   solvers/sweeps/contacts_in_turn.f90
+  solvers/sweeps/normal_sweep.f90
   solvers/sweeps/radial_passes.f90
   solvers/sweeps/extrapolated_sweep.f90
   solvers/sweeps/radial_sweep.f90

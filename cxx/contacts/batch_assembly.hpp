@@ -3,6 +3,7 @@
 #include "batch_geometry.hpp"
 #include "joint_swing.hpp"
 #include "law_preparation.hpp"
+#include "overlap_limit.hpp"
 
 namespace cairn {
 

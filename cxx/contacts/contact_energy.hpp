@@ -10,7 +10,6 @@ struct ContactEnergy {
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of the energies that each contact took or gave
   double grown = 0;                  // that bodies gave which grew
-  double parted = 0;                 // that contacts gave which take overlap back
   double driven = 0;                 // that motors of joints gave
   // Energies told by laws; normal and tangential are without these.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good

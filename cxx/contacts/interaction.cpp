@@ -101,8 +101,15 @@ void Interactions::pose(const ContactPose& pose) {
   if (!pose.kernel) s_->memory.forces.clear();
 }
 
-SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
+bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<double>& velocity) {
+  return s_->overlap.find_velocities(bodies, persisting, velocity);
+}
+
+SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked) {
   State& s = *s_;
+  SolverOptions options = asked;
+  if (!s.overlap.may_end_early()) options.enough = 0;
+  if (s.overlap.is_set()) s.overlap.note_loaded();
   s.system.grows = bodies.stretch.active;
   s.system.clumps = s.system.clumps && options.enough > options.tolerance;
   if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold())
@@ -167,7 +174,6 @@ void Interactions::update_velocity(Bodies& bodies) {
     system.load(now);
     s.work.book();
     if (s.storage.parted) s.growth.count();
-    if (system.drift > 0) s.overlap.count();
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
     if (s.in.meshes) s.transfer.push_meshes();

@@ -77,9 +77,12 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // midpoint_motion.hpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
-  // Limit of the overlap of rigid bodies over the size of the smaller one: contacts take back the rest; see
+  // Limit of the overlap of rigid bodies over the size of the smaller one: part_overlaps takes back the rest; see
   // overlap_limit.hpp.
   void limit_overlap(double share);
+  // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass; at the velocities
+  // of its end. persisting: of contacts alone that press in this step and did in the last one. False: there is none.
+  bool part_overlaps(const Bodies&, bool persisting, Array<double>& velocity);
   // Share of position errors of joints and bonds on meshes that a step corrects, where its integrator moves bodies by
   // part of a jump beside their velocities (mesh_jumps.cpp): correcting all at once would feed back and grow.
   void correct_meshes_by(double share);

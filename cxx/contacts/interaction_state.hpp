@@ -52,13 +52,13 @@ struct Interactions::State {
   // assembly: numbers of batches
   BodyRecords records{in, system, classes, frames};
   PluggedLawChecks plugged{in, classes, system};
-  OverlapLimit overlap{in, storage, system, energy};
+  OverlapLimit overlap{in, system};
   ContactGrowth growth{in, storage, matcher, memory, system, energy};
   AppliedPose pose{in, storage, matcher, memory, system};
   WarmStart warm_start{in, matcher, motion, new_bonds, memory, system};
-  PackedBatches packs{in, classes, storage, areas, curvature, motion, overlap, growth, warm_start, plugged, system};
-  LawPreparation preparation{in,     classes, storage, areas, curvature, motion,  anchors,
-                             frames, overlap, growth,  pose,  packs,     plugged, system};
+  PackedBatches packs{in, classes, storage, areas, curvature, motion, growth, warm_start, plugged, system};
+  LawPreparation preparation{in,     classes, storage, areas, curvature, motion, anchors,
+                             frames, growth,  pose,    packs, plugged,   system};
   BatchAssembly assembly{in, classes, ropes, swing, warm_start, overlap, packs, preparation, plugged, system};
   // what a solution leaves
   ImpulseTransfer transfer{in, system};

@@ -115,7 +115,6 @@ void LawPreparation::fill(const cairn_schedule& schedule, cairn_batch& b, int th
   if (law_infos()[b.law].holds && anchors_.any()) frames_.hold_places(b);
   if ((b.mapped_a || b.mapped_b) && (law_infos()[b.law].joins || law_infos()[b.law].holds))
     for (int k = 0; k < n * c; ++k) b.bias[k] *= in_.options.mesh_correction;
-  overlap_.open(b, b.bias);
   if (in_.bodies->stretch.active) growth_.add(b, gap, b.bias);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
   if (in_.options.pose.kernel) pose_.apply(b, gap, u, compliance);

@@ -11,12 +11,12 @@ class LawPreparation {
 public:
   LawPreparation(const AssemblyInput& in, const ContactClasses& classes, const BatchStorage& storage,
                  const ContactAreas& areas, const ContactCurvature& curvature, const MidpointMotion& motion,
-                 const AnchoredContacts& anchors, const AnchorFrames& frames, const OverlapLimit& overlap,
-                 const ContactGrowth& growth, const AppliedPose& pose, const PackedBatches& packs,
-                 PluggedLawChecks& plugged, const ContactSystem& system)
+                 const AnchoredContacts& anchors, const AnchorFrames& frames, const ContactGrowth& growth,
+                 const AppliedPose& pose, const PackedBatches& packs, PluggedLawChecks& plugged,
+                 const ContactSystem& system)
       : in_(in), classes_(classes), storage_(storage), areas_(areas), curvature_(curvature), motion_(motion),
-        anchors_(anchors), frames_(frames), overlap_(overlap), growth_(growth), pose_(pose), packs_(packs),
-        plugged_(plugged), system_(system) {}
+        anchors_(anchors), frames_(frames), growth_(growth), pose_(pose), packs_(packs), plugged_(plugged),
+        system_(system) {}
   void fill(const cairn_schedule& schedule, cairn_batch& b, int thread) const;
   static void forget_open(cairn_batch& b);
 
@@ -32,7 +32,6 @@ private:
   const MidpointMotion& motion_;
   const AnchoredContacts& anchors_;
   const AnchorFrames& frames_;
-  const OverlapLimit& overlap_;
   const ContactGrowth& growth_;
   const AppliedPose& pose_;
   const PackedBatches& packs_;

@@ -1,28 +1,32 @@
 // Overlap beyond what a strategy allows.
 #pragma once
 #include "batch_storage.hpp"
-#include "contact_energy.hpp"
 
 namespace cairn {
 
-// Opens contacts whose bodies overlap by more than a share of the smaller one.
+// Finds displacements that take back overlap of more than a share of the smaller body.
 class OverlapLimit {
 public:
-  OverlapLimit(const AssemblyInput& in, const BatchStorage& storage, const ContactSystem& system, ContactEnergy& energy)
-      : in_(in), storage_(storage), system_(system), energy_(energy) {}
-  void open(const cairn_batch& b, double* bias) const;
+  OverlapLimit(const AssemblyInput& in, ContactSystem& system) : in_(in), system_(system) {}
+  bool is_set() const { return in_.options.overlap_limit < std::numeric_limits<double>::infinity(); }
   double deepest_drift() const; // overlap beyond the limit over the size of the smaller body
-  void count() const;           // work of overlap that is taken back
+  // False once overlap adds up all the same: steps are then solved to their tolerance.
+  bool may_end_early() const;
+  // Keeps which contacts press, by the impulses that a solution starts from.
+  void note_loaded();
+  // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass. persisting: of
+  // contacts alone that press in this step and did in the last one. False: there is none.
+  bool find_velocities(const Bodies& bodies, bool persisting, Array<double>& velocity);
 
 private:
   bool applies_to(const cairn_batch& b) const;
-  double overlap_beyond(std::int64_t i, double& size) const;
-  double speed_at(std::int64_t i) const;
+  double overlap_beyond(std::int64_t i, double gap, double& size) const;
+  bool ask(const cairn_schedule& schedule, bool persisting);
 
   const AssemblyInput& in_;
-  const BatchStorage& storage_;
-  const ContactSystem& system_;
-  ContactEnergy& energy_;
+  ContactSystem& system_;
+  Array<double> asked_, impulse_; // per place [m/s], [N s]
+  Array<char> loaded_;            // per place: the contact pressed in the last step
 };
 
 } // namespace cairn

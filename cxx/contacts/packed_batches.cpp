@@ -127,7 +127,6 @@ void PackedBatches::fill(cairn_batch& b, double& deepest) const {
   std::fill(bias + b.contacts, bias + n, 0.0);
   std::fill(mu + b.contacts, mu + n, 0.0);
   if (law.plugged()) plugged_.check_prepared(b, bias, compliance, mu);
-  overlap_.open(b, bias);
   if (in.bodies->stretch.active) growth_.add(b, gap, bias);
   for (int lane = 0; moves && lane < b.contacts; ++lane) bias[lane] += change[lane];
   warm_start_.fill_packed<d>(b);

@@ -1,7 +1,6 @@
 // Batches of two round bodies that move.
 #pragma once
 #include "contact_growth.hpp"
-#include "overlap_limit.hpp"
 #include "plugged_laws.hpp"
 #include "warm_start.hpp"
 
@@ -12,10 +11,10 @@ class PackedBatches {
 public:
   PackedBatches(const AssemblyInput& in, const ContactClasses& classes, const BatchStorage& storage,
                 const ContactAreas& areas, const ContactCurvature& curvature, const MidpointMotion& motion,
-                const OverlapLimit& overlap, const ContactGrowth& growth, const WarmStart& warm_start,
-                PluggedLawChecks& plugged, const ContactSystem& system)
+                const ContactGrowth& growth, const WarmStart& warm_start, PluggedLawChecks& plugged,
+                const ContactSystem& system)
       : in_(in), classes_(classes), storage_(storage), areas_(areas), curvature_(curvature), motion_(motion),
-        overlap_(overlap), growth_(growth), warm_start_(warm_start), plugged_(plugged), system_(system) {}
+        growth_(growth), warm_start_(warm_start), plugged_(plugged), system_(system) {}
   template <int d>
   void fill(cairn_batch& b, double& deepest) const;
   // From columns to a pack, in the same memory: for this step the law is as good as one with a bias along the normal
@@ -32,7 +31,6 @@ private:
   const ContactAreas& areas_;
   const ContactCurvature& curvature_;
   const MidpointMotion& motion_;
-  const OverlapLimit& overlap_;
   const ContactGrowth& growth_;
   const WarmStart& warm_start_;
   PluggedLawChecks& plugged_;

@@ -20,8 +20,8 @@ struct SolveReport {
   std::int64_t light_contact = -1;                                  // where it is largest, its place in the candidates
   double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
   double penetration = 0;                                           // deepest overlap / size of the smaller body
-  double drift = 0;         // the deepest beyond the limit above which contacts take it back / size of the smaller body
-  double cone_distance = 0; // distance of impulses outside the cone / impulse
+  double drift = 0;          // the deepest beyond the limit above which it is taken back / size of the smaller body
+  double cone_distance = 0;  // distance of impulses outside the cone / impulse
   double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
   double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
   double joint_gap = 0;      // largest distance there of points that a joint holds together [m]

@@ -1,7 +1,5 @@
 // Settings of the contact solver of a step.
 #pragma once
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 
@@ -22,12 +20,9 @@ struct SolverOptions {
   int again = 0;
   double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
   double max_bytes = 1e9;          // of factors, and of W where a solver takes it in blocks
-  // Error that ends a step which has taken `patience` sweeps, where it is above the tolerance.
+  // Error that ends a step of a dense pack which has taken `patience` sweeps, where it is above the tolerance.
   double enough = 0;
   int patience = 0;
-  double tolerance_after(int sweeps) const {
-    return sweeps >= patience && !std::isfinite(accuracy) ? std::max(tolerance, enough) : tolerance;
-  }
 };
 
 } // namespace cairn

@@ -46,6 +46,7 @@ void Nscd::make_step(Simulation& s, double h) {
     throw;
   }
   s.timed("update_configuration", [&] { update_configuration(s); });
+  if (parts_overlaps()) s.timed("part_overlaps", [&] { part_overlaps(s); });
   if (settings.project_positions) s.timed("project_positions", [&] { project_positions(s); });
 }
 
@@ -54,6 +55,7 @@ std::vector<std::string_view> Nscd::stages(const Simulation& s) const {
                                          "prepare_contacts",      "solve_contacts",        "update_velocity",
                                          "commit_contacts",       "update_configuration"};
   if (!s.meshes.linear()) names.insert(names.begin() + 5, "newton_passes");
+  if (parts_overlaps()) names.push_back("part_overlaps");
   if (settings.project_positions) names.push_back("project_positions");
   return names;
 }

@@ -571,10 +571,10 @@ class DiscreteGradient(Integrator):
     def __init__(self) -> None: ...
 
 class Default(ContactSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000) -> None: ...
+    def __init__(self, tol: float | None = None, min_iter: int = 1, max_iter: int = 1000) -> None: ...
 
 class NLGS(ContactSolver):
     tol: float

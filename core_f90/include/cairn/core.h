@@ -152,7 +152,7 @@ typedef struct cairn_batch {
   int32_t first;              /* place of its first contact in the order of batches */
   int32_t velocities;         /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
   int32_t pack;               /* 0, or the lines of a pack: see above */
-  int32_t relaxes;            /* 1: over-relaxation applies; 0: the law has its own solution */
+  int32_t relaxes;            /* 1: over-relaxation applies; 2: and sweeps refine it; 0: the law has its own solution */
   int32_t bonds;              /* 1: held fast where the first state is above 0, a cone where it is 0 */
   int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
   int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights; 2: and
@@ -244,7 +244,6 @@ void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
 typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const double* params, const double* gap,
                         const double* u_begin, const double* force_begin, double* bias, double* compliance,
                         double* given);
-/* The local solvers of the cone. */
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches
@@ -269,6 +268,7 @@ void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* ch
 void cairn_extrapolated_sweep(const cairn_schedule* schedule, double factor, int64_t bodies, int32_t velocities,
                               double* before, int32_t stride, double* r_before, double* change, double* along);
 void cairn_sweep_chosen(int32_t sweeps, const cairn_schedule* schedule, const int32_t* chosen, double* change);
+void cairn_normal_sweep(int32_t sweeps, const cairn_schedule* schedule, const double* asked, double* p, double* change);
 void cairn_add_impulses(const cairn_schedule* schedule);
 void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
 void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true,

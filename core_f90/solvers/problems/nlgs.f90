@@ -9,6 +9,7 @@ module nlgs
   use radial_sweep, only: sweep_radial2, sweep_radial3, sweep_associated2, sweep_associated3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
   use contacts_in_turn, only: sweep_in_turn
+  use coulomb_cone, only: refine_cone3
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -117,6 +118,8 @@ contains
         status(:n) = -1 ! of a law that says none
         call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r, status)
         call take_share(n, c, status, softening, work(dr), view%r)
+      else if (batch%relaxes == 2) then
+        call refine_cone3(n, c, delassus, work(u), view%params, view%r)
       else
         call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
       end if

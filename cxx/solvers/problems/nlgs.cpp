@@ -9,6 +9,7 @@
 
 #include "../sweeps/active_set.hpp"
 #include "../sweeps/associated_start.hpp"
+#include "../sweeps/batch.hpp"
 #include "../sweeps/contact_rows.hpp"
 #include "../sweeps/extrapolation.hpp"
 #include "../sweeps/light_error.hpp"
@@ -103,6 +104,31 @@ int sweep_on(ContactSystem& system, cairn_schedule& schedule, int sweeps, Extrap
   return sweeps;
 }
 
+// Notes in their status, which is written at the end, which contacts begin with an impulse.
+void mark_loaded(const ContactSystem& system) {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) b.status[lane] = at(b, b.r, lane, 0) > 0;
+}
+
+// Full blocks of cones in space are refined from the sweep before, in less than half of the time of their solution.
+void refine_cones(ContactSystem& system) {
+  for (cairn_batch& b : system.batches)
+    if (b.solve == cairn_cone_full3 && b.relaxes == 1 && b.components == 3) b.relaxes = 2;
+}
+
+// True of a dense pack: many contacts press, and most of them did in the last step. In impacts most of them are new.
+bool persists(const ContactSystem& system) {
+  constexpr std::int64_t many = 100;
+  std::int64_t press = 0, persist = 0;
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const bool presses = at(b, b.r, lane, 0) > 0;
+      press += presses;
+      persist += presses && b.status[lane] != 0;
+    }
+  return press >= many && 2 * persist > press;
+}
+
 std::int64_t contacts_of(const ContactSystem& system) {
   std::int64_t sum = 0;
   for (const cairn_batch& b : system.batches) sum += b.contacts;
@@ -128,6 +154,9 @@ public:
       --system.rest->idle;
     else
       rests_ = system.rest;
+    may_end_early_ = options.enough > options.tolerance && !std::isfinite(options.accuracy);
+    if (may_end_early_) mark_loaded(system);
+    if (may_end_early_ && system.clumps) refine_cones(system);
     uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
     cairn_add_impulses(&schedule_);
   }
@@ -172,9 +201,9 @@ public:
     end.vague = velocity_.asked() && !velocity_.held();
     end.rounded = end.vague && velocity_.exhausted();
     SolverOptions asked = options_;
-    asked.tolerance = options_.tolerance_after(report_.iterations);
+    asked.tolerance = ends_at();
     if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
-      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(asked));
+      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;
       asked.accuracy = options_.tolerance;
@@ -234,11 +263,14 @@ private:
     for (cairn_record& record : system_.record) std::fill_n(record.x, system_.dim == 2 ? 3 : 6, 0.0);
     system_.keeps_velocity = true;
   }
+  double ends_at() const { return early_ ? options_.enough : options_.tolerance; }
+  // Force chains of a dense pack build up over several steps, each of which begins with the impulses of the last: later
+  // steps reduce the residual of this one.
   void lose_patience() {
-    const double tolerance = options_.tolerance_after(report_.iterations);
-    if (!(tolerance > options_.tolerance) || tolerance * tolerance <= wanted_) return;
-    wanted_ = tolerance * tolerance;
-    if (help_) help_->aim(tolerance);
+    if (early_ || !may_end_early_ || report_.iterations < options_.patience || !persists(system_)) return;
+    early_ = true;
+    wanted_ = options_.enough * options_.enough;
+    if (help_) help_->aim(options_.enough);
   }
   // Until the next look at the change.
   int sweeps(bool extrapolates) const {
@@ -283,7 +315,7 @@ private:
         error = measure_now();
         if (velocity_.held()) return true;
       }
-      if (light <= options_.tolerance_after(report_.iterations) && (error.square <= wanted_ || due)) {
+      if (light <= ends_at() && (error.square <= wanted_ || due)) {
         velocity_.follow(std::sqrt(error.square));
         const double before = error.square;
         if (velocity_.holds(report_.iterations, error.square, error_square_)) return true;
@@ -328,7 +360,8 @@ private:
   ActiveSet newton_;
   int next_check_ = std::max(options_.min_iterations, 1), next_newton_ = 64;
   bool uneven_ = false;
-  RestMemory* rests_ = nullptr; // where this step may be solved to rounding
+  bool may_end_early_ = false, early_ = false; // at `enough`
+  RestMemory* rests_ = nullptr;                // where this step may be solved to rounding
 };
 
 } // namespace

@@ -52,7 +52,7 @@ struct ContactSystem {
   bool clumps = false; // sides of bodies that are not round are those of clumps of balls, which sweeps may leap over
   bool keeps_velocity = false; // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;      // deepest overlap / size of the smaller body
-  double drift = 0;            // what contacts take back of it, the deepest, over the same
+  double drift = 0;            // deepest overlap beyond the limit of part_overlaps, over the same
 
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }

@@ -1,6 +1,7 @@
 // Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): its settings and its stages. The step is a page, nscd.cpp;
 // Carpenter's scheme and the granular element method are the same step with another pose.
 #pragma once
+#include <cmath>
 #include <optional>
 
 #include "../../simulation/simulation.hpp"
@@ -35,6 +36,8 @@ public:
   void update_configuration(Simulation& s);
   void commit_contacts(Simulation& s);
   void project_positions(Simulation& s);
+  bool parts_overlaps() const { return std::isfinite(settings.overlap); }
+  void part_overlaps(Simulation& s); // see overlap.cpp of contacts; nothing to do after most steps
   void undo_step(Simulation& s);
 
   std::vector<std::string_view> stages(const Simulation& s) const override;
@@ -134,6 +137,7 @@ private:
   };
   std::vector<Stiffened> stiffened_;
   std::vector<JointLoad> loads_;
+  Array<double> parting_;                 // velocities that take back overlap
   Array<double> seat_;                    // velocities that seat joints
   bool seated_ = false;                   // in this step
   double seated_work_ = 0;                // of weight, when they were [J]

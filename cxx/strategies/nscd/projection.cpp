@@ -94,4 +94,26 @@ void Nscd::project_positions(Simulation& s) {
   s.report.energy = s.energy;
 }
 
+// Where a larger error may end a step, after those alone that it ended, so that what rests stays to the bit.
+void Nscd::part_overlaps(Simulation& s) {
+  const SolveReport& solved = s.report.solve;
+  const bool in_packs = settings.solver.enough > settings.solver.tolerance;
+  if (in_packs && !(solved.status == SolveStatus::converged && solved.error > settings.solver.tolerance)) return;
+  if (solved.status == SolveStatus::diverged || !s.interactions.part_overlaps(s.scene.bodies, in_packs, parting_))
+    return;
+  Bodies& b = s.scene.bodies;
+  const int nd = b.dofs(), dim = s.scene.dim;
+  double potential = 0;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    if (std::isfinite(*b.mass[i]))
+      for (int d = 0; d < dim; ++d)
+        potential -= *b.mass[i] * s.scene.gravity[d] * h_ * parting_[std::size_t(nd * i + d)];
+  move_bodies(s, parting_);
+  s.energy.potential += potential;
+  s.energy.work_projection += potential;
+  s.energy.turned_over += std::abs(potential);
+  s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
+  s.report.energy = s.energy;
+}
+
 } // namespace cairn

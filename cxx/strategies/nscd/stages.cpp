@@ -399,14 +399,13 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
     strained = contacts.stored - before - contacts.stored_change;
   }
   s.energy.work_growth += contacts.grown + strained;
-  s.energy.work_projection += contacts.parted;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
   const double stiffened = energy_of_stiffened(s);
   s.energy.dissipated_integrator += by_theta + stiffened;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
-                      (contacts.stored_change + contacts.released) - contacts.grown - contacts.parted;
+                      (contacts.stored_change + contacts.released) - contacts.grown;
   s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) +
                           std::abs(contacts.normal) + std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);

@@ -89,9 +89,9 @@ def _accuracy(strategy):
 def _enough(strategy):
     solver, lines = strategy.solver, []
     if getattr(solver, "enough", None) is not None:
-        lines.append(f"A step that has taken {solver.patience} iterations ends at a true error of {solver.enough:g}")
-    if math.isfinite(strategy.overlap):
-        lines.append(f"Contacts of rigid bodies push back overlap beyond {strategy.overlap:g} of the smaller body's size")
+        lines.append(f"A step of a dense pack ends at a true error of {solver.enough:g} after {solver.patience} iterations")
+    if strategy.overlap is not None and math.isfinite(strategy.overlap):
+        lines.append(f"Displacements take back overlap beyond {strategy.overlap:g} of the smaller body's size after the step")
     return lines
 
 

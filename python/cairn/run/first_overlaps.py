@@ -46,7 +46,7 @@ def check(simulation, action, share):
     listed = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
     text = (
         f"{len(found)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
-        "or shrink the radii, or set overlap='ignore' (contacts take back what is beyond NSCD(overlap=...), slowly, and "
+        "or shrink the radii, or set overlap='ignore' (NSCD(overlap=...) takes back what is beyond it, slowly, and "
         "project_positions removes all)"
     )
     if action == "error":

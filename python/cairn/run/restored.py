@@ -1,17 +1,16 @@
 """Restoration of checkpoints, checked before use: the state of the core by cxx/files/state_check.cpp, the part kept by Python
 here."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..base import checks
 from ..base.errors import DAMAGE, FileError
 from ..files.checkpoint import load
 from ..model.scene import rules_from_dict, rules_to_dict
-from ..options.strategies import SOLVERS, Default
+from ..options.strategies import Default, may_be_pack
 from . import cracks
-from .sets import FUNCTIONS, later_from_dict, mesh_from_dict
+from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
+from .views import core_of
 
 
 def restore(sim, path):
@@ -91,8 +90,8 @@ def _strategy(sim, name):
         return sim.strategy
     if name not in ("Auto", "NLGS"):
         raise ValueError(f"solver is {name!r}: Auto or NLGS is chosen")
-    given = sim._given.solver
-    return replace(sim.strategy, solver=SOLVERS[name](tol=given.tol, min_iter=given.min_iter, max_iter=given.max_iter))
+    packs = may_be_pack(core_of(sim).scene, sim._rules, free_masses(sim._sets))
+    return sim._given.with_solver(sim._given.solver.chosen(name, packs))
 
 
 def _text(value):

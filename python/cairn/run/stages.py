@@ -15,6 +15,7 @@ report = stages.end_step()       # the same bits as simulation.step()
 
 from __future__ import annotations
 
+import math
 from contextlib import contextmanager
 from threading import get_ident
 
@@ -195,11 +196,14 @@ class Stages:
         self._make("update_configuration")
 
     def end_step(self):
-        """Projects positions if the strategy has project_positions; returns the report of the step, as simulation.step."""
+        """Takes back overlap beyond the limit of the strategy, projects positions if it has project_positions; returns the report
+        of the step, as simulation.step."""
         self._is_due("end_step")
         simulation, h = self._simulation, self._place.h
-        if simulation.strategy.project_positions:
-            with self._place.of_core():
+        with self._place.of_core():
+            if math.isfinite(simulation.strategy.overlap):
+                self._core.part_overlaps()
+            if simulation.strategy.project_positions:
                 self._core.project_positions()
         self._place.due = self._place.h = None
         return simulation.stepped(self._core.report(), h)
