@@ -1,5 +1,5 @@
-"""Walls of bricks on cohesive zones that are stiff in a step: each step converges at default settings, curves of force over way do not
-depend on the step, and sound walls bear what the springs of their joints give by a stiffness matrix."""
+"""Walls of bricks on cohesive zones that are stiff in a step: nearly all steps converge at default settings, curves of force over way
+do not depend on the step, and sound walls bear what the springs of their joints give by a stiffness matrix."""
 
 import cairn as cn
 import numpy as np
