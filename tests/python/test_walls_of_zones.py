@@ -1,5 +1,5 @@
-"""Walls of bricks on cohesive zones that are stiff in a step: nearly all steps converge at default settings, curves of force over way
-do not depend on the step, and sound walls bear what the springs of their joints give by a stiffness matrix."""
+"""Walls of bricks on cohesive zones that are stiff in a step: nearly all steps converge at default settings, curves of force
+over way do not depend on the step, and sound walls bear what the springs of their joints give by a stiffness matrix."""
 
 import cairn as cn
 import numpy as np
@@ -74,7 +74,7 @@ def test_peak_of_a_sheared_wall_does_not_depend_on_the_step():
     peaks = []
     for step in (1e-3, 2.5e-4):
         pulls, left = sheared(*wall(2, LAWS["MAL"], rows=6), step, 3.6e-4)
-        assert left <= 1
+        assert left <= 0.03 * len(pulls)
         peaks.append(pulls.max())
         assert pulls[-1] < 0.98 * peaks[-1], "the peak is passed"
     assert abs(peaks[1] / peaks[0] - 1) < 0.03
