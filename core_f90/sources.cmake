@@ -8,6 +8,8 @@ set(CAIRN_CORE_SOURCES
   bulk_materials/tensor_functions.f90
   contact_laws/block_cones.f90
   contact_laws/cohesive_curves.f90
+  contact_laws/cohesive_element.f90
+  contact_laws/cohesive_error.f90
   contact_laws/cohesive_history.f90
   contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90

@@ -131,6 +131,7 @@ set(CAIRN_CXX_SOURCES
   files/writer_lock.cpp
   laws/law_rules.cpp
   laws/law_table.cpp
+  laws/zone_laws.cpp
   plugs/plug.cpp
   networks/conduction.cpp
   couplings/coupling.cpp
@@ -190,6 +191,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/solid_proximal.cpp
   solvers/sweeps/solid_refinement.cpp
   solvers/sweeps/solid_self_stress.cpp
+  solvers/sweeps/solid_zones.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/held_rows.cpp
   solvers/sweeps/jointed_blocks.cpp

@@ -3,9 +3,10 @@ module cohesive_history
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use cohesive_curves, only: length
-  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, settle_velocity, slip_kept, stiff_in_step, broken, &
-                           c_n, c_t, friction, recovery, s_beta, s_opening, s_area, s_first, s_released, s_slip, slides_behind, &
-                           missed_behind
+  use cohesive_error, only: nearer_damage
+  use cohesive_zone, only: bias_of, crack_push, intensity, cohesive_damage, resolved_in_step, settle_velocity, slip_kept, &
+                           stiff_in_step, broken, c_n, c_t, friction, recovery, s_beta, s_opening, s_area, s_first, &
+                           s_released, s_slip, slides_behind, missed_behind
   use dry_friction, only: friction_of, slid
   implicit none
   private
@@ -94,7 +95,7 @@ contains
     real(c_double), intent(out)    :: bears(c - 1) !< part of the slip that springs bear [m]
     real(c_double), intent(inout)  :: beta         !< [-]
     real(c_double), intent(inout)  :: spent        !< [J/m2]
-    real(c_double) :: p(own + 1), at(c), impulse(c), v(c)
+    real(c_double) :: p(own + 1), at(c), impulse(c), v(c), moved(c)
     p(:own) = params(i, 1:own)
     p(own + 1) = h
     at(1) = 0
@@ -102,7 +103,10 @@ contains
     impulse = r(i, :)
     v = u(i, :)
     v(1) = opens(i)
+    moved = v
     call settle_velocity(c, own, damage, square, p, 1/mass, impulse, state(i, s_beta), state(i, s_area), at, v)
+    if (resolved_in_step(state(i, s_area)*intensity(square, state(i, s_beta))*max(p(c_n), p(c_t))*h**2, mass)) &
+      call nearer_damage(c, own, damage, square, p, mass, moved, impulse, state(i, s_beta), state(i, s_area), at, moved, v)
     opening = max(0.0_c_double, h*v(1))
     bears = at(2:) + h*v(2:)
     call damage(p, h, opening, length(c - 1, bears), state(i, s_beta), beta, spent)

@@ -6,8 +6,9 @@
 module mac_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
+  use cohesive_error, only: cohesive_residual
   use cohesive_history, only: cohesive_commit, cohesive_energy
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, c_n, recovery, s_beta, s_opening, s_area, &
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, bias_of, c_n, recovery, s_beta, s_opening, s_area, &
                            s_first, s_slip, rest_behind
   use mac, only: damage, onset
   implicit none

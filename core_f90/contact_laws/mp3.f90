@@ -5,12 +5,14 @@ module mp3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
   use cohesive_curves, only: damage_along
+  use cohesive_element, only: cohesive_zone_element
+  use cohesive_error, only: cohesive_residual
   use cohesive_history, only: cohesive_commit, cohesive_energy, opening_velocity
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, first_own
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, first_own
   use mixed_mode, only: parabola
   implicit none
   private
-  public :: law_prepare, law_solve, law_residual, law_commit, law_energy
+  public :: law_prepare, law_solve, law_residual, law_zone, law_commit, law_energy
   character(*), parameter :: row = "mp3"
   integer, parameter :: own = 11 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2

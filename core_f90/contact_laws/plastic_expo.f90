@@ -11,9 +11,10 @@
 module plastic_expo
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
+  use cohesive_error, only: cohesive_residual
   use cohesive_curves, only: length
   use cohesive_history, only: cohesive_energy, note_slip
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, &
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, bias_of, crack_push, &
                            settle_velocity, slip_kept, stiff_in_step, missed_behind, first_own, c_n, &
                            c_t, recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
   use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay

@@ -53,7 +53,7 @@ constexpr std::size_t most_laws = 1024;
 std::vector<LawInfo> built_in_laws() {
   constexpr bool YES = true, NO = false;
   enum Giving { ALL, NORMAL, YIELDS };
-  enum Keeping { lets_go, KEEPS, BONDS, SPANS, JOINS, HOLDS };
+  enum Keeping { lets_go, KEEPS, BONDS, ZONES, SPANS, JOINS, HOLDS };
   std::vector<LawInfo> all;
   all.reserve(most_laws);
   const auto add = [&](const char* parameters, const char* state, LawInfo law) {

@@ -26,12 +26,12 @@ double proximal(double mass_ratio) { return std::clamp(0x1p-10 / mass_ratio, 0x1
 
 bool bond_holds(const cairn_batch& b, int lane) { return b.bonds && b.state[lane] > 0; }
 
-SolidMemory& room(ContactSystem& system) {
+} // namespace
+
+SolidMemory& SolidMemory::of(ContactSystem& system) {
   if (!system.solid) system.solid = std::make_shared<SolidMemory>();
   return *system.solid;
 }
-
-} // namespace
 
 std::string SolidCorrection::obstacle(const ContactSystem& system) {
   bool own = false;
@@ -47,7 +47,7 @@ std::string SolidCorrection::obstacle(const ContactSystem& system) {
 }
 
 SolidCorrection::SolidCorrection(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free)
-    : system_(system), schedule_(schedule), velocity_free_(velocity_free), memory_(room(system)),
+    : system_(system), schedule_(schedule), velocity_free_(velocity_free), memory_(SolidMemory::of(system)),
       proximal_(proximal(mass_ratio(system))) {
   number_unknowns();
   if (!possible_ || unknowns_ == 0) {

@@ -20,8 +20,10 @@ namespace cairn {
 
 // Matrix and factors kept for the next solve, so that an unchanged pattern is analysed once.
 struct SolidMemory {
+  static SolidMemory& of(ContactSystem&);
   SparseMatrix matrix; // of the bodies: masses and what contacts answer
   std::unique_ptr<Soe> soe;
+  std::vector<double> start; // impulses of the last step: see solid_zones.cpp
 };
 
 class SolidCorrection {
@@ -51,6 +53,12 @@ public:
 
   // Passes until velocities change by little beside the tolerance; kept if the error stays within it.
   void settle_joints(double tolerance, const std::function<double()>& measure);
+
+  // True if all contacts are cohesive zones, or cones beside them; see solid_zones.cpp.
+  static bool zones_alone(const ContactSystem&);
+  static void keep_start(ContactSystem&); // impulses before a sweep changes them
+  // Impulses of such contacts, from those of the last step, if their error is smaller; returns after how many passes.
+  int solve_zones(double error_square, double wanted_square, const std::function<double()>& measure);
 
 private:
   struct Contact {
@@ -110,6 +118,30 @@ private:
   void velocities_of_contacts();
   void mass_times(const std::vector<double>& x, std::vector<double>& y) const;
 
+  // See solid_zones.cpp.
+  struct Zones {
+    std::vector<std::size_t> place; // where the columns of each batch begin
+    std::vector<double> velocity, moving, bears, change, multiplier, presses, pressed, shift; // columns
+    std::vector<double> stiffness; // of contacts, as answers stand
+    double slack = 0;              // of velocities that count as none, times the root of the mass of a contact
+    double stays[36];
+    double spring[6 * 128], pull[6 * 128], fall[6 * 128], rise[6 * 128], still[6 * 128], mu[128],
+        beta[128]; // of a batch
+  };
+  void read_zones(const cairn_batch& b, const double* u);
+  void begin_zones();
+  void velocities_of_zones();
+  void bear_contact(const double* u, const double* multiplier, int n, int c, double mass, double shift, double mu,
+                    bool begins, double* bears, double* answer) const;
+  void bear_springs(std::size_t k, const double* u, bool begins, bool softens, double* bears, double* answer);
+  void linearise_zones(bool begins, bool softens);
+  void follow_zones();
+  double slope_of_zones(double step);
+  double length_of_zones(double begin);
+  void move_zones(double step);
+  void multiply_zones();
+  void renew_multipliers();
+
   ContactSystem& system_;
   const cairn_schedule& schedule_;
   const Velocities& velocity_free_;
@@ -129,6 +161,7 @@ private:
   std::vector<std::int64_t> entry_;   // place in the matrix of each entry of clique_matrix_; -1: above the diagonal
   std::vector<Contact> contacts_;
   Proximal proximal_point_;
+  Zones zones_;
   std::vector<double> rows_, answer_, known_, velocity_, kept_;
   std::vector<double> w_, w_true_, u_, q_, r_, bias_, params_, target_, nudged_, nudges_, found_, begun_, told_;
   std::vector<std::int32_t> held_; // of a batch, as those before

@@ -241,7 +241,9 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
-        jointed_(!solid_bonds_ && JointedProblem::needed(system)) {}
+        jointed_(!solid_bonds_ && JointedProblem::needed(system)), zones_(SolidCorrection::zones_alone(system)) {
+    if (zones_) SolidCorrection::keep_start(system);
+  }
 
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
@@ -269,6 +271,11 @@ public:
   bool improve(const cairn_schedule&, double error, const std::function<double()>& measure) override {
     constexpr double fall = 4;
     const double wanted = finer_ * options_.tolerance;
+    if (zones_) {
+      const int passes = solid_->solve_zones(error * error, wanted * wanted, measure);
+      zones_ = false; // what they do not solve is for other passes and sweeps
+      if (passes > 0) return true;
+    }
     const int passes = solid_->improve(error * error, wanted * wanted, measure);
     const double now = std::sqrt(measure());
     // in short steps inertia exceeds springs, and sweeps find contacts in pressure and tension sooner
@@ -341,7 +348,7 @@ private:
   double tolerance_; // that was asked for
   int refined_ = 0;
   bool only_rings_ = false;
-  bool solid_bonds_, jointed_;
+  bool solid_bonds_, jointed_, zones_;
   bool given_up_ = false;
 };
 

@@ -37,7 +37,7 @@ public:
   void commit_contacts(Simulation& s);
   void project_positions(Simulation& s);
   bool parts_overlaps() const { return std::isfinite(settings.overlap); }
-  void part_overlaps(Simulation& s); // see overlap.cpp of contacts; nothing to do after most steps
+  void part_overlaps(Simulation& s); // see overlap_limit.cpp of contacts; nothing to do after most steps
   void undo_step(Simulation& s);
 
   std::vector<std::string_view> stages(const Simulation& s) const override;

@@ -17,6 +17,7 @@ WITHOUT = 3
 # Kernels called through higher layers, in a test that compares with a plain loop, a closed form or another code: names, file,
 # test.
 THROUGH = [
+    (r"law_\w+_zone", "python/masonry/test_walls_of_zones.py", "test_walls_of_each_law_converge_past_their_peak"),
     (r"with(out)?_swelling", "python/networks/test_expansion.py", "test_solids_that_are_held_are_pressed"),
     (r"with(out)?_prestretch|stretch_of_stress", "python/meshes/test_initial_stress.py", "test_the_law_is_asked_at_its_stretch"),
     (r"(bars|beams)_moved",
@@ -67,6 +68,7 @@ def kernels():
     for row in rows("contact_laws/laws.def", "CAIRN_LAW"):
         slots = [slot for slot, there in zip(("prepare", "solve", "commit", "residual", "energy"), row[6:]) if there == "YES"]
         names.update(f"cairn_law_{row[0]}_{slot}" for slot in [*slots, *(["force", "stiffness"] if row[-1] == "YES" else [])])
+        names.update([f"cairn_law_{row[0]}_zone"] if row[-2] == "ZONES" else [])
     return names
 
 
