@@ -169,11 +169,11 @@ void set_meshes(Simulation& s, const py::list& given) {
     same = same && stays[k] == k;
   }
   if (same) return;
-  std::vector<cairn::MeshBody> before = std::move(s.meshes.meshes);
+  cairn::MeshList before = std::move(s.meshes.meshes);
   s.meshes = cairn::MeshSet();
   for (std::size_t k = 0; k < given.size(); ++k) {
     if (stays[k] < before.size()) {
-      s.meshes.meshes.push_back(std::move(before[stays[k]]));
+      s.meshes.meshes.take(before, stays[k]);
       continue;
     }
     s.add_mesh(std::move(models[k]));
@@ -186,7 +186,7 @@ void set_meshes(Simulation& s, const py::list& given) {
 // axis.
 void press_mesh(Simulation& s, std::size_t which, const py::list& sets) {
   cairn::MeshBody& mesh = s.meshes.meshes.at(which);
-  mesh.pressed.clear();
+  mesh.loads.pressed.clear();
   for (const auto& item : sets) {
     const auto d = py::cast<py::dict>(item);
     cairn::PressedSides sides;
@@ -195,18 +195,18 @@ void press_mesh(Simulation& s, std::size_t which, const py::list& sets) {
     sides.ring = py::cast<bool>(d["ring"]);
     sides.thickness = py::cast<double>(d["thickness"]);
     sides.axis = py::cast<double>(d["axis"]);
-    mesh.pressed.push_back(std::move(sides));
+    mesh.loads.pressed.push_back(std::move(sides));
   }
 }
 
 // Pressures of these at both ends of the coming steps [Pa], (sets, 2).
 void set_pressures(Simulation& s, std::size_t which, const Input<double>& values) {
   cairn::MeshBody& mesh = s.meshes.meshes.at(which);
-  if (std::size_t(values.size()) != 2 * mesh.pressed.size())
-    throw cairn::Error("the mesh '" + mesh.model.name + "' has " + std::to_string(mesh.pressed.size()) +
+  if (std::size_t(values.size()) != 2 * mesh.loads.pressed.size())
+    throw cairn::Error("the mesh '" + mesh.model.name + "' has " + std::to_string(mesh.loads.pressed.size()) +
                        " sets of pressed sides, and " + std::to_string(values.size()) + " pressures are given");
-  for (std::size_t k = 0; k < mesh.pressed.size(); ++k)
-    mesh.pressed[k].begin = values.data()[2 * k], mesh.pressed[k].end = values.data()[2 * k + 1];
+  for (std::size_t k = 0; k < mesh.loads.pressed.size(); ++k)
+    mesh.loads.pressed[k].begin = values.data()[2 * k], mesh.loads.pressed[k].end = values.data()[2 * k + 1];
 }
 
 // Forces on the dofs of mesh `which` at both ends of the coming steps [N], and velocities of its held dofs [m/s].
@@ -217,9 +217,9 @@ void load_mesh(Simulation& s, std::size_t which, const Input<double>& begin, con
     if (a->size() != mesh.model.dofs())
       throw cairn::Error("a load of the mesh '" + mesh.model.name + "' holds " + std::to_string(a->size()) +
                          " numbers: it has " + std::to_string(mesh.model.dofs()) + " dofs");
-  mesh.load_begin.assign(begin.data(), begin.data() + begin.size());
-  mesh.load_end.assign(end.data(), end.data() + end.size());
-  mesh.held_velocity.assign(held.data(), held.data() + held.size());
+  mesh.loads.begin.assign(begin.data(), begin.data() + begin.size());
+  mesh.loads.end.assign(end.data(), end.data() + end.size());
+  mesh.loads.held_velocity.assign(held.data(), held.data() + held.size());
 }
 
 } // namespace
@@ -235,8 +235,8 @@ void bind_meshes(py::module_& m) {
              py::dict out;
              std::int64_t solves = 0, factorisations = 0, bytes = 0, dofs = 0;
              for (const cairn::MeshBody& mesh : s.meshes.meshes) {
-               solves += mesh.solves;
-               factorisations += mesh.factorisations;
+               solves += mesh.solves();
+               factorisations += mesh.factorisations();
                bytes += mesh.bytes();
                dofs += mesh.model.dim * mesh.contact_nodes();
              }

@@ -86,8 +86,8 @@ void read_nodes(Simulation& s, const cairn::MeshBody& mesh, std::vector<double>&
   x.resize(n);
   v.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    x[i] = s.scene.nodes.position[mesh.first_node][i] + s.scene.origin[i % dim];
-    v[i] = s.scene.nodes.velocity[mesh.first_node][i];
+    x[i] = s.scene.nodes.position[mesh.first_node()][i] + s.scene.origin[i % dim];
+    v[i] = s.scene.nodes.velocity[mesh.first_node()][i];
   }
 }
 cairn::MeshBody& placed(Simulation& s, std::size_t which) {

@@ -19,11 +19,17 @@ set(CAIRN_CXX_SOURCES
   meshes/closed_surface.cpp
   meshes/element_frequencies.cpp
   meshes/mesh_area.cpp
+  meshes/mesh_balance.cpp
   meshes/mesh_body.cpp
   meshes/mesh_compliance.cpp
   meshes/mesh_condense.cpp
+  meshes/mesh_equations.cpp
+  meshes/mesh_factors.cpp
   meshes/mesh_faults.cpp
+  meshes/mesh_history.cpp
   meshes/mesh_jumps.cpp
+  meshes/mesh_linear_step.cpp
+  meshes/mesh_matrices.cpp
   meshes/mesh_modes.cpp
   meshes/mesh_mortar.cpp
   meshes/mesh_mortar_search.cpp
@@ -35,15 +41,17 @@ set(CAIRN_CXX_SOURCES
   meshes/mesh_sizes.cpp
   meshes/mesh_spin.cpp
   meshes/mesh_stability.cpp
+  meshes/mesh_step.cpp
+  meshes/mesh_stresses.cpp
   meshes/mesh_ties.cpp
   meshes/mesh_touched.cpp
   meshes/mesh_turning.cpp
   meshes/mesh_work.cpp
   meshes/mortar_pair.cpp
   meshes/mortar_surface.cpp
+  meshes/side_shares.cpp
   bodies/nodes.cpp
   bodies/rigid_motion.cpp
-  meshes/side_shares.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp

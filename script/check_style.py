@@ -19,6 +19,12 @@ LAYERS = (
     " strategies plugs api"
 ).split()
 INCLUDE = re.compile(r'#include "(\.\./[^"]+)"')
+# Headers of parts that only the sources of their class include.
+PRIVATE = {
+    "cxx/contacts/interaction_state.hpp": tuple(
+        f"cxx/contacts/{name}.cpp" for name in ("interaction", "contact_views", "law_rows")
+    )
+}
 
 
 def tracked():
@@ -53,6 +59,15 @@ def check_text(path, lines):
         length = len(lines) - (docstring_lines(lines) if path.suffix == ".py" else 0)
         if length > LONGEST_FILE:
             yield len(lines), f"{length} lines, at most {LONGEST_FILE}"
+
+
+def check_private(path, lines):
+    """Includes of headers that are private to the sources of a class."""
+    own = path.relative_to(ROOT).as_posix()
+    for number, line in enumerate(lines, 1):
+        for private, owners in PRIVATE.items():
+            if line.startswith("#include") and f"/{Path(private).name}" in line.replace('"', "/") and own not in owners:
+                yield number, f"includes {private}, which is private to {', '.join(owners)}"
 
 
 def check_layers(path, lines):
@@ -124,7 +139,7 @@ def main():
             continue
         checks = [check_text(path, lines)]
         if path.suffix in (".cpp", ".hpp"):
-            checks.append(check_layers(path, lines))
+            checks += [check_layers(path, lines), check_private(path, lines)]
         if path.suffix == ".f90":
             checks.append(check_fortran(path, lines))
         if path.suffix == ".py":

@@ -367,9 +367,9 @@ int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, c
         {"begin", begin}, {"end", end}, {"held_velocity", held_velocity}};
     for (const auto& [name, values] : given)
       if (values) check_finite(name, values, n);
-    m.load_begin.assign(begin, begin + (begin ? n : 0));
-    m.load_end.assign(end, end + (end ? n : 0));
-    m.held_velocity.assign(held_velocity, held_velocity + (held_velocity ? n : 0));
+    m.loads.begin.assign(begin, begin + (begin ? n : 0));
+    m.loads.end.assign(end, end + (end ? n : 0));
+    m.loads.held_velocity.assign(held_velocity, held_velocity + (held_velocity ? n : 0));
     simulation->transforms.has_loads(m);
   });
 }
@@ -396,7 +396,7 @@ int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, 
     const int dim = m.model.dim;
     s.place_meshes();
     for (std::int64_t i = 0; i < n; ++i) {
-      const double x = s.scene.nodes.position[m.first_node][i], v = s.scene.nodes.velocity[m.first_node][i];
+      const double x = s.scene.nodes.position[m.first_node()][i], v = s.scene.nodes.velocity[m.first_node()][i];
       values[i] = field == "velocity"   ? v
                   : field == "position" ? x + s.scene.origin[std::size_t(i % dim)]
                                         : x - m.model.reference[std::size_t(i)];

@@ -73,8 +73,8 @@ int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, 
     sides.ring = m.model.ring;
     sides.thickness = m.model.thickness;
     sides.axis = -simulation->simulation.scene.origin[0];
-    if (set) *set = std::int32_t(m.pressed.size());
-    m.pressed.push_back(std::move(sides));
+    if (set) *set = std::int32_t(m.loads.pressed.size());
+    m.loads.pressed.push_back(std::move(sides));
   });
 }
 
@@ -83,13 +83,13 @@ int32_t cairn_simulation_set_pressure(cairn_simulation* simulation, int32_t mesh
   return guarded(error, [&] {
     between_steps(simulation, "cairn_simulation_set_pressure", true);
     cairn::MeshBody& m = mesh_of(*simulation, mesh);
-    if (set < 0 || std::size_t(set) >= m.pressed.size())
+    if (set < 0 || std::size_t(set) >= m.loads.pressed.size())
       throw Error("there is no set " + std::to_string(set) + " of pressed sides; there are " +
-                  std::to_string(m.pressed.size()) + ", counted from 0");
+                  std::to_string(m.loads.pressed.size()) + ", counted from 0");
     for (const double p : {begin, end})
       if (!std::isfinite(p)) throw Error("the pressure is " + std::to_string(p) + "; give a finite number [Pa]");
-    m.pressed[std::size_t(set)].begin = begin;
-    m.pressed[std::size_t(set)].end = end;
+    m.loads.pressed[std::size_t(set)].begin = begin;
+    m.loads.pressed[std::size_t(set)].end = end;
   });
 }
 

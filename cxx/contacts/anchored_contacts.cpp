@@ -123,7 +123,7 @@ bool AnchoredContacts::is_held_by_nodes(std::int64_t i, const Candidates& found)
   if (in_.cell->any() && side == b) image_shift(*in_.cell, found.image[i], shift);
   for (int k = 0; k < 3 && k < in_.dim(); ++k) point[k] = found.point[in_.dim() * i + k] - shift[k];
   const Mapping m = in_.meshes->mapping(*in_.nodes, side, point);
-  const std::int32_t first = in_.meshes->meshes[std::size_t(m.mesh)].first_node;
+  const std::int32_t first = in_.meshes->meshes[std::size_t(m.mesh)].first_node();
   for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
     if (std::abs(m.weight[j]) > some &&
         !std::binary_search(bonded_nodes_.begin(), bonded_nodes_.end(), std::pair(bearer, first + m.node[j])))

@@ -264,7 +264,7 @@ double Network::coupling(const Simulation& s) const {
   };
   for (const ThermalStress& from : stresses) {
     const MeshBody& mesh = s.meshes.meshes[from.mesh];
-    const std::int64_t first = unknown_of_node(s.scene, mesh.first_node), nodes = mesh.model.nodes();
+    const std::int64_t first = unknown_of_node(s.scene, mesh.first_node()), nodes = mesh.model.nodes();
     double unseen = 0, all = 0;
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof) {
       double change = 0, load = 0;
@@ -297,7 +297,7 @@ void Network::load_meshes(Simulation& s) {
   const double* all = seen(values_of(s.scene.bodies.temperature, s.scene.nodes.temperature, warm_));
   for (const ThermalStress& from : stresses) {
     MeshBody& mesh = s.meshes.meshes[from.mesh];
-    const double* t = all + unknown_of_node(s.scene, mesh.first_node);
+    const double* t = all + unknown_of_node(s.scene, mesh.first_node());
     if (!mesh.linear()) {
       if (!mesh.model.bulk->solid())
         throw Error("the mesh '" + mesh.model.name +
@@ -307,10 +307,10 @@ void Network::load_meshes(Simulation& s) {
       for (std::size_t n = 0; n < swelling.size(); ++n) swelling[n] = from.expansion * (t[n] - reference);
       continue;
     }
-    mesh.thermal_load.assign(std::size_t(mesh.model.dofs()), 0.0);
+    mesh.loads.thermal.assign(std::size_t(mesh.model.dofs()), 0.0);
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof)
       for (std::int64_t e = from.start[dof]; e < from.start[dof + 1]; ++e)
-        mesh.thermal_load[dof] += from.value[e] * (t[from.node[e]] - reference);
+        mesh.loads.thermal[dof] += from.value[e] * (t[from.node[e]] - reference);
   }
 }
 

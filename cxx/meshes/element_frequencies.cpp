@@ -10,8 +10,8 @@
 #include "../fe/bulk_model.hpp"
 #include "../fe/elements.hpp"
 #include "../soe/lapack.hpp"
-#include "mesh_body.hpp"
 #include "mesh_rates.hpp"
+#include "mesh_stability.hpp"
 
 namespace cairn {
 
@@ -131,27 +131,19 @@ bool each_cell(const MeshModel& m, const double* at, Use&& use) {
 
 } // namespace
 
-bool MeshBody::diagonal_mass() const {
-  bool alone = true;
-  for (std::int64_t column = 0; column < model.mass.n; ++column)
-    for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e)
-      alone = alone && (model.mass.row[e] == column || !(std::abs(model.mass.value[e]) > 0));
-  return alone;
-}
-
 // Bound of omega^2 by elements [1/s2]; infinity where element matrices are not known.
-double MeshBody::element_bound(const std::vector<double>& mass, double slack) const {
+double MeshStability::element_bound(const std::vector<double>& mass, double slack) const {
   const std::size_t n = mass.size();
-  if (model.bulk ? !model.bulk->solid() : model.cells.empty()) return infinity;
+  if (model_.bulk ? !model_.bulk->solid() : model_.cells.empty()) return infinity;
   std::vector<double> hold(n, 0.0), diagonal(n, 0.0), a, l, eigenvalues, work, root;
-  const auto free = [&](std::int32_t dof) { return !model.held[std::size_t(dof)]; };
+  const auto free = [&](std::int32_t dof) { return !model_.held[std::size_t(dof)]; };
   const auto row = [&](int dofs, const std::int32_t* dof, const double* k, int i) {
     double sum = 0;
     for (int j = 0; j < dofs; ++j)
       if (free(dof[j])) sum += std::abs(k[j * dofs + i]);
     return sum;
   };
-  const bool known = each_cell(model, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
+  const bool known = each_cell(model_, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
     for (int i = 0; i < dofs; ++i) {
       hold[std::size_t(dof[i])] += row(dofs, dof, k, i);
       diagonal[std::size_t(dof[i])] += k[i * dofs + i];
@@ -159,12 +151,13 @@ double MeshBody::element_bound(const std::vector<double>& mass, double slack) co
   });
   if (!known) return infinity;
   const double largest = *std::max_element(diagonal.begin(), diagonal.end());
-  for (std::size_t i = 0; i < n && !model.bulk; ++i) // matrices may be others than those of the cells
-    if (std::abs(diagonal[i] - on_diagonal(model.stiffness.value, std::int64_t(i))) > 1e-9 * largest) return infinity;
+  for (std::size_t i = 0; i < n && !model_.bulk; ++i) // matrices may be others than those of the cells
+    if (std::abs(diagonal[i] - matrices_.on_diagonal(model_.stiffness.value, std::int64_t(i))) > 1e-9 * largest)
+      return infinity;
   std::vector<int> kept;
   double square = 0;
   bool finite = true;
-  each_cell(model, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
+  each_cell(model_, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
     root.clear();
     kept.clear();
     for (int i = 0; i < dofs; ++i) {
@@ -189,7 +182,7 @@ double MeshBody::element_bound(const std::vector<double>& mass, double slack) co
 
 // No eigenvalue of M^-1 A is above the largest sum of a row of |M^-1 A|, scaled by any positive numbers (Collatz 1942,
 // Wielandt 1950): by ones that make it small, as the power method finds them.
-double MeshBody::row_bound(const SparseMatrix& a, const std::vector<double>& mass) const {
+double MeshStability::row_bound(const SparseMatrix& a, const std::vector<double>& mass) const {
   const std::size_t n = mass.size();
   std::vector<double> x(n, 1.0), y(n);
   double bound = infinity;
@@ -199,7 +192,7 @@ double MeshBody::row_bound(const SparseMatrix& a, const std::vector<double>& mas
     for (std::int64_t column = 0; column < a.n; ++column)
       for (std::int64_t e = a.start[std::size_t(column)]; e < a.start[std::size_t(column) + 1]; ++e) {
         const auto i = std::size_t(a.row[std::size_t(e)]), j = std::size_t(column);
-        if (model.held[i] || model.held[j]) continue;
+        if (model_.held[i] || model_.held[j]) continue;
         const double size = std::abs(a.value[std::size_t(e)]);
         y[i] += size * x[j];
         if (i != j) y[j] += size * x[i];
@@ -218,18 +211,18 @@ double MeshBody::row_bound(const SparseMatrix& a, const std::vector<double>& mas
   return bound * (1 + 1e-12);
 }
 
-FrequencyBound MeshBody::frequency_bound(bool by_elements, double slack) const {
+FrequencyBound MeshStability::frequency_bound(bool by_elements, double slack) const {
   FrequencyBound found;
-  if (!diagonal_mass() || model.make_solver) return found;
-  const auto n = std::size_t(model.dofs());
+  if (!matrices_.diagonal_mass() || model_.make_solver) return found;
+  const auto n = std::size_t(model_.dofs());
   std::vector<double> mass(n);
-  for (std::size_t i = 0; i < n; ++i) mass[i] = on_diagonal(model.mass.value, std::int64_t(i));
-  const double by_rows = row_bound(model.stiffness, mass);
+  for (std::size_t i = 0; i < n; ++i) mass[i] = matrices_.on_diagonal(model_.mass.value, std::int64_t(i));
+  const double by_rows = row_bound(model_.stiffness, mass);
   found.omega = std::sqrt(by_elements ? std::min(element_bound(mass, slack), by_rows) : by_rows);
   const double of_modes =
-      model.mode_rates.empty() ? 0 : *std::max_element(model.mode_rates.begin(), model.mode_rates.end());
-  SparseMatrix rates = model.mass;
-  rates.value = rate_values(model);
+      model_.mode_rates.empty() ? 0 : *std::max_element(model_.mode_rates.begin(), model_.mode_rates.end());
+  SparseMatrix rates = model_.mass;
+  rates.value = rate_values(model_);
   found.rate = (rates.value.empty() ? 0 : row_bound(rates, mass)) + of_modes;
   return found;
 }

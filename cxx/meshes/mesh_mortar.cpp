@@ -190,7 +190,7 @@ const Nodes& MeshSet::seen_from(const Nodes& nodes, const MetMortar& met, const 
   shifted = nodes;
   const MeshBody& other = meshes[std::size_t(met.other)];
   for (std::int64_t i = 0; i < other.model.nodes(); ++i)
-    for (int k = 0; k < nodes.dim; ++k) shifted->position[other.first_node + i][k] += shift[k];
+    for (int k = 0; k < nodes.dim; ++k) shifted->position[other.first_node() + i][k] += shift[k];
   return *shifted;
 }
 

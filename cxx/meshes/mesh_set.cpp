@@ -27,7 +27,7 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
     const std::size_t number = std::size_t(mesh.model.number) - 1;
     if (number >= first.size() || first[number] < 0)
       throw Error("the nodes of the mesh '" + mesh.model.name + "' are not in the scene");
-    mesh.first_node = first[number];
+    mesh.place_from(first[number]);
     of_number[number] = std::int32_t(m);
   }
   mapped_ = {};

@@ -12,7 +12,7 @@
 #include "../bodies/condensed_body.hpp"
 #include "../bodies/nodes.hpp"
 #include "../contactors/mapped_contactors.hpp"
-#include "mesh_body.hpp"
+#include "mesh_list.hpp"
 
 namespace cairn {
 
@@ -33,7 +33,7 @@ struct Mapping {
 
 class MeshSet {
 public:
-  std::vector<MeshBody> meshes;
+  MeshList meshes;
   MeshBody::Bytes compliance_bytes; // see MeshBody::rest_on
 
   bool empty() const { return meshes.empty(); }

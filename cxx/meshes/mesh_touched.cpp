@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "../base/call.hpp"
-#include "mesh_body.hpp"
+#include "mesh_compliance.hpp"
 
 namespace cairn {
 
@@ -42,22 +42,17 @@ private:
 
 } // namespace
 
-bool MeshBody::by_units(const Factors& f) const {
-  return f.soe && model.ties.empty() && f.modal_factor.empty() && !has_part(f.mixed);
-}
-
-bool MeshBody::by_units() const { return by_units(*now_); }
-
-std::vector<double> MeshBody::touched() const {
+std::vector<double> MeshCompliance::touched() const {
   std::vector<double> out;
-  const bool all_by_units = std::all_of(factors_.begin(), factors_.end(),
-                                        [&](const auto& f) { return f->again.ends.empty() && f->order.empty(); });
+  const bool all_by_units = std::all_of(factors_.kept.begin(), factors_.kept.end(), [](const auto& f) {
+    return f->contact.again.ends.empty() && f->contact.order.empty();
+  });
   if (all_by_units) return out;
-  for (const auto& f : factors_) {
-    if (f->spare) continue;
-    const bool later = !f->again.ends.empty();
-    const std::vector<std::int32_t>& ends = later ? f->again.ends : f->order;
-    const std::vector<std::int32_t>& nodes = later ? f->again.nodes : f->active;
+  for (const auto& f : factors_.kept) {
+    if (f->undone) continue;
+    const bool later = !f->contact.again.ends.empty();
+    const std::vector<std::int32_t>& ends = later ? f->contact.again.ends : f->contact.order;
+    const std::vector<std::int32_t>& nodes = later ? f->contact.again.nodes : f->contact.active;
     out.insert(out.end(), {f->h, f->damping, f->stiffness, f->largest, f->mixed, double(ends.size())});
     out.insert(out.end(), ends.begin(), ends.end());
     if (!ends.empty()) out.insert(out.end(), nodes.begin(), nodes.begin() + ends.back());
@@ -65,55 +60,56 @@ std::vector<double> MeshBody::touched() const {
   return out;
 }
 
-// Factors that the list names are made when they are asked for, if they are not there; others stay, as spare ones that
+// Factors that the list names are made when they are asked for, if they are not there; others stay, as undone ones that
 // go first.
-void MeshBody::restore_touched(std::span<const double> of) {
-  std::vector<std::unique_ptr<Factors>> named;
-  const auto nodes = std::size_t(model.nodes());
-  for (Reader read(of, model.name); !read.ended();) {
-    auto f = std::make_unique<Factors>();
-    f->place.assign(nodes, -1);
+void MeshCompliance::restore_touched(std::span<const double> of) {
+  std::vector<std::unique_ptr<IterationFactors>> named;
+  const auto nodes = std::size_t(model_.nodes());
+  for (Reader read(of, model_.name); !read.ended();) {
+    auto f = std::make_unique<IterationFactors>();
+    f->contact.place.assign(nodes, -1);
     for (double* key : {&f->h, &f->damping, &f->stiffness, &f->largest, &f->mixed}) *key = read.number();
     std::size_t last = 0;
     for (std::size_t left = read.whole(0, nodes); left > 0; --left) {
       last = read.whole(last + 1, nodes);
-      f->again.ends.push_back(std::int32_t(last));
+      f->contact.again.ends.push_back(std::int32_t(last));
     }
     std::vector<std::uint8_t> seen(nodes, 0);
     for (std::size_t k = 0; k < last; ++k) {
       const std::size_t node = read.whole(0, nodes - 1);
       if (seen[node]) read.refuse();
       seen[node] = 1;
-      f->again.nodes.push_back(std::int32_t(node));
+      f->contact.again.nodes.push_back(std::int32_t(node));
     }
     named.push_back(std::move(f));
   }
-  std::vector<std::unique_ptr<Factors>> all;
-  for (auto& there : factors_) {
+  std::vector<std::unique_ptr<IterationFactors>> all;
+  for (auto& there : factors_.kept) {
     const auto same = std::find_if(named.begin(), named.end(), [&](const auto& f) { return there->same_as(*f); });
     if (same == named.end()) {
-      if (!by_units(*there)) there->forget(model.nodes());
-      there->spare = true;
+      if (!factors_.by_units(*there)) there->contact.forget(model_.nodes());
+      there->undone = true;
       all.push_back(std::move(there));
       continue;
     }
-    const bool stands = (*same)->again.ends == there->order && there->again.ends.empty() &&
-                        std::equal((*same)->again.nodes.begin(), (*same)->again.nodes.end(), there->active.begin());
+    const bool stands = (*same)->contact.again.ends == there->contact.order && there->contact.again.ends.empty() &&
+                        std::equal((*same)->contact.again.nodes.begin(), (*same)->contact.again.nodes.end(),
+                                   there->contact.active.begin());
     if (!stands) {
-      if (!by_units(*there)) there->forget(model.nodes());
-      there->again = std::move((*same)->again);
+      if (!factors_.by_units(*there)) there->contact.forget(model_.nodes());
+      there->contact.again = std::move((*same)->contact.again);
     }
-    there->spare = false;
+    there->undone = false;
     *same = std::move(there);
   }
   for (auto& f : named) all.push_back(std::move(f));
-  if (all.size() > most_factors) all.erase(all.begin(), all.end() - std::ptrdiff_t(most_factors));
-  factors_ = std::move(all);
+  if (all.size() > MeshFactors::most) all.erase(all.begin(), all.end() - std::ptrdiff_t(MeshFactors::most));
+  factors_.kept = std::move(all);
 }
 
-void MeshBody::touch_again() {
-  const Touches again = std::move(now_->again);
-  now_->again = {};
+void MeshCompliance::touch_again() {
+  const ContactNodes::Touches again = std::move(factors_.now->contact.again);
+  factors_.now->contact.again = {};
   std::size_t from = 0;
   for (const std::int32_t end : again.ends) {
     touch({again.nodes.begin() + std::ptrdiff_t(from), again.nodes.begin() + end});

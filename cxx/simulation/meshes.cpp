@@ -38,7 +38,7 @@ void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
     gone.push_back(m);
   }
   scene.remove_bodies(ids);
-  for (std::size_t k = gone.size(); k-- > 0;) meshes.meshes.erase(meshes.meshes.begin() + std::ptrdiff_t(gone[k]));
+  for (std::size_t k = gone.size(); k-- > 0;) meshes.meshes.erase(gone[k]);
   if (meshes.empty()) meshes = {}; // nothing is mapped from them
   meshes_placed_ = -1;
   forget_contacts();

@@ -85,7 +85,7 @@ void Simulation::wrap_into_cell() {
   for (std::int64_t i = 0; i < b.count; ++i)
     if (has_left(b.position[i], turns)) bring_back(i, b.position[i], b.velocity[i], *b.mass[i], turns);
   for (const MeshBody& mesh : meshes.meshes) {
-    const std::int64_t first = mesh.first_node, n = mesh.model.nodes();
+    const std::int64_t first = mesh.first_node(), n = mesh.model.nodes();
     double middle[3] = {};
     for (std::int64_t i = first; i < first + n; ++i)
       for (int k = 0; k < scene.dim; ++k) middle[k] += nodes.position[i][k] / double(n);

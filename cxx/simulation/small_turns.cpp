@@ -63,7 +63,7 @@ void Simulation::tell_of_small_turns() {
   double most = widest_turn;
   for (const MeshBody& mesh : meshes.meshes) {
     if (!counts_as_small(mesh.model)) continue;
-    const double turn = turn_of(mesh.model, scene.nodes.position.values.data() + mesh.first_node * mesh.model.dim);
+    const double turn = turn_of(mesh.model, scene.nodes.position.values.data() + mesh.first_node() * mesh.model.dim);
     if (!(turn > most)) continue;
     most = turn;
     char text[200];

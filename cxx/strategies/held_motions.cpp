@@ -98,13 +98,13 @@ void move_held(Simulation& s, double h) {
   const double share = displaces ? end_share(s.strategy()) : 1;
   for (const HeldMotion& motion : s.held_motions) {
     MeshBody& mesh = *body_of(s, motion);
-    mesh.held_velocity.resize(std::size_t(mesh.model.dofs()), 0.0);
+    mesh.loads.held_velocity.resize(std::size_t(mesh.model.dofs()), 0.0);
     const auto [begin, half, end] = motion.at;
     const double rate = (3 * end - 4 * half + begin) / h;
-    const double* x = s.scene.nodes.position[mesh.first_node];
-    const double* v = s.scene.nodes.velocity[mesh.first_node];
+    const double* x = s.scene.nodes.position[mesh.first_node()];
+    const double* v = s.scene.nodes.velocity[mesh.first_node()];
     for (const std::int32_t dof : motion.dof) {
-      double& to = mesh.held_velocity[std::size_t(dof)];
+      double& to = mesh.loads.held_velocity[std::size_t(dof)];
       const double u = x[dof] - mesh.model.reference[std::size_t(dof)];
       to = motion.displaces ? (end - u) / h + (1 - share) * (rate - v[dof]) : end;
     }

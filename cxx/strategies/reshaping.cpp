@@ -317,13 +317,13 @@ double stored_at_begin(MeshBody& mesh, const Nodes& nodes) {
   const MeshModel& m = mesh.model;
   if (mesh.linear()) return mesh.stored(nodes) + m.initial_energy;
   if (const std::vector<double> known = mesh.memory(); !known.empty()) return known.back();
-  MeshBody::Shown before;
+  MeshBody::Results before;
   mesh.keep(before);
   const auto n = std::size_t(m.dofs());
   std::vector<double> u(n), v(n, 0.0), force(n);
-  for (std::size_t i = 0; i < n; ++i) u[i] = nodes.position[mesh.first_node][i] - m.reference[i];
-  const BulkResult found = m.bulk->evaluate({u.data(), v.data(), mesh.time}, force.data(), nullptr);
-  mesh.show(before);
+  for (std::size_t i = 0; i < n; ++i) u[i] = nodes.position[mesh.first_node()][i] - m.reference[i];
+  const BulkResult found = m.bulk->evaluate({u.data(), v.data(), mesh.loads.time}, force.data(), nullptr);
+  mesh.put_back(before);
   if (!found.ok()) throw Error(mesh.describe(found) + " as it stands");
   return found.energy;
 }

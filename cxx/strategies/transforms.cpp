@@ -16,8 +16,8 @@ void read_nodes(Simulation& s, const MeshBody& mesh, std::vector<double>& x, std
   x.resize(std::size_t(n));
   v.resize(std::size_t(n));
   for (std::int64_t i = 0; i < n; ++i) {
-    x[std::size_t(i)] = s.scene.nodes.position[mesh.first_node][i] + s.scene.origin[std::size_t(i % s.scene.dim)];
-    v[std::size_t(i)] = s.scene.nodes.velocity[mesh.first_node][i];
+    x[std::size_t(i)] = s.scene.nodes.position[mesh.first_node()][i] + s.scene.origin[std::size_t(i % s.scene.dim)];
+    v[std::size_t(i)] = s.scene.nodes.velocity[mesh.first_node()][i];
   }
 }
 
@@ -152,10 +152,10 @@ void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64
     s.strategy().check_scene(s);
     stored_at_begin(meshes.back(), probe.nodes);
   } catch (...) {
-    meshes.pop_back();
+    meshes.erase(meshes.size() - 1);
     throw;
   }
-  meshes.pop_back();
+  meshes.erase(meshes.size() - 1);
 }
 
 // Throws Error unless the draft is a mesh that can replace a body.
@@ -309,9 +309,9 @@ void Transforms::load(Simulation& s, double h) {
     s.place_meshes();
     std::vector<double> x, v;
     read_nodes(s, mesh, x, v);
-    mesh.load_begin = forces_of_wrench(s.scene.dim, mesh.model.mass, x, of->second.force);
+    mesh.loads.begin = forces_of_wrench(s.scene.dim, mesh.model.mass, x, of->second.force);
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += h * v[i];
-    mesh.load_end = forces_of_wrench(s.scene.dim, mesh.model.mass, x, of->second.force);
+    mesh.loads.end = forces_of_wrench(s.scene.dim, mesh.model.mass, x, of->second.force);
   }
 }
 

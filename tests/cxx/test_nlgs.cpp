@@ -6,9 +6,8 @@
 
 #include "cairn/core.h"
 #include "contact_scene.hpp"
-#include "contacts/interaction_state.hpp"
+#include "contacts/interaction.hpp"
 #include "solvers/sweeps/batch.hpp"
-#include "solvers/sweeps/contact_system.hpp"
 
 namespace cairn::test {
 namespace {

@@ -118,7 +118,7 @@ void Nscd::find_bonds(Simulation& s) {
     for (std::int64_t k = 0; k < c.count; ++k) {
       if (*c.body[k] < 0) {
         const MeshBody& mesh = s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))];
-        const double* place = s.scene.nodes.position[mesh.first_node];
+        const double* place = s.scene.nodes.position[mesh.first_node()];
         const double warped = warp(mesh.model, *c.part[k], place);
         const bool warps = s.meshes.warps(std::int32_t(k)); // in the step, too; see parted_warped
         const double size = (warps ? may_warp : 2 * touch) * std::max(*c.radius[k], mesh.size());

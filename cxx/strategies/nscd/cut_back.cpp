@@ -20,8 +20,8 @@ struct StepLoads {
 namespace {
 
 StepLoads loads_of(const MeshBody& mesh) {
-  StepLoads out{mesh.load_begin, mesh.load_end, {}, {}};
-  for (const PressedSides& sides : mesh.pressed) {
+  StepLoads out{mesh.loads.begin, mesh.loads.end, {}, {}};
+  for (const PressedSides& sides : mesh.loads.pressed) {
     out.pressure_begin.push_back(sides.begin);
     out.pressure_end.push_back(sides.end);
   }
@@ -32,12 +32,12 @@ StepLoads loads_of(const MeshBody& mesh) {
 void take_loads(MeshBody& mesh, const StepLoads& whole, double from, double to) {
   const auto at = [](double a, double b, double share) { return (1 - share) * a + share * b; };
   for (std::size_t i = 0; i < whole.end.size(); ++i) {
-    mesh.load_begin[i] = at(whole.begin[i], whole.end[i], from);
-    mesh.load_end[i] = at(whole.begin[i], whole.end[i], to);
+    mesh.loads.begin[i] = at(whole.begin[i], whole.end[i], from);
+    mesh.loads.end[i] = at(whole.begin[i], whole.end[i], to);
   }
-  for (std::size_t k = 0; k < mesh.pressed.size(); ++k) {
-    mesh.pressed[k].begin = at(whole.pressure_begin[k], whole.pressure_end[k], from);
-    mesh.pressed[k].end = at(whole.pressure_begin[k], whole.pressure_end[k], to);
+  for (std::size_t k = 0; k < mesh.loads.pressed.size(); ++k) {
+    mesh.loads.pressed[k].begin = at(whole.pressure_begin[k], whole.pressure_end[k], from);
+    mesh.loads.pressed[k].end = at(whole.pressure_begin[k], whole.pressure_end[k], to);
   }
 }
 

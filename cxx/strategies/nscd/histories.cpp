@@ -35,8 +35,8 @@ void Nscd::start_histories(Simulation& s) {
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
   if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
   for (MeshBody& mesh : s.meshes.meshes)
-    if (*nodes.history_known[mesh.first_node] == 0) {
-      mesh.time = s.time;
+    if (*nodes.history_known[mesh.first_node()] == 0) {
+      mesh.loads.time = s.time;
       mesh.start_history(nodes, s.scene.gravity.data(), scheme_);
     }
   for (auto* known : {&b.history_known.values, &nodes.history_known.values})

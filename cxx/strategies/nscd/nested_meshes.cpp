@@ -55,7 +55,7 @@ public:
 private:
   const MeshModel& model(std::int32_t mesh) const { return s_.meshes.meshes[std::size_t(mesh)].model; }
   const double* place(std::int32_t mesh) const {
-    return s_.scene.nodes.position_begin[s_.meshes.meshes[std::size_t(mesh)].first_node];
+    return s_.scene.nodes.position_begin[s_.meshes.meshes[std::size_t(mesh)].first_node()];
   }
   void find_pieces(std::int32_t mesh);
   void find_materials();

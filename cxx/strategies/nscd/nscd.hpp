@@ -72,7 +72,7 @@ private:
   // Views of the last step, kept while the next is tried; see shown.cpp.
   struct Shown {
     Array<double> reaction; // of bodies
-    std::vector<MeshBody::Shown> meshes;
+    std::vector<MeshBody::Results> meshes;
     bool contacts_known = false;
     Candidates contacts;
     std::vector<std::int64_t> contactors; // ids (2, contacts)

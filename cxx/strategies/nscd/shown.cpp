@@ -47,7 +47,7 @@ void Nscd::keep_shown(Simulation& s) {
 
 void Nscd::show_again(Simulation& s, const Shown& from) {
   s.scene.bodies.reaction.values = from.reaction;
-  for (std::size_t k = 0; k < from.meshes.size(); ++k) s.meshes.meshes[k].show(from.meshes[k]);
+  for (std::size_t k = 0; k < from.meshes.size(); ++k) s.meshes.meshes[k].put_back(from.meshes[k]);
   if (!from.contacts_known) return;
   s.candidates = from.contacts;
   for (std::size_t i = 0; i < std::size_t(s.candidates.count); ++i) { // they may have got other numbers

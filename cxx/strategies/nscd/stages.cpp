@@ -53,7 +53,7 @@ void Nscd::begin_step(Simulation& s, double h) {
   try {
     start_histories(s);
   } catch (...) {
-    for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) s.meshes.meshes[k].show(shown_.meshes[k]);
+    for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) s.meshes.meshes[k].put_back(shown_.meshes[k]);
     throw;
   }
   save_begin(s);
@@ -169,7 +169,7 @@ void Nscd::compute_free_velocity(Simulation& s) {
     if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
     for (MeshBody& mesh : s.meshes.meshes) {
       const Stopwatch first_pass(mesh.linear() ? nullptr : &s.pass_seconds.all);
-      mesh.time = s.time;
+      mesh.loads.time = s.time;
       mesh.free_velocity(s.scene.nodes, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
     }
   }
