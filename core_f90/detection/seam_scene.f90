@@ -1,12 +1,12 @@
 !> Runs of contacts as the search for seams reads them, and the bodies that they are of: see seams.f90.
 module seam_scene
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int16_t, c_int32_t, c_int64_t, c_int8_t, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int16_t, c_int32_t, c_int64_t, c_ptr
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use convex_shape, only: convex, reach, see_capsule, see_cylinder, see_superquadric
   implicit none
   private
-  public :: cairn_seams, scene, meeting, open_scene, meet, reach_of, size_of
-  public :: most_points, bar, cylinder, facet, half_space, hull
+  public :: cairn_seams, scene, meeting, open_scene, meet, on_y, reach_of, size_of
+  public :: bar, cylinder, facet, half_space, hull
 
   !> Kinds of shapes: these are the values of enum cairn_seam_shape of rows.h.
   integer, parameter :: ball = 0, hull = 1, bar = 2, capsule = 3, cylinder = 4, superquadric = 5, half_space = 6, facet = 7
@@ -44,12 +44,9 @@ module seam_scene
     real(c_double), pointer, contiguous :: vectors(:, :) => null(), gap(:) => null(), normal(:, :) => null(), point(:, :) => null()
   end type scene
 
-  integer, parameter :: most_points = 8 !< of one run: contacts of a pair, see pairs.def
-
   !> A run of contacts seen from one of its bodies, X. All vectors start at the centre of X, and the normal points from Y to X.
   type :: meeting
-    integer :: points = 0
-    real(c_double) :: q(3, most_points) !< points of the contacts on Y [m]
+    integer(c_int64_t) :: first = 0, last = 0
     integer(c_int32_t) :: x = 0, y = 0
     real(c_double) :: n(3) = 0, at(3) = 0 !< centre of Y from that of X [m]
     real(c_double) :: sense = 1           !< 1: X is A
@@ -57,7 +54,7 @@ module seam_scene
     real(c_double) :: sunk = 0, far = 0   !< how deep X is in Y, and the largest gap without its sign [m]
     logical :: many = .false.             !< others than Y have this plane too
     logical :: mixed = .false.            !< several bodies have this plane
-    integer(c_int8_t) :: motion = 0       !< bits, see seams.f90
+    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed
   end type meeting
 
 contains
@@ -88,53 +85,59 @@ contains
     call c_f_pointer(given%free, s%free, [3*s%dim - 3, many])
   end subroutine open_scene
 
-  subroutine meet(s, entry, motion, m)
+  subroutine meet(s, entry, m)
     type(scene), intent(in) :: s
     integer(c_int32_t), intent(in) :: entry
-    integer(c_int8_t), intent(in) :: motion
     type(meeting), intent(inout) :: m
     real(c_double) :: shift(3)
-    integer(c_int64_t) :: first
+    integer(c_int64_t) :: k
     integer(c_int32_t) :: a, b
-    integer :: j, k, d, lattice
+    integer :: j, d, lattice
     d = s%dim
-    first = s%run(entry/2 + 1) + 1
-    m%points = int(min(s%run(entry/2 + 2) + 1 - first, int(most_points, c_int64_t)))
-    a = s%a(first)
-    b = s%b(first)
+    k = entry/2 + 1
+    m%first = s%run(k) + 1
+    m%last = s%run(k + 1)
+    a = s%a(m%first)
+    b = s%b(m%first)
+    m%at = 0
+    m%n = 0
     m%many = .false.
     m%mixed = .false.
-    m%motion = motion
     shift = 0
     if (s%periodic) then
       do j = 1, d
-        lattice = iand(shiftr(s%image(first), 10*(j - 1)), 1023) - 512
+        lattice = iand(shiftr(s%image(m%first), 10*(j - 1)), 1023) - 512
         if (lattice /= 0) shift = shift + lattice*s%vectors(:, j)
       end do
     end if
     m%sense = merge(1, -1, iand(entry, 1) == 0)
     m%x = merge(a, b, iand(entry, 1) == 0)
     m%y = merge(b, a, iand(entry, 1) == 0)
-    m%at(3) = 0
-    m%n(3) = 0
-    do j = 1, d
-      m%at(j) = m%sense*(s%centre(j, b + 1) + shift(j) - s%centre(j, a + 1))
-      m%n(j) = m%sense*s%normal(j, first)
-    end do
+    m%at(1:d) = m%sense*(s%centre(:, b + 1) + shift(1:d) - s%centre(:, a + 1))
+    m%n(1:d) = m%sense*s%normal(:, m%first)
     m%height = -huge(m%height)
     m%sunk = 0
     m%far = 0
-    do k = 1, m%points
-      m%q(3, k) = 0
-      do j = 1, d ! points stand on the image of A that is in the cell
-        m%q(j, k) = s%point(j, first + k - 1) - s%centre(j, a + 1) - s%gap(first + k - 1)/2*m%n(j)
-        if (m%sense < 0) m%q(j, k) = m%q(j, k) + m%at(j)
-      end do
-      m%height = max(m%height, m%n(1)*m%q(1, k) + m%n(2)*m%q(2, k) + m%n(3)*m%q(3, k))
-      m%sunk = max(m%sunk, -s%gap(first + k - 1))
-      m%far = max(m%far, abs(s%gap(first + k - 1)))
+    do k = m%first, m%last
+      m%height = max(m%height, dot_product(m%n, on_y(s, m, k)))
+      m%sunk = max(m%sunk, -s%gap(k))
+      m%far = max(m%far, abs(s%gap(k)))
     end do
   end subroutine meet
+
+  !> The point of contact k on Y, from the centre of X.
+  pure function on_y(s, m, k) result(q)
+    type(scene), intent(in) :: s
+    type(meeting), intent(in) :: m
+    integer(c_int64_t), intent(in) :: k
+    real(c_double) :: q(3)
+    integer :: d
+    d = s%dim
+    q = 0
+    ! points stand on the image of A that is in the cell
+    q(1:d) = s%point(:, k) - s%centre(:, s%a(k) + 1) - s%gap(k)/2*m%n(1:d)
+    if (m%sense < 0) q = q + m%at
+  end function on_y
 
   !> How far contactor c reaches along d, unit, from its centre [m].
   real(c_double) function reach_of(s, c, d)

@@ -4,16 +4,15 @@
 !> vertices; Jolt: active edges; Bullet: internal edges). Here pieces are separate bodies; the neighbours of a piece are the
 !> other bodies that the same body touches.
 !>
-!> A contact of X with Y takes another normal under three conditions. Its points lie on the rim of Y and its normal leans
-!> outward there. X touches a third body along a plane, or the points lie on a side of that body. All of Y lies below this plane,
-!> flush with it, and X above: the plane separates the two at this distance, and its normal is that of the contact. Where Y rises
-!> above the plane, as a ramp does, the contact takes the normal of the rising face.
+!> A contact of X with Y is dropped under three conditions. Its points lie on the rim of Y and its normal leans outward there. X
+!> touches a third body along a plane, or the points lie on a side of that body. All of Y lies below this plane, flush with it.
+!> Where Y rises above the plane, as a ramp does, the contact takes the normal of the rising face instead.
 module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
   use convex_shape, only: convex, see_cylinder
-  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, &
-    most_points, open_scene, reach_of, scene, size_of
+  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, on_y, &
+    open_scene, reach_of, scene, size_of
   implicit none
   private
   public :: cairn_seam_contacts, cairn_seam_closing
@@ -22,54 +21,66 @@ module seams
   real(c_double), parameter :: flush = 1e-4_c_double
   real(c_double), parameter :: lean = 1e-4_c_double !< sine from which on a normal leans
   real(c_double), parameter :: wide = 0.05_c_double !< least width of a wide patch, relative to its length
+  ! Bodies at rest keep speeds of this share of what forces add in a step: the tolerance of a solver leaves them.
+  real(c_double), parameter :: rest = 1e-2_c_double
   integer, parameter :: most_planes = 64            !< planes of contact kept for one body
   integer, parameter :: most_sides = 4              !< sides of a body found at one point
-  !> Bits of the motion of a run: these are the values of enum cairn_seam_motion of rows.h.
-  integer(c_int8_t), parameter :: touches = 1, meets = 2, closes = 4, asked = 8
-
-  !> Sides of Y at the points of a run: see sides_at.
-  type :: rim
-    real(c_double) :: tolerance = 0 !< [m]
-    integer :: sides(most_points)
-    real(c_double) :: side(3, most_sides, most_points), above(most_sides, most_points) !< [-], [m]
-  end type rim
 
 contains
 
-  !> Motion of the runs first to last - 1, by the velocities at the start of the step and by those at its end without contacts.
-  !> A run of one line at most touches if its gap is flush, and meets if it closes within the step. A run closes if its bodies come
-  !> nearer now, and presses on other contacts of theirs.
-  subroutine cairn_seam_closing(given, alike, step, first, last, motion) bind(c)
+  !> Marks the runs first to last - 1 that have a closing contact, by the velocities at the start of the step or by those at its
+  !> end without contacts. Other runs carry no impulse unless another contact presses on them.
+  subroutine cairn_seam_closing(given, first, last, closing) bind(c)
     type(cairn_seams), intent(in) :: given
-    integer(c_int8_t), intent(in) :: alike(*) !< of each body: 1 if it moves as all others that have a 1
-    real(c_double), value :: step !< [s]
     integer(c_int64_t), value :: first, last
-    integer(c_int8_t), intent(inout) :: motion(0:*)
+    integer(c_int8_t), intent(inout) :: closing(0:*)
     type(scene) :: s
     integer(c_int64_t) :: r, k
     integer(c_int32_t) :: a, b
-    real(c_double) :: by_speed, by_forces, slack
-    logical :: moves
+    real(c_double) :: least, by_forces, by_speed
     call open_scene(given, s)
     do r = first, last - 1
-      motion(r) = 0
+      closing(r) = 0
       k = s%run(r + 1) + 1
       a = s%body(s%a(k) + 1) + 1
       b = s%body(s%b(k) + 1) + 1
-      slack = flush*min(size_of(s, s%a(k)), size_of(s, s%b(k)))
-      moves = a < 1 .or. b < 1
-      if (.not. moves) moves = alike(a) == 0 .or. alike(b) == 0
+      if (move_as_one(s, a, b)) cycle
+      least = rest*max(change(s, a), change(s, b))
       do k = k, s%run(r + 2)
-        if (abs(s%gap(k)) <= slack) motion(r) = ior(motion(r), touches)
-        if (.not. moves) cycle
         call approach(s, k, a, b, by_speed, by_forces)
-        if (by_speed > 0) motion(r) = ior(motion(r), closes)
-        if (max(by_speed, by_forces) > 0 .and. s%gap(k) <= step*max(by_speed, by_forces)) motion(r) = ior(motion(r), meets)
+        if (by_forces > least) closing(r) = max(closing(r), 1_c_int8_t)
+        if (by_speed > least) closing(r) = 2
       end do
-      if (iand(motion(r), touches + meets) == 0) cycle
-      if (is_wide(s, s%run(r + 1) + 1, s%run(r + 2), slack)) motion(r) = iand(motion(r), closes)
     end do
   end subroutine cairn_seam_closing
+
+  !> True if two bodies have the same velocity now and at the end of the step, and do not turn.
+  pure logical function move_as_one(s, a, b)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: a, b
+    integer :: i
+    move_as_one = .false.
+    if (a < 1 .or. b < 1) return
+    do i = 1, s%dim
+      if (abs(s%velocity(i, a) - s%velocity(i, b)) + abs(s%free(i, a) - s%free(i, b)) > 0) return
+    end do
+    do i = s%dim + 1, 3*s%dim - 3
+      if (abs(s%velocity(i, a)) + abs(s%velocity(i, b)) + abs(s%free(i, a)) + abs(s%free(i, b)) > 0) return
+    end do
+    move_as_one = .true.
+  end function move_as_one
+
+  !> Change of the velocity of body i by the forces of one step [m/s].
+  pure real(c_double) function change(s, i)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: i
+    integer :: k
+    change = 0
+    if (i < 1) return
+    do k = 1, s%dim
+      change = max(change, abs(s%free(k, i) - s%velocity(k, i)))
+    end do
+  end function change
 
   !> Speeds at which the bodies a and b of contact k come nearer along its normal [m/s], images of a cell included: now, and at the
   !> end of the step without contacts.
@@ -78,57 +89,59 @@ contains
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: a, b
     real(c_double), intent(out) :: now, later
+    real(c_double) :: lever(6)
+    integer :: i
     now = 0
     later = 0
-    if (b > 0) call add_speed(s, k, b, merge(s%b(k) + 1, 0, s%periodic), 1.0_c_double, now, later)
-    if (a > 0) call add_speed(s, k, a, 0, -1.0_c_double, now, later)
+    if (b > 0) then
+      call wrench(s, k, b, merge(s%b(k) + 1, 0, s%periodic), lever)
+      do i = 1, 3*s%dim - 3
+        now = now + lever(i)*s%velocity(i, b)
+        later = later + lever(i)*s%free(i, b)
+      end do
+    end if
+    if (a < 1) return
+    call wrench(s, k, a, 0, lever)
+    do i = 1, 3*s%dim - 3
+      now = now - lever(i)*s%velocity(i, a)
+      later = later - lever(i)*s%free(i, a)
+    end do
   end subroutine approach
 
-  !> Adds the speed along the normal of contact k of the point of body i at the contact, or at the centre of a contactor [m/s].
-  pure subroutine add_speed(s, k, i, contactor, sense, now, later)
+  !> The normal of contact k and its moment about body i, at the point of contact or at the centre of a contactor [-], [m].
+  pure subroutine wrench(s, k, i, contactor, lever)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: i, contactor
-    real(c_double), intent(in) :: sense
-    real(c_double), intent(inout) :: now, later
-    real(c_double) :: n1, n2, n3, x1, x2, x3
-    n1 = sense*s%normal(1, k)
-    n2 = sense*s%normal(2, k)
-    if (contactor > 0) then
-      x1 = s%centre(1, contactor) - s%position(1, i)
-      x2 = s%centre(2, contactor) - s%position(2, i)
-    else
-      x1 = s%point(1, k) - s%position(1, i)
-      x2 = s%point(2, k) - s%position(2, i)
-    end if
-    now = now + n1*s%velocity(1, i) + n2*s%velocity(2, i)
-    later = later + n1*s%free(1, i) + n2*s%free(2, i)
+    real(c_double), intent(out) :: lever(6)
+    real(c_double) :: x(3)
+    integer :: j
+    do j = 1, s%dim
+      lever(j) = s%normal(j, k)
+      if (contactor > 0) then
+        x(j) = s%centre(j, contactor) - s%position(j, i)
+      else
+        x(j) = s%point(j, k) - s%position(j, i)
+      end if
+    end do
     if (s%dim == 2) then
-      now = now + (x1*n2 - x2*n1)*s%velocity(3, i)
-      later = later + (x1*n2 - x2*n1)*s%free(3, i)
-      return
-    end if
-    n3 = sense*s%normal(3, k)
-    if (contactor > 0) then
-      x3 = s%centre(3, contactor) - s%position(3, i)
+      lever(3) = x(1)*lever(2) - x(2)*lever(1)
     else
-      x3 = s%point(3, k) - s%position(3, i)
+      lever(4) = x(2)*lever(3) - x(3)*lever(2)
+      lever(5) = x(3)*lever(1) - x(1)*lever(3)
+      lever(6) = x(1)*lever(2) - x(2)*lever(1)
     end if
-    now = now + n3*s%velocity(3, i) + (x2*n3 - x3*n2)*s%velocity(4, i) + (x3*n1 - x1*n3)*s%velocity(5, i) &
-      + (x1*n2 - x2*n1)*s%velocity(6, i)
-    later = later + n3*s%free(3, i) + (x2*n3 - x3*n2)*s%free(4, i) + (x3*n1 - x1*n3)*s%free(5, i) &
-      + (x1*n2 - x2*n1)*s%free(6, i)
-  end subroutine add_speed
+  end subroutine wrench
 
-  !> Verdicts on the runs of contactors first to last - 1: 1 replaces the normal of a run by `turned`.
-  subroutine cairn_seam_contacts(given, first, last, start, entry, motion, verdict, turned) bind(c)
+  !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
+  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, verdict, turned) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int32_t), value :: first, last
     integer(c_int32_t), intent(in) :: start(0:*)     !< (contactors + 1) of the runs of each in `entry`
     integer(c_int32_t), intent(in) :: entry(0:*)     !< a run, from 0, times 2, and 1 where the contactor is B
-    integer(c_int8_t), intent(in) :: motion(0:*)     !< of each run, with the bit `asked` where a verdict is sought
+    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run: 1 by the forces, 2 by the speed of the bodies
     integer(c_int8_t), intent(inout) :: verdict(0:*) !< of each entry, 0 before
-    real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 1
+    real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 2
     type(scene) :: s
     type(meeting) :: plane(most_planes), of_run
     integer(c_int32_t) :: c, e
@@ -139,28 +152,52 @@ contains
       k = start(c + 1) - start(c)
       if (k < 2) cycle
       if (s%seen(s%shape(c + 1) + 1) == half_space) cycle
+      if (.not. any_may_leave(s, start(c), start(c + 1), entry, closing)) cycle
       planes = 0
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
-          call meet(s, entry(e), motion(entry(e)/2), of_run)
+          call meet(s, entry(e), of_run)
+          of_run%closing = closing(entry(e)/2)
           call note_plane(s, of_run, planes, plane)
         else
           planes = planes + 1
-          call meet(s, entry(e), motion(entry(e)/2), plane(planes))
+          call meet(s, entry(e), plane(planes))
+          plane(planes)%closing = closing(entry(e)/2)
         end if
       end do
       do e = start(c), start(c + 1) - 1
-        if (iand(motion(entry(e)/2), asked) == 0) cycle
         if (k > most_planes) then
-          call meet(s, entry(e), motion(entry(e)/2), of_run)
+          call meet(s, entry(e), of_run)
+          of_run%closing = closing(entry(e)/2)
           call judge(s, of_run, planes, plane, verdict(e), n)
         else
           call judge(s, plane(e - start(c) + 1), planes, plane, verdict(e), n)
         end if
-        if (verdict(e) == 1) turned(:, e) = n(1:s%dim)
+        if (verdict(e) == 2) turned(:, e) = n(1:s%dim)
       end do
     end do
   end subroutine cairn_seam_contacts
+
+  !> True if a run closes, and one with the rim of another body spans no area: is_wide keeps others.
+  logical function any_may_leave(s, first, last, entry, closing)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: first, last, entry(0:*)
+    integer(c_int8_t), intent(in) :: closing(0:*)
+    integer(c_int32_t) :: e
+    integer(c_int64_t) :: k
+    logical :: any_closing
+    any_closing = .false.
+    do e = first, last - 1
+      any_closing = any_closing .or. closing(entry(e)/2) /= 0
+    end do
+    any_may_leave = .false.
+    if (.not. any_closing) return
+    do e = first, last - 1
+      k = s%run(entry(e)/2 + 1) + 1
+      any_may_leave = has_rim(s, merge(s%b(k), s%a(k), iand(entry(e), 1) == 0))
+      if (any_may_leave) return
+    end do
+  end function any_may_leave
 
   !> Adds a plane to the list, or merges it with one that coincides. Large bodies touch many others in one plane.
   pure subroutine note_plane(s, m, planes, plane)
@@ -178,7 +215,7 @@ contains
       plane(k)%height = max(plane(k)%height, m%height)
       plane(k)%sunk = max(plane(k)%sunk, m%sunk)
       plane(k)%far = max(plane(k)%far, m%far)
-      plane(k)%motion = ior(plane(k)%motion, m%motion)
+      plane(k)%closing = max(plane(k)%closing, m%closing)
       return
     end do
     if (planes == most_planes) return
@@ -186,7 +223,7 @@ contains
     plane(planes) = m
   end subroutine note_plane
 
-  !> The verdict on one run: 0 keeps it, 1 gives it the normal n.
+  !> The verdict on one run: 0 keeps it, 1 drops it, 2 gives it the normal n of a face of Y that rises there.
   subroutine judge(s, m, planes, plane, verdict, n)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
@@ -194,92 +231,85 @@ contains
     type(meeting), intent(in) :: plane(planes)
     integer(c_int8_t), intent(inout) :: verdict
     real(c_double), intent(out) :: n(3)
-    type(rim) :: r
-    real(c_double) :: slack, height
-    integer :: j, k, found, likely, which(most_planes)
+    real(c_double) :: q(3), slack, height
+    integer :: j, found
     logical :: looked, of_surface
     n = 0
     verdict = 0
     if (.not. has_rim(s, m%y)) return
-    if (.not. (iand(m%motion, meets) > 0 .or. is_pressed(m, planes, plane))) return
+    if (.not. (m%closing > 0 .or. is_pressed(s, m, planes, plane))) return
+    if (is_wide(s, m)) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
+    q = on_y(s, m, m%first)
     slack = m%far + flush*min(size_of(s, m%x), size_of(s, m%y))
-    likely = 0
     do j = 1, planes
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
       ! triangles of one surface leave contacts at their edges to each other where they are found
       if (of_surface .and. s%body(plane(j)%y + 1) == s%body(m%y + 1) .and. .not. plane(j)%mixed) cycle
-      height = huge(height)
-      do k = 1, m%points
-        height = min(height, abs(dot_product(plane(j)%n, m%q(:, k)) - plane(j)%height))
-      end do
-      if (height > slack + plane(j)%far) cycle
+      height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
+      if (abs(height) > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
       if (.not. looked) then
-        if (.not. is_on_rim(s, m, planes, plane, r)) return
+        if (.not. is_on_rim(s, m, planes, plane)) return
         looked = .true.
       end if
-      likely = likely + 1
-      which(likely) = j
-      found = under_plane(s, m, r, plane(j), n)
-      if (found > 0) verdict = 1
+      found = under_plane(s, m, plane(j), n)
+      if (found == 0 .and. .not. plane(j)%many) found = under_sides(s, m, plane(j), n)
+      if (found == 1) verdict = 1
       if (found == 1) return
-    end do
-    do j = 1, likely
-      if (plane(which(j))%many) cycle
-      found = under_sides(s, m, r, plane(which(j)), n)
-      if (found > 0) verdict = 1
-      if (found == 1) return
+      if (found == 2) verdict = 2
     end do
   end subroutine judge
 
   !> True if another contact closes and presses X against Y.
-  pure logical function is_pressed(m, planes, plane)
+  pure logical function is_pressed(s, m, planes, plane)
+    type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
     integer :: j
     is_pressed = .false.
-    if (iand(m%motion, touches) == 0) return
+    if (m%far > flush*size_of(s, m%x)) return
     do j = 1, planes
-      is_pressed = is_pressed .or. (iand(plane(j)%motion, closes) > 0 .and. dot_product(plane(j)%n, m%n) < -lean)
+      is_pressed = is_pressed .or. (plane(j)%closing == 2 .and. dot_product(plane(j)%n, m%n) < -lean)
     end do
   end function is_pressed
 
-  !> True if contacts first to last span an area above the square of slack [m]. A contact with a covered side spans a line at most.
-  pure logical function is_wide(s, first, last, slack)
+  !> True if the points of a run span an area. A contact with a covered side spans a line at most.
+  pure logical function is_wide(s, m)
     type(scene), intent(in) :: s
-    integer(c_int64_t), intent(in) :: first, last
-    real(c_double), intent(in) :: slack
+    type(meeting), intent(in) :: m
     real(c_double) :: d(3), e(3), w(3)
     integer(c_int64_t) :: k
     is_wide = .false.
-    if (last < first + 2) return
+    if (m%last < m%first + 2) return
     d = 0
     e = 0
-    d(1:s%dim) = s%point(:, first + 1) - s%point(:, first)
-    do k = first + 2, last
-      e(1:s%dim) = s%point(:, k) - s%point(:, first)
+    d(1:s%dim) = s%point(:, m%first + 1) - s%point(:, m%first)
+    do k = m%first + 2, m%last
+      e(1:s%dim) = s%point(:, k) - s%point(:, m%first)
       w = [d(2)*e(3) - d(3)*e(2), d(3)*e(1) - d(1)*e(3), d(1)*e(2) - d(2)*e(1)]
-      is_wide = is_wide .or. dot_product(w, w) > &
-        max(wide*max(dot_product(d, d), dot_product(e, e)), slack**2)**2
+      is_wide = is_wide .or. dot_product(w, w) > wide**2*max(dot_product(d, d), dot_product(e, e))**2
     end do
   end function is_wide
 
   !> True if a point of a run may lie on the rim of Y, that is on two sides. The tolerance is the widest of those below.
-  logical function is_on_rim(s, m, planes, plane, r)
+  logical function is_on_rim(s, m, planes, plane)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
-    type(rim), intent(inout) :: r
-    integer :: k
-    r%tolerance = 2*(flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk))
-    do k = 1, m%points
-      call sides_at(s, m%y, m%q(:, k) - m%at, -m%at, r%tolerance, r%sides(k), r%side(:, :, k), r%above(:, k))
+    real(c_double) :: side(3, most_sides), above(most_sides), tolerance
+    integer(c_int64_t) :: k
+    integer :: sides
+    tolerance = flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk)
+    is_on_rim = .false.
+    do k = m%first, m%last
+      call sides_at(s, m%y, on_y(s, m, k) - m%at, -m%at, 2*tolerance, sides, side, above)
+      is_on_rim = sides > 1
+      if (is_on_rim) return
     end do
-    is_on_rim = any(r%sides(1:m%points) > 1)
   end function is_on_rim
 
   pure logical function has_rim(s, y)
@@ -290,51 +320,47 @@ contains
     has_rim = kind == hull .or. kind == bar .or. kind == cylinder .or. (kind == facet .and. s%body(y + 1) >= 0)
   end function has_rim
 
-  !> The verdict by a plane p of contact of X: it separates X from Y, whose points lie on it or below.
-  integer function under_plane(s, m, r, p, n) result(found)
+  !> The verdict by a plane p of contact of X: it separates X from Y, and the points of the run lie on it.
+  integer function under_plane(s, m, p, n) result(found)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m, p
-    type(rim), intent(in) :: r
     real(c_double), intent(inout) :: n(3)
-    real(c_double) :: tolerance, top
-    integer :: k
+    real(c_double) :: tolerance, q(3), top
+    integer(c_int64_t) :: k
     found = 0
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y))
     if (.not. p%many) tolerance = min(tolerance, flush*size_of(s, p%y))
-    do k = 1, m%points
-      if (dot_product(p%n, m%q(:, k)) - p%height > tolerance + p%sunk) return
+    do k = m%first, m%last
+      q = on_y(s, m, k)
+      if (abs(dot_product(p%n, q) - p%height) > tolerance + p%sunk) return
     end do
-    do k = 1, m%points
-      if (.not. leans_out(s, m, r, k, p%n, tolerance + p%sunk)) return
+    do k = m%first, m%last
+      if (.not. leans_out(s, m, on_y(s, m, k) - m%at, p%n, tolerance + p%sunk)) return
     end do
     if (-reach_of(s, m%x, -p%n) < p%height - tolerance - p%sunk) return
     top = dot_product(p%n, m%at) + reach_of(s, m%y, p%n) - p%height
-    if (top > tolerance) then
-      call turn(s, m, p%n, m%q(:, 1), tolerance, found, n)
-    else if (abs(top) <= tolerance) then
-      found = 1
-      n = p%n
-    end if
+    if (abs(top) <= tolerance) found = 1
+    if (top > tolerance) call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
   end function under_plane
 
-  !> The verdict by the sides of the third body: one of them covers the points of the run, and X lies above it.
-  integer function under_sides(s, m, r, p, n) result(found)
+  !> The verdict by the sides of the third body: one of them covers the points of the run. X need not lie along this side.
+  integer function under_sides(s, m, p, n) result(found)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m, p
-    type(rim), intent(in) :: r
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), side(3, most_sides), above(most_sides), t(3), top, size
     real(c_double) :: other(3, most_sides), above_other(most_sides)
-    integer :: i, sides, j, k, others, highest
+    integer(c_int64_t) :: k, highest
+    integer :: i, sides, j, others
     logical :: covers
     found = 0
     if (s%seen(s%shape(p%y + 1) + 1) == facet) return ! its edges cover nothing
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
-    highest = 1
-    do k = 2, m%points
-      if (dot_product(p%n, m%q(:, k)) > dot_product(p%n, m%q(:, highest))) highest = k
+    highest = m%first
+    do k = m%first, m%last
+      if (dot_product(p%n, on_y(s, m, k)) > dot_product(p%n, on_y(s, m, highest))) highest = k
     end do
-    q = m%q(:, highest)
+    q = on_y(s, m, highest)
     call sides_at(s, p%y, q - p%at, -p%at, tolerance, sides, side, above)
     do i = 1, sides
       t = m%n - dot_product(m%n, side(:, i))*side(:, i)
@@ -343,20 +369,16 @@ contains
       do j = 1, sides
         if (j /= i .and. dot_product(t, side(:, j)) > lean*size) covers = .false. ! leads out of the side again
       end do
-      do k = 1, m%points
+      do k = m%first, m%last
         if (.not. covers) exit
-        call sides_at(s, p%y, m%q(:, k) - p%at, -p%at, tolerance, others, other, above_other)
+        call sides_at(s, p%y, on_y(s, m, k) - p%at, -p%at, tolerance, others, other, above_other)
         covers = others >= 0
-        if (covers) covers = leans_out(s, m, r, k, side(:, i), tolerance)
+        if (covers) covers = leans_out(s, m, on_y(s, m, k) - m%at, side(:, i), tolerance)
       end do
       if (.not. covers) cycle
-      if (reach_of(s, m%x, -side(:, i)) + dot_product(side(:, i), q) - above(i) > tolerance + m%sunk + p%sunk) cycle
       top = dot_product(side(:, i), m%at - q) + reach_of(s, m%y, side(:, i)) + above(i)
-      if (top <= tolerance) then
-        found = 1
-        n = side(:, i)
-        return
-      end if
+      if (top <= tolerance) found = 1
+      if (found == 1) return
       call turn(s, m, side(:, i), q, tolerance, found, n)
     end do
   end function under_sides
@@ -442,27 +464,21 @@ contains
     end subroutine put
   end subroutine sides_at
 
-  !> True if point k of the run lies on the rim of Y below the plane with normal p, and the normal of the run leans outward there.
-  !> A point over the inside of a face fails this test.
-  logical function leans_out(s, m, r, k, p, tolerance)
+  !> True if the point x of Y, relative to its centre, lies on the rim of Y below the plane with normal p, and the normal of the run
+  !> leans outward there. A point over the inside of a face fails this test.
+  logical function leans_out(s, m, x, p, tolerance)
     type(scene), intent(in) :: s
     type(meeting), intent(in) :: m
-    type(rim), intent(in) :: r
-    integer, intent(in) :: k
-    real(c_double), intent(in) :: p(3), tolerance
-    real(c_double) :: t(3), within
-    integer :: i
-    logical :: bounded
+    real(c_double), intent(in) :: x(3), p(3), tolerance
+    real(c_double) :: side(3, most_sides), above(most_sides), t(3)
+    integer :: sides, i
     leans_out = .false.
     t = m%n - dot_product(m%n, p)*p
-    if (dot_product(t, t) <= lean**2 .or. r%sides(k) < 1) return
-    within = 2*(tolerance + m%sunk)
-    bounded = s%seen(s%shape(m%y + 1) + 1) /= bar ! see sides_at
-    if (bounded .and. any(r%above(1:r%sides(k), k) > within)) return
-    do i = 1, r%sides(k)
-      if ((bounded .or. i > 1) .and. r%above(i, k) < -within) cycle
-      if (dot_product(r%side(:, i, k), p) > 1 - lean) cycle
-      leans_out = leans_out .or. dot_product(r%side(:, i, k), t) > lean*sqrt(dot_product(t, t))
+    if (dot_product(t, t) <= lean**2) return
+    call sides_at(s, m%y, x, -m%at, 2*(tolerance + m%sunk), sides, side, above)
+    do i = 1, sides
+      if (dot_product(side(:, i), p) > 1 - lean) cycle
+      leans_out = leans_out .or. dot_product(side(:, i), t) > lean*sqrt(dot_product(t, t))
     end do
   end function leans_out
 

@@ -82,7 +82,7 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
        {&bounded, &item_contactor, &item_lattice, &ghost_of, &place, &carrier_of, &placed_on_of, &runs_of, &runs_start})
     *array = {};
   hull_place = run = {};
-  movable = seam_verdict = run_motion = seam_mark = moves_alike = {};
+  movable = seam_verdict = runs_close = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
 }
@@ -109,7 +109,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
     if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
   }
   w.for_bonds = configuration.for_bonds;
-  w.step = configuration.step;
+  w.in_steps = configuration.soon_again;
   w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];

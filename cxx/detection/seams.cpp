@@ -1,5 +1,5 @@
-// Contacts with covered sides of flush bodies get other normals here; core_f90/detection/seams.f90 has the rule. This
-// file lists the runs of contacts of each contactor, calls the kernel and applies its verdicts.
+// Contacts with covered sides of flush bodies are dropped here; core_f90/detection/seams.f90 has the rule. This file
+// lists the runs of contacts of each contactor, calls the kernel and applies its verdicts.
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +37,7 @@ const SeamShapes seam_shapes;
 
 bool InteractionHandler::Workspace::may_have_seams() const {
   const auto& shape = contactors->shape.values;
-  if (for_bonds || !(step > 0)) return false;
+  if (for_bonds || !in_steps) return false;
   std::int64_t surface = -1; // a triangle of a body; seams of surfaces are with other bodies
   bool several = false;
   for (std::int64_t c = 0; c < contactors->count; ++c) {
@@ -51,94 +51,32 @@ bool InteractionHandler::Workspace::may_have_seams() const {
   return surface >= 0 && several;
 }
 
-// Finds runs, contacts of a pair with equal normals. Pairs of balls, which have no rim, are none.
+// Finds runs, contacts of a pair with equal normals, which both contactors list. Pairs of balls come first and are
+// skipped.
 std::int32_t InteractionHandler::Workspace::find_runs(const Candidates& out) {
   run.make_room(*scratch, out.count + 1);
+  runs_start.make_room(*scratch, contactors->count + 1);
+  runs_of.make_room(*scratch, 2 * out.count);
+  std::fill_n(runs_start.begin(), contactors->count + 1, 0);
   const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
   std::int32_t runs = 0;
   for (std::int64_t i = 0; i < out.count; ++i) {
     const bool goes_on = i > 0 && first[i] == first[i - 1] && second[i] == second[i - 1] &&
                          out.image[i] == out.image[i - 1] &&
                          std::equal(&out.normal[i * dim], &out.normal[i * dim] + dim, &out.normal[(i - 1) * dim]);
-    if (!goes_on) run[runs++] = i;
+    if (goes_on) continue;
+    run[runs++] = i;
+    ++runs_start[first[i]];
+    ++runs_start[second[i]];
   }
   run[runs] = out.count;
-  return runs;
-}
-
-// Marks the contactors that may slide over a seam: those of runs that meet within the step, or touch while another
-// contact presses on their body.
-bool InteractionHandler::Workspace::mark_sliders(const Candidates& out, std::int32_t runs) {
-  constexpr std::int8_t pressed = 1, slides = 2;
-  const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
-  const auto has_rim = [&](std::int32_t c) {
-    return seam_shapes.has_rim(contactors->shape.values[c]) ||
-           (seam_shapes.seen[contactors->shape.values[c]] == cairn_seam_facet && contactors->body.values[c] >= 0);
-  };
-  seam_mark.make_room(*scratch, contactors->count);
-  std::fill_n(seam_mark.begin(), contactors->count, std::int8_t(0));
-  bool any = false;
-  for (std::int32_t r = 0; r < runs; ++r) {
-    any = any || run_motion[r] != 0;
-    if (run_motion[r] & cairn_seam_closes) seam_mark[first[run[r]]] = seam_mark[second[run[r]]] = pressed;
-  }
-  if (!any) return false;
-  any = false;
-  for (std::int32_t r = 0; r < runs; ++r) {
-    if (!(run_motion[r] & (cairn_seam_meets | cairn_seam_touches))) continue;
-    const std::int32_t a = first[run[r]], b = second[run[r]];
-    if (!(run_motion[r] & cairn_seam_meets) && !(seam_mark[a] & pressed) && !(seam_mark[b] & pressed)) continue;
-    run_motion[r] |= cairn_seam_asked;
-    if (has_rim(b)) seam_mark[a] |= slides;
-    if (has_rim(a)) seam_mark[b] |= slides;
-    any = true;
-  }
-  for (std::int64_t c = 0; any && c < contactors->count; ++c) seam_mark[c] &= slides;
-  return any;
-}
-
-// Marks the bodies that move as the first one, now and at the end of the step, without rotation: between them nothing
-// closes. Returns whether all contacts are between such.
-bool InteractionHandler::Workspace::all_move_alike(const Candidates& out) {
-  const int dofs = bodies->dofs();
-  const double *velocity = bodies->velocity.values.data(), *later = bodies->velocity_free.values.data();
-  const auto n = std::int64_t(bodies->count);
-  moves_alike.make_room(*scratch, n);
-  std::int64_t reference = 0; // the first body that can move
-  while (reference + 1 < n && !movable[reference]) ++reference;
-  in_slices(n, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      bool same = true;
-      for (int k = 0; k < dofs; ++k) {
-        const double now = velocity[i * dofs + k], end = later[i * dofs + k];
-        same = same && (k < dim ? now == velocity[reference * dofs + k] && end == later[reference * dofs + k]
-                                : now == 0 && end == 0);
-      }
-      moves_alike[i] = same;
-    }
-  });
-  const std::int32_t *body = contactors->body.values.data(), *a = out.contactor_a.data(), *b = out.contactor_b.data();
-  for (std::int64_t i = 0; i < out.count; ++i)
-    if (body[a[i]] < 0 || body[b[i]] < 0 || !moves_alike[body[a[i]]] || !moves_alike[body[b[i]]]) return false;
-  return true;
-}
-
-// Lists all runs of the contactors that are marked.
-void InteractionHandler::Workspace::list_runs(const Candidates& out, std::int32_t runs) {
-  const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
-  runs_start.make_room(*scratch, contactors->count + 1);
-  std::fill_n(runs_start.begin(), contactors->count + 1, 0);
-  for (std::int32_t r = 0; r < runs; ++r) {
-    runs_start[first[run[r]]] += seam_mark[first[run[r]]] != 0;
-    runs_start[second[run[r]]] += seam_mark[second[run[r]]] != 0;
-  }
   std::int32_t all = 0;
   for (std::int64_t c = 0; c <= contactors->count; ++c) all += runs_start[c], runs_start[c] = all;
-  runs_of.make_room(*scratch, all);
   for (std::int32_t r = runs - 1; r >= 0; --r) { // runs_start becomes where each begins
-    if (seam_mark[second[run[r]]]) runs_of[--runs_start[second[run[r]]]] = 2 * r + 1;
-    if (seam_mark[first[run[r]]]) runs_of[--runs_start[first[run[r]]]] = 2 * r;
+    runs_of[--runs_start[second[run[r]]]] = 2 * r + 1;
+    runs_of[--runs_start[first[run[r]]]] = 2 * r;
   }
+  return runs;
 }
 
 // Replaces the normal of a contact, and recomputes gap and point along the new one, which points to the sliding body.
@@ -166,7 +104,7 @@ void InteractionHandler::Workspace::turn_contact(Candidates& out, std::int64_t i
 }
 
 void InteractionHandler::Workspace::leave_seams(Candidates& out) {
-  if (!may_have_seams() || out.count < 2 || all_move_alike(out)) return;
+  if (!may_have_seams() || out.count < 2) return;
   const std::int32_t runs = find_runs(out);
   const Hulls& h = contactors->hulls;
   const bool hulls = contactors->hull.active;
@@ -193,20 +131,18 @@ void InteractionHandler::Workspace::leave_seams(Candidates& out) {
                           position,
                           bodies->velocity.values.data(),
                           bodies->velocity_free.values.data()};
-  run_motion.make_room(*scratch, runs);
-  in_slices(runs, [&](std::int64_t first, std::int64_t last) {
-    cairn_seam_closing(&given, moves_alike.data(), step, first, last, run_motion.data());
-  });
-  if (!mark_sliders(out, runs)) return;
-  list_runs(out, runs);
-  const std::int64_t entries = runs_start[contactors->count];
-  seam_verdict.make_room(*scratch, entries);
-  seam_normal.make_room(*scratch, entries * dim);
-  std::fill_n(seam_verdict.begin(), entries, std::int8_t(cairn_seam_stays));
+  runs_close.make_room(*scratch, runs);
+  in_slices(runs,
+            [&](std::int64_t first, std::int64_t last) { cairn_seam_closing(&given, first, last, runs_close.data()); });
+  if (std::all_of(runs_close.begin(), runs_close.begin() + runs, [](std::int8_t v) { return v == 0; })) return;
+  seam_verdict.make_room(*scratch, 2 * std::int64_t(runs));
+  seam_normal.make_room(*scratch, 2 * std::int64_t(runs) * dim);
+  std::fill_n(seam_verdict.begin(), 2 * std::int64_t(runs), std::int8_t(0));
   in_slices(contactors->count, [&](std::int64_t first, std::int64_t last) {
     cairn_seam_contacts(&given, std::int32_t(first), std::int32_t(last), runs_start.data(), runs_of.data(),
-                        run_motion.data(), seam_verdict.data(), seam_normal.data());
+                        runs_close.data(), seam_verdict.data(), seam_normal.data());
   });
+  const std::int64_t entries = runs_start[contactors->count];
   if (std::all_of(seam_verdict.begin(), seam_verdict.begin() + entries, [](std::int8_t v) { return v == 0; })) return;
   left.assign(std::size_t(out.count), 0);
   if (!declared.empty()) put_declared_in_order();
@@ -219,9 +155,9 @@ void InteractionHandler::Workspace::leave_seams(Candidates& out) {
     if (left[std::size_t(run[r])]) continue; // seen from its other body
     for (std::int64_t i = run[r]; i < run[r + 1]; ++i) {
       left[std::size_t(i)] = 2;
-      turn_contact(out, i, runs_of[e] % 2 != 0, &seam_normal[e * dim]);
+      if (seam_verdict[e] == cairn_seam_turned) turn_contact(out, i, runs_of[e] % 2 != 0, &seam_normal[e * dim]);
       const double limit = share(out.contactor_a[i]) + share(out.contactor_b[i]);
-      left[std::size_t(i)] |= !(out.gap[i] <= limit);
+      left[std::size_t(i)] |= seam_verdict[e] == cairn_seam_none || !(out.gap[i] <= limit);
     }
   }
   for (std::uint8_t& one : left) one &= 1;

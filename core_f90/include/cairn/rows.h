@@ -90,19 +90,10 @@ typedef struct cairn_seams {
   const double* position;        /* (dim, bodies) [m] */
   const double *velocity, *free; /* (3 | 6, bodies) now, and at the end of the step without contacts [m/s rad/s] */
 } cairn_seams;
-/* Bits of the motion of a run. touches: a flush gap, of one line at most; meets: closes within the step; closes: at the
-   present velocities, whatever the gap; asked: a verdict is sought. */
-enum cairn_seam_motion {
-  cairn_seam_touches = 1,
-  cairn_seam_meets = 2,
-  cairn_seam_closes = 4,
-  cairn_seam_asked = 8
-};
-enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_turned = 1 };
-void cairn_seam_closing(const cairn_seams* given, const int8_t* alike, double step, int64_t first, int64_t last,
-                        int8_t* motion);
+enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_none = 1, cairn_seam_turned = 2 };
+void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing);
 void cairn_seam_contacts(const cairn_seams* given, int32_t first, int32_t last, const int32_t* start,
-                         const int32_t* entry, const int8_t* motion, int8_t* verdict, double* turned);
+                         const int32_t* entry, const int8_t* closing, int8_t* verdict, double* turned);
 
 #ifdef __cplusplus
 }
