@@ -21,13 +21,17 @@ install(DIRECTORY fortran/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn FILES_MATC
 install(FILES python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY python/cairn/plugs/include/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
-        FILES_MATCHING PATTERN "*.h" PATTERN "rows.h" EXCLUDE)
-# rows.h includes the lists beside it, which are one folder down once installed
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core_f90/include/cairn/rows.h)
-file(READ core_f90/include/cairn/rows.h text)
-string(REPLACE "#include \"../../" "#include \"core_f90/" text "${text}")
-file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/rows.h CONTENT "${text}" @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/installed/rows.h DESTINATION ${headers})
+        FILES_MATCHING PATTERN "*.h" PATTERN "rows" EXCLUDE)
+# headers of rows include the lists of their folders, which stand below core_f90 once installed
+file(GLOB rows CONFIGURE_DEPENDS core_f90/include/cairn/rows/*.h)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${rows})
+foreach(path IN LISTS rows)
+  cmake_path(GET path FILENAME name)
+  file(READ ${path} text)
+  string(REPLACE "#include \"../../../" "#include \"../core_f90/" text "${text}")
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/rows/${name} CONTENT "${text}" @ONLY)
+endforeach()
+install(DIRECTORY ${PROJECT_BINARY_DIR}/installed/rows DESTINATION ${headers})
 install(DIRECTORY cxx DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def" PATTERN "include" EXCLUDE)
 install(DIRECTORY core_f90 DESTINATION ${headers} FILES_MATCHING PATTERN "*.def" PATTERN "include" EXCLUDE)
 

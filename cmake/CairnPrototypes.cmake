@@ -5,6 +5,7 @@ function(cairn_check_prototypes target)
   set(script ${PROJECT_SOURCE_DIR}/cmake/check_prototypes.cmake)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/prototypes)
   file(MAKE_DIRECTORY ${folder})
+  file(GLOB rows CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/rows/*.h ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/seams.h)
   set(stamps)
   foreach(source IN LISTS ARGN)
     cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
@@ -14,7 +15,7 @@ function(cairn_check_prototypes target)
       COMMAND ${CMAKE_COMMAND} -DFORTRAN=${CMAKE_Fortran_COMPILER} -DC=${CMAKE_C_COMPILER} -DSOURCE=${path} -DHEADER=${header}
               -DMODULES=${PROJECT_BINARY_DIR}/modules -DOUTPUT=${folder}/${name} -P ${script}
       # the objects, because their modules are what a source may use
-      DEPENDS ${path} ${header} ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/rows.h ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
+      DEPENDS ${path} ${header} ${rows} ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
               ${PROJECT_SOURCE_DIR}/core_f90/sides/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
               ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
               ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def ${PROJECT_SOURCE_DIR}/core_f90/bulk_materials/bulk_materials.def

@@ -26,7 +26,8 @@ contains
     real(c_double), intent(out)     :: f(n, c)      !< [N s]
     real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
     integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
-    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), q(c), beta, held(c)
+    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), q(c), beta, held(c), &
+                      moved(c), block(c, c)
     logical :: keeps(n)
     integer :: i
     call springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
@@ -46,15 +47,17 @@ contains
         call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         if (beta < state(i, s_beta)) then
           one = r(i, :)
-          q = v - matmul(w(i, :, :), one)
+          moved = u(i, :)
+          block = w(i, :, :) ! contiguous: the compiler would allocate a copy at each call
+          q = moved - matmul(block, one)
           if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) then ! as settle_velocity, but by all of W
-            call solve_contact(c, own, damage, square, p, w(i, :, :), q, state(i, s_beta), state(i, s_area), at, other, v)
-            held = u(i, :)
+            call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, other, v)
+            held = moved
             call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, held)
-            call nearer_damage(c, own, damage, square, p, rho(i), u(i, :), one, state(i, s_beta), state(i, s_area), at, held, v)
-            held = u(i, :)
+            call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)
+            held = moved
             if (resolved_in_step(maxval(spring(i, :)), rho(i))) &
-              call nearer_damage(c, own, damage, square, p, rho(i), held, one, state(i, s_beta), state(i, s_area), at, held, v)
+              call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)
           end if
           call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         end if
@@ -78,12 +81,14 @@ contains
     real(c_double), intent(in)     :: p(own + 1), rho, u(c), r(c), old, area, at(c) !< as cohesive_residual has them
     real(c_double), intent(in)     :: other(c)    !< [m/s]
     real(c_double), intent(inout)  :: v(c)        !< [m/s]
-    real(c_double) :: spring(c), pull(c), f(c), weight(c), beta, error(2)
+    real(c_double) :: spring(c), pull(c), f(c), weight(c), tried(c), beta, error(2)
     real(c_double), parameter :: surely = 2.0_c_double**(-8)
     integer(c_int32_t) :: status(1)
     integer :: k
     do k = 1, 2
-      call allowed(c, own, damage, p, merge(v, other, k == 1), old, at, beta)
+      if (k == 1) tried = v
+      if (k == 2) tried = other
+      call allowed(c, own, damage, p, tried, old, at, beta)
       call springs(c, own, square, p, beta, area, at, spring, pull)
       status = 3
       call natural_map(1, c, [rho], [effective_friction(p(friction), p(power), beta)], spring, pull, u, r, f, weight, status)

@@ -10,7 +10,7 @@
 #include "../networks/unknowns.hpp"
 #include "../simulation/contact_fields.hpp"
 #include "../simulation/simulation.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/conductance.h"
 
 namespace cairn {
 namespace {

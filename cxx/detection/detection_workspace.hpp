@@ -3,7 +3,7 @@
 #include <string>
 
 #include "../contactors/shapes.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/pair.h"
 #include "detection_grid.hpp"
 #include "interaction_handler.hpp"
 #include "kept_pairs.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "cairn/seams.h"
 #include "detection_workspace.hpp"
 
 namespace cairn {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "../base/call.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/bulk_material.h"
 #include "shared_damage.hpp"
 
 namespace cairn {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "../base/call.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/element.h"
 
 namespace cairn {
 namespace {

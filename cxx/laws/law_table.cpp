@@ -7,7 +7,7 @@
 #include "law_table.hpp"
 
 #include "bond_laws.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/law.h"
 #include "law_names.hpp"
 
 namespace cairn {

@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 
-#include "cairn/rows.h"
+#include "cairn/rows/law.h"
 
 namespace cairn {
 

@@ -6,7 +6,7 @@
 
 #include "../base/call.hpp"
 #include "cairn/core.h"
-#include "cairn/rows.h"
+#include "cairn/rows/element.h"
 #include "mesh_body.hpp"
 
 namespace cairn {

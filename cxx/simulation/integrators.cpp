@@ -6,7 +6,7 @@
 
 #include "../base/call.hpp"
 #include "cairn/core.h"
-#include "cairn/rows.h"
+#include "cairn/rows/integrator.h"
 
 namespace cairn {
 namespace {

@@ -1,6 +1,6 @@
 // Forward increments with Lagrange multipliers (Carpenter, Taylor & Katona 1991): the step of NSCD, explicit in the
 // bulk, where contact is imposed on the gap at the end of the step.
-#include "cairn/rows.h"
+#include "cairn/rows/pose.h"
 #include "nscd/nscd.hpp"
 
 namespace cairn {

@@ -1,5 +1,5 @@
 // The granular element method (Kishino 1988): the step of NSCD, where springs at the contacts are treated implicitly.
-#include "cairn/rows.h"
+#include "cairn/rows/pose.h"
 #include "nscd/nscd.hpp"
 
 namespace cairn {

@@ -577,7 +577,7 @@ class Default(ContactSolver):
     def __init__(self, tol: float | None = None, min_iter: int = 1, max_iter: int = 1000) -> None: ...
 
 class NLGS(ContactSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     acceleration: str
@@ -587,7 +587,7 @@ class NLGS(ContactSolver):
     patience: int
     def __init__(
         self,
-        tol: float = 0.0001,
+        tol: float | None = 0.0001,
         min_iter: int = 1,
         max_iter: int = 1000,
         acceleration: str = "nesterov",
@@ -598,123 +598,157 @@ class NLGS(ContactSolver):
     ) -> None: ...
 
 class Auto(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 1000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 1000000000.0
+    ) -> None: ...
 
 class NewtonAlartCurnier(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class NewtonJeanMoreau(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class NewtonFischerBurmeister(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class PPANewton(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class ColouredNLGS(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class RandomNLGS(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class AndersonNLGS(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class NesterovNLGS(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class ADMM(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class ConjugateGradient(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class PreconditionedConjugateGradient(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class AcceleratedGradient(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class Extragradient(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class InteriorPoint(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class Lemke(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class Enumeration(ProblemSolver):
-    tol: float
+    tol: float | None
     min_iter: int
     max_iter: int
     memory: float
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+    def __init__(
+        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0
+    ) -> None: ...
 
 class EventDriven(Strategy):
     def __init__(self, **options: Any) -> None: ...

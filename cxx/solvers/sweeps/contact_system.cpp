@@ -4,7 +4,7 @@
 
 #include "../../laws/law_info.hpp"
 #include "batch.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/side.h"
 #include "contact_rows.hpp"
 #include "side_names.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "../../base/call.hpp"
 #include "../../contactors/shapes.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/pair.h"
 #include "event_driven.hpp"
 
 namespace cairn::events {

@@ -6,7 +6,7 @@
 #include "../../contactors/shapes.hpp"
 #include "../../detection/key_search.hpp"
 #include "../../networks/network.hpp"
-#include "cairn/rows.h"
+#include "cairn/rows/pair.h"
 #include "lanes.hpp"
 
 namespace cairn {

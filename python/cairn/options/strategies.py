@@ -34,7 +34,7 @@ class ContactSolver:
         If tol is not between 0 and 1 or min_iter is above max_iter.
     """
 
-    tol: float = 1e-4
+    tol: float | None = 1e-4
     min_iter: int = 1
     max_iter: int = 1000
 
@@ -75,7 +75,7 @@ class ContactSolver:
         dict
             Settings by name, and the solver.
         """
-        return {"solver": self.name, "tol": float(self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+        return {"solver": self.name, "tol": checks.number("tol", self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
 
 
 @dataclass(frozen=True)

@@ -422,7 +422,7 @@ def test_beside_other_bodies_and_meshes_contacts_keep_their_names():
         ({"opens": "threshold", "law": cn.Bonded(mu=0.3)}, "no strength of faces"),
         ({"opens": "threshold", "law": zone(1.0, normal_strength=0.0)}, "give strengths above 0"),
         ({"opens": "threshold", "body": "second"}, "first order"),
-        ({"opens": "threshold", "body": "single"}, "nothing to open"),
+        ({"opens": "threshold", "body": "single"}, "so none can open: give cells that share nodes"),
     ],
 )
 def test_what_cannot_open_is_refused(given, told):

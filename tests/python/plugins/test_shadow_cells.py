@@ -90,7 +90,7 @@ def test_a_material_that_errs_from_some_stretch_on_is_found(tmp_path):
 def test_what_a_shadow_of_cells_cannot_be_is_told(tmp_path):
     scene = cn.Scene(dim=2)
     scene.add(cn.disks([[0.0, 0.0]], 0.1, ROCK))
-    with pytest.raises(ValueError, match="this simulation has none"):
+    with pytest.raises(ValueError, match="needs a deformable body of cells, and there is none"):
         cn.Simulation(scene, 1e-3).shadow("stresses")
     sim = simulation(law=cn.J2Plasticity(young=1e6, poisson=0.3, yield_stress=1e3))
     sim.shadow("stresses", folder=tmp_path)

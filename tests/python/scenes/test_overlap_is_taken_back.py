@@ -64,6 +64,53 @@ def test_centre_of_mass_stays(dim):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
+def test_pairs_part_in_the_metric_of_mass(dim):
+    """Forty pairs of unlike balls far from each other: each ball goes along the line of centres by the mass of the other over
+    both, and both by as much as a step may take back."""
+    random = np.random.default_rng(5)
+    count, limit = 40, 0.005
+    radius = random.uniform(0.2, 1.0, (count, 2))
+    depth = random.uniform(0.002, 0.03, count)
+    normal = random.normal(size=(count, dim))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    smaller = radius.min(axis=1)
+    first = np.zeros((count, dim))
+    first[:, 0] = 10.0 * np.arange(count)
+    second = first + (radius.sum(axis=1) - depth * smaller)[:, None] * normal
+    scene = cn.Scene(dim, gravity=(0,) * dim)
+    centers = np.stack([first, second], axis=1).reshape(-1, dim)
+    scene.add((cn.disks if dim == 2 else cn.spheres)(centers, radius.ravel(), ROCK))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 2.0**-10, cn.NSCD(overlap=limit), overlap="ignore")
+    sim.step()
+    parts = np.clip(depth - limit, 0.0, limit) * smaller
+    mass = radius**dim
+    way = parts[:, None] * mass[:, ::-1] / mass.sum(axis=1, keepdims=True)
+    expected = np.stack([first - way[:, :1] * normal, second + way[:, 1:] * normal], axis=1).reshape(-1, dim)
+    assert np.abs(sim.bodies.position - expected).max() < 1e-12
+
+
+def test_a_square_that_is_struck_aside_turns():
+    """A disk in the side of a free square, off its centre: displacements are those of one impulse, rotation included."""
+    radius, side, aside, depth, limit = 0.3, 1.0, 0.37, 0.02, 0.005
+    scene = cn.Scene(2, gravity=(0, 0))
+    corners = 0.5 * side * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    scene.add(cn.polygons([corners], ROCK), cn.disks([[aside, 0.5 * side + (1 - depth) * radius]], radius, ROCK))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 2.0**-10, cn.NSCD(overlap=limit), overlap="ignore")
+    start = sim.bodies.position.copy()
+    sim.step()
+    square, disk = side**2, np.pi * radius**2  # masses over the density
+    turns = square * side**2 / 6
+    asked = limit * radius
+    impulse = asked / (1 / square + 1 / disk + aside**2 / turns)
+    moved = sim.bodies.position - start
+    assert moved[1] == pytest.approx([0, impulse / disk], abs=1e-12)
+    assert moved[0] == pytest.approx([0, -impulse / square], abs=1e-12)
+    assert sim.bodies.rotation[0] == pytest.approx(-impulse * aside / turns, rel=1e-9)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
 def test_what_is_within_the_limit_stays_to_the_bit(dim):
     """An overlap of 0.004 of a radius, and none at all."""
     for depth in (0.004, 0.0):

@@ -115,7 +115,7 @@ def test_meshes_that_no_build_takes_are_told(tmp_path):
 def test_integrators_that_are_none_are_told():
     for text, told in (
         ("Rungekutta()", "give one as it is called"),
-        ("Theta(0.5)", "without a name"),
+        ("Theta(0.5)", "give options by name"),
         ("Theta(theta=7)", "theta is 7"),
     ):
         with pytest.raises(ValueError, match=told):
