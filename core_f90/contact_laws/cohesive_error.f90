@@ -52,12 +52,13 @@ contains
           q = moved - matmul(block, one)
           if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) then ! as settle_velocity, but by all of W
             call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, other, v)
-            held = moved
-            call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, held)
-            call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)
-            held = moved
-            if (resolved_in_step(maxval(spring(i, :)), rho(i))) &
+            if (resolved_in_step(maxval(spring(i, :)), rho(i))) then
+              held = moved
+              call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, held)
               call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)
+              held = moved
+              call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)
+            end if
           end if
           call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
         end if
