@@ -1,5 +1,5 @@
-/* Every kernel that a row of a list names, in the forms of core.h. Sources include the header of the list that they read
- * alone, so that a new row compiles few of them. */
+/* Every kernel that a row of a list names, in the forms of core.h. Sources include the header of the list that they
+ * read alone, so that a new row compiles few of them. */
 #ifndef CAIRN_ROWS_H
 #define CAIRN_ROWS_H
 #include "cairn/rows/bulk_material.h"

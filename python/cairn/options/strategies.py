@@ -75,7 +75,8 @@ class ContactSolver:
         dict
             Settings by name, and the solver.
         """
-        return {"solver": self.name, "tol": checks.number("tol", self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+        tol = checks.number("tol", self.tol)
+        return {"solver": self.name, "tol": tol, "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
 
 
 @dataclass(frozen=True)
@@ -314,7 +315,22 @@ class Default(ContactSolver):
 
 
 def may_be_pack(core, rules, meshes):
-    """True if all that moves is balls, alone or in clumps, and walls, under laws that ask for no overlap or gap of their own."""
+    """Tells if all that moves is balls, alone or in clumps, and walls, under laws that ask for no overlap or gap of their own.
+
+    Parameters
+    ----------
+    core : _core.Scene
+        The scene of the core.
+    rules : sequence
+        (a, b, law) of each rule.
+    meshes : sequence
+        (mass, mass of a contact) [kg] of each free deformable body.
+
+    Returns
+    -------
+    bool
+        True if bodies may form a dense pack, whose steps end early.
+    """
     if len(meshes) or any(law is not None and type(law).__name__ not in LAWS_OF_PACKS for _, _, law in rules):
         return False
     shapes, body, mass = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body"), core.raw_body("mass").ravel()
@@ -425,8 +441,8 @@ class NSCD(Strategy):
     overlap : float, optional
         Limit of the overlap of rigid bodies over the size of the smaller one [-]: displacements take back the rest after the
         step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the solver
-        has an `enough`, only after steps that it ended, and at contacts that press in that step and the last one; no step is ended
-        so as long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 where Default ends steps of dense
+        has an `enough`, only after steps that it ended, and at contacts that press in that step and the last; no step is ended so
+        as long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 where Default ends steps of dense
         packs early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
         LimitedSlip, Wet and Capillary.
     warm_start : bool, default True

@@ -1,4 +1,5 @@
-/* Kernels that rows of contact_laws/laws.def name. Slots that a row does not offer are declared too: nobody calls them. */
+/* Kernels that rows of contact_laws/laws.def name. Slots that a row does not offer are declared too: nobody calls
+ * them. */
 #ifndef CAIRN_LAW_ROWS_H
 #define CAIRN_LAW_ROWS_H
 #include "cairn/core.h"
