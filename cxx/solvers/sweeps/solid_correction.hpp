@@ -131,7 +131,7 @@ private:
   void read_zones(const cairn_batch& b, const double* u);
   void begin_zones();
   void velocities_of_zones();
-  void bear_contact(const double* u, const double* multiplier, int n, int c, double mass, double shift, double mu,
+  void bear_contact(const double* u, const double* multiplier, int n, int c, double rho, double shift, double mu,
                     bool begins, double* bears, double* answer) const;
   void bear_springs(std::size_t k, const double* u, bool begins, bool softens, double* bears, double* answer);
   void linearise_zones(bool begins, bool softens);

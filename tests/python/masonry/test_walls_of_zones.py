@@ -144,3 +144,31 @@ def test_stiffness_of_a_sound_wall_in_tension():
     on = np.any(sim.contacts.bodies == top, axis=1)
     force = abs(sim.contacts.force[on, 1].sum())
     assert abs(force / wanted - 1) < 2e-3
+
+
+def deformable(outline):
+    """A brick of quadrilaterals whose rim meets others."""
+    a, b, low, high = outline
+    x, y = np.meshgrid(np.linspace(a, b, max(2, round(4 * (b - a) / BRICK[0])) + 1), np.linspace(low, high, 3), indexing="ij")
+    k = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+    rim = np.unique(np.r_[k[0], k[-1], k[:, 0], k[:, -1]])
+    return cn.ElasticBody(np.c_[x.ravel(), y.ravel()], {"quad": quads}, young=1.67e10, poisson=0.15, density=DENSITY,
+                          plane="stress", groups={"rim": rim})  # fmt: skip
+
+
+def test_walls_of_deformable_bricks_converge_before_their_peak():
+    """Most steps of a sheared wall whose bricks are meshes are solved, joint by joint of several points."""
+    stone, beam = cn.Material("stone", density=DENSITY), cn.Material("beam", density=DENSITY)
+    rows, columns = 6, 3
+    length, height = columns * BRICK[0], rows * BRICK[1]
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    scene.add(blocks(2, [(-0.2, length + 0.2, -0.1, 0.0)], beam, fixed=True))
+    top = scene.add(blocks(2, [(0.0, length, height, height + 0.1)], beam, force=(0.0, -PRESSURE * length)))[0]
+    for outline in running_bond(rows, columns):
+        scene.add(cn.deformable(deformable(outline), stone, contact="rim", edges="rim"))
+    scene.interact("*", "*", LAWS["MAL"])
+    sim = cn.Simulation(scene, 1e-3)
+    sim.run(steps=10, progress=False)
+    sim.drive([top], "vx", 0.01)
+    assert sum(sim.step()["status"] == "converged" for _ in range(7)) >= 6
