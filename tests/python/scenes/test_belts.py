@@ -1,9 +1,8 @@
 """Surface velocities: belts, rollers and drums that move grains by friction while their bodies stay where they are."""
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 G, MU, SPEED = 9.81, 0.4, 1.5
 ROCK = cn.Material("rock", density=2600.0)
@@ -143,7 +142,8 @@ def test_a_drum_whose_surface_turns_moves_grains_as_one_that_turns(dim, law):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_smooth_drum_whose_surface_turns_moves_grains_as_one_that_turns(dim):
-    turns, belt, rests = (drum(dim, *how, SMOOTH, cn.SmoothDEM(), 1e-4, 1500) for how in ((True, False), (False, True), (False, False)))
+    ways = ((True, False), (False, True), (False, False))
+    turns, belt, rests = (drum(dim, *how, SMOOTH, cn.SmoothDEM(), 1e-4, 1500) for how in ways)
     grains = slice(0, 49)
     scale = np.abs(turns.bodies.velocity[grains, 0] - rests.bodies.velocity[grains, 0]).max()
     assert scale > 0.01
@@ -241,7 +241,10 @@ def test_restart_and_scene_files_keep_belts(tmp_path, strategy):
     def scene():
         later = cn.Table([0.0, 1.0], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
         grains = cn.disks([[0.0, 0.1], [5.0, 0.1]], 0.1, ROCK)
-        belts = [cn.segment((x - 1, 0), (x + 1, 0), ROCK, surface_velocity=v, surface_origin=(x, -3.0)) for x, v in ((0.0, (0, 0, -0.4)), (5.0, later))]
+        belts = [
+            cn.segment((x - 1, 0), (x + 1, 0), ROCK, surface_velocity=v, surface_origin=(x, -3.0))
+            for x, v in ((0.0, (0, 0, -0.4)), (5.0, later))
+        ]
         return scene_of(2, grains, *belts, law=law)
 
     whole = cn.Simulation(scene(), dt=h, strategy=strategy)
@@ -266,9 +269,9 @@ def test_restart_and_scene_files_keep_belts(tmp_path, strategy):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("size, speed, at, gravity", [(0.1, 1e6, 0.0, G), (1e-9, 1e-3, 0.0, G), (0.125, 1.5, 2.0**30, G), (1e6, 1e3, 0.0, G)])
-def test_extremes(dim, size, speed, at, gravity):
-    h = np.sqrt(size / gravity) * 0.02
+@pytest.mark.parametrize("size, speed, at", [(0.1, 1e6, 0.0), (1e-9, 1e-3, 0.0), (0.125, 1.5, 2.0**30), (1e6, 1e3, 0.0)])
+def test_extremes(dim, size, speed, at):
+    h = np.sqrt(size / G) * 0.02
     sim = cn.Simulation(scene_of(dim, brick(dim, size, at), ground(dim, at, surface_velocity=along(dim, speed))), dt=h)
     for _ in range(20):
         sim.step()
