@@ -329,7 +329,9 @@ def test_what_cannot_be_is_refused():
         cn.Simulation(scene, dt=1e-3, strategy=cn.strategy("EventDriven")).step()
 
 
-def test_scenes_without_belts_store_none():
+def test_explain_tells_belts_and_scenes_without_store_none():
     sim = cn.Simulation(scene_of(2, brick(2), ground(2)), dt=1e-3)
     sim.step()
-    assert "surface_velocity" not in sim.bodies.names
+    assert "surface_velocity" not in sim.bodies.names and "Surfaces that move" not in sim.explain()
+    sim = cn.Simulation(scene_of(2, brick(2), ground(2, surface_velocity=(-1.5, 0.0))), dt=1e-3)
+    assert "Surfaces that move along their bodies: 1, by up to 1.5 m/s and 0 rad/s" in sim.explain()
