@@ -262,7 +262,8 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
 // True if an assigned field is a state of motion, so that histories of integrators and states of contacts become
 // invalid. Loads (forces, and temperatures that strain meshes) are not.
 bool moves_bodies(const std::string& name) {
-  return name != "force" && name != "damping" && name != "temperature" && name != "potential";
+  return name != "force" && name != "damping" && name != "surface_velocity" && name != "temperature" &&
+         name != "potential";
 }
 
 // Assigns a field of bodies or nodes and tells the strategy.

@@ -20,6 +20,7 @@ set(CAIRN_CORE_SOURCES
   contact_laws/law_rules.f90
   contact_laws/mixed_mode.f90
   contact_laws/rods.f90
+  contact_laws/rolling_cones.f90
   contact_laws/spring_slider.f90
   detection/contactor_places.f90
   detection/convex/bracketed_zero.f90

@@ -96,6 +96,7 @@ set(CAIRN_CXX_SOURCES
   contacts/redundant_bonds.cpp
   contacts/ropes.cpp
   contacts/singular_blocks.cpp
+  contacts/surface_motion.cpp
   contacts/unjoined_pairs.cpp
   contacts/warm_start.cpp
   strategies/nscd/bonds.cpp

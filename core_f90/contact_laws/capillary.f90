@@ -8,7 +8,7 @@ module capillary
   implicit none
   private
   public :: cairn_law_capillary_prepare, law_solve, law_residual
-  public :: cairn_law_capillary_commit, cairn_law_capillary_energy
+  public :: cairn_law_capillary_commit, cairn_law_capillary_energy, force
   character(*), parameter :: row = "capillary"
   integer, parameter :: own = 4, states = 2 !< parameters, states
   integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond

@@ -8,7 +8,7 @@ module wet
   implicit none
   private
   public :: cairn_law_wet_prepare, law_solve, law_residual
-  public :: cairn_law_wet_energy
+  public :: cairn_law_wet_energy, depth_of
   character(*), parameter :: row = "wet"
   integer, parameter :: own = 3, states = 1 !< parameters, states
   integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond

@@ -160,6 +160,8 @@ std::int64_t add_contactors(Scene& scene, const char* shape, std::int64_t n, con
                             const double* direction, const std::int32_t* hull);
 void drive(Scene& scene, std::int64_t n, const std::int64_t* bodies, std::uint8_t mask, const double* velocity);
 // Values (components, n) of bodies, all of them in the order of insertion without ids.
+// True for a field that bodies bear and that is no state of theirs.
+bool is_load(const std::string& field);
 void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
                     const double* values);
 LawTable table_of(const cairn_matter& matter, int dim);

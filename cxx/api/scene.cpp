@@ -113,11 +113,14 @@ void drive(Scene& scene, std::int64_t n, const std::int64_t* bodies, std::uint8_
   scene.drive(span_of(bodies, counted(n)), mask, span_of(velocity, n * scene.bodies.dofs()));
 }
 
+bool is_load(const std::string& field) { return field == "force" || field == "damping" || field == "surface_velocity"; }
+
 void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
                     const double* values) {
   require(values, "values");
-  if (name != "position" && name != "rotation" && name != "velocity" && name != "force" && name != "damping")
-    throw Error("the field '" + name + "' cannot be given; give position, rotation, velocity, force or damping");
+  if (!is_load(name) && name != "position" && name != "rotation" && name != "velocity")
+    throw Error("the field '" + name +
+                "' cannot be given; give position, rotation, velocity, force, damping or surface_velocity");
   if (!bodies && n != scene.bodies.count)
     throw Error("n is " + std::to_string(n) + " without ids of bodies; there are " +
                 std::to_string(scene.bodies.count));
@@ -126,7 +129,7 @@ void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const
     items.clear();
     for (std::int64_t i = 0; i < counted(n); ++i) items.push_back(scene.internal(bodies[i]));
   }
-  if (name == "velocity") check_speed("velocity", values, n * scene.bodies.dofs());
+  if (name == "velocity" || name == "surface_velocity") check_speed(name.c_str(), values, n * scene.bodies.dofs());
   scene.bodies.for_each_field([&](auto& field) {
     if (field.name != name) return;
     const int c = field.components;
@@ -148,7 +151,7 @@ void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const
                                      : values[i * c + k]);
     }
   });
-  if (name != "force" && name != "damping") scene.state_assigned();
+  if (!is_load(name)) scene.state_assigned();
 }
 
 LawTable table_of(const cairn_matter& s, int dim) {

@@ -277,10 +277,9 @@ int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char
   return guarded(error, [&] {
     require(name, "name");
     const std::string field = name;
-    cairn::Simulation& s =
-        between_steps(simulation, "cairn_simulation_set_body_field", field == "force" || field == "damping").simulation;
+    cairn::Simulation& s = between_steps(simulation, "cairn_simulation_set_body_field", is_load(field)).simulation;
     set_body_field(s.scene, field, n, bodies, values);
-    if (field != "force" && field != "damping") s.strategy().changed(s, true);
+    if (!is_load(field)) s.strategy().changed(s, true);
   });
 }
 

@@ -40,6 +40,7 @@ enum class Need {
   anisotropic,
   driven,
   damping,
+  belts,
   smooth,
   acceleration,
   jerk,

@@ -92,23 +92,6 @@ void space_impulse(int dim, const cairn_batch& b, int lane, double p[3], double 
   }
 }
 
-void add_image_jump(const AssemblyInput& in, const ContactSystem& system, const cairn_batch& b, int lane, double factor,
-                    double* u) {
-  double v[3];
-  image_velocity(*in.cell, in.candidates->image[system.candidate[b.first + lane]], v);
-  const int n = b.count;
-  const double* f = b.frame + lane;
-  if (in.dim() == 2) {
-    u[lane] -= factor * (f[0] * v[0] + f[n] * v[1]);
-    u[n + lane] -= factor * (f[0] * v[1] - f[n] * v[0]);
-    return;
-  }
-  const double nx = f[0], ny = f[n], nz = f[2 * n], tx = f[3 * n], ty = f[4 * n], tz = f[5 * n];
-  u[lane] -= factor * (nx * v[0] + ny * v[1] + nz * v[2]);
-  u[n + lane] -= factor * (tx * v[0] + ty * v[1] + tz * v[2]);
-  u[2 * n + lane] -= factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
-}
-
 // Unit, outward: of a triangle, or of an edge of a mesh in the plane, whose body is on the left.
 void AssemblyInput::normal_of_side(std::int32_t side, double* m) const {
   if (dim() == 3) {

@@ -34,6 +34,7 @@ public:
   ContactOptions options;
 
   int dim() const { return dim_; }
+  bool has_jumps() const { return sheared || bodies->surface_velocity.active; } // see surface_motion.hpp
   bool at_midpoint() const { return options.configuration == LawConfiguration::midpoint; }
   double gap_share() const { return options.impulse_point == ImpulsePoint::own_surface ? 0 : 0.5; } // in a lever
   double theta_of(const LawInfo& law) const { return law.joins ? options.joint_theta.value_or(theta) : theta; }
@@ -73,10 +74,6 @@ public:
 private:
   int dim_;
 };
-
-// u += factor * relative velocity that the image of B lends to its contact
-void add_image_jump(const AssemblyInput& in, const ContactSystem& system, const cairn_batch& b, int lane, double factor,
-                    double* u);
 
 // Impulse and moment of a contact on A in space axes; m has 3 components, in 2D its last counts.
 void space_impulse(int dim, const cairn_batch& b, int lane, double p[3], double m[3]);

@@ -9,6 +9,7 @@
 #include "../base/held_bytes.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/side_names.hpp"
+#include "surface_motion.hpp"
 
 namespace cairn {
 
@@ -182,7 +183,8 @@ void ContactPlan::emit(const std::int32_t* contacts, int n, int hub) {
   b.relaxes = !law.has_solve;
   b.bonds = law.holds;
   b.residual = law.residual;
-  b.pack = packable(b) && law.normal_bias && !in_.sheared && !in_.options.pose.kernel ? 2 * in_.dim() + 4 : 0;
+  const bool packs = packable(b) && law.normal_bias && !in_.options.pose.kernel && !has_jumps(in_, contacts, n);
+  b.pack = packs ? 2 * in_.dim() + 4 : 0;
   b.group = hub ? n : 1;
   b.velocities = system_.velocities();
   b.first = std::int32_t(system_.candidate.size());

@@ -15,7 +15,7 @@ public:
   std::int64_t bytes() const;
 
 private:
-  void count_cell_work();
+  void count_jump_work();
 
   const AssemblyInput& in_;
   ContactSystem& system_;

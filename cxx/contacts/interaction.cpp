@@ -15,6 +15,7 @@
 #include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
+#include "surface_motion.hpp"
 
 namespace cairn {
 
@@ -245,7 +246,7 @@ void Interactions::relative_velocity(double* out) const {
     double u[6 * 128];
     cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane) {
-      if (s_->in.sheared) add_image_jump(s_->in, s_->system, b, lane, 1, u);
+      if (s_->in.has_jumps()) add_jump(s_->in, s_->system, b, lane, u);
       for (int c = 0; c < d; ++c)
         out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
     }

@@ -8,6 +8,7 @@
 
 #include "../laws/law_names.hpp"
 #include "../solvers/sweeps/batch.hpp"
+#include "surface_motion.hpp"
 
 namespace cairn {
 namespace {
@@ -66,7 +67,7 @@ void LawCommit::commit_batch(const cairn_schedule& schedule, std::size_t which, 
   cairn_relative_velocities(&schedule, std::int32_t(which), thread, u);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = system_.candidate[b.first + lane];
-    if (in_.sheared) add_image_jump(in_, system_, b, lane, 1, u);
+    if (in_.has_jumps()) add_jump(in_, system_, b, lane, u);
     gap[lane] = in_.candidates->gap[i];
     for (int p = 0; p < parameters; ++p) params[p * n + lane] = classes_.rule(i).params[p];
     if (in_.temperature) classes_.vary(i, n, params + lane);

@@ -11,6 +11,7 @@
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "body_axes.hpp"
 #include "singular_blocks.hpp"
+#include "surface_motion.hpp"
 
 namespace cairn {
 
@@ -74,8 +75,9 @@ void LawPreparation::fill(const cairn_schedule& schedule, cairn_batch& b, int th
   const BatchStorage::LawColumns& own = storage_.columns_of(b);
   const bool asks = own.geometry || law_infos()[b.law].plugged();
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
-  if (in_.sheared)
-    for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(in_, system_, b, lane, 1, u);
+  const bool jumps = has_jumps(in_, &system_.candidate[b.first], b.contacts);
+  if (jumps)
+    for (int lane = 0; lane < b.contacts; ++lane) add_jump(in_, system_, b, lane, u);
   // the law sees velocities in the middle of the flights before and after
   const bool flying = motion_.fill(b, flight);
   for (int k = 0; flying && k < n * c; ++k) u[k] -= flight[k];
@@ -139,8 +141,8 @@ void LawPreparation::fill(const cairn_schedule& schedule, cairn_batch& b, int th
     std::copy_n(params, std::size_t(n) * (parameters + 1 + shape), b.params);
   else if (!law_infos()[b.law].has_solve)
     std::copy_n(mu, n, b.params);
-  if (in_.sheared)
-    for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(in_, system_, b, lane, 1, b.bias);
+  if (jumps)
+    for (int lane = 0; lane < b.contacts; ++lane) add_jump(in_, system_, b, lane, b.bias);
   else if (packable(b) && !storage_.given && !acts_along_tangents(b, compliance)) // impulses of a pose need columns
     in_.dim() == 2 ? packs_.pack_columns<2>(b) : packs_.pack_columns<3>(b);
   if (!law_infos()[b.law].has_solve) forget_open(b);

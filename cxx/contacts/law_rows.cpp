@@ -5,6 +5,7 @@
 #include "../base/call.hpp"
 #include "../laws/law_geometry.hpp"
 #include "interaction_state.hpp"
+#include "surface_motion.hpp"
 
 namespace cairn {
 namespace {
@@ -76,7 +77,7 @@ LawRows Interactions::law_rows(Law law) const {
         rows.bias[k * n + at] = of(b.bias, k);
         rows.impulse[k * n + at] = of(b.r, k);
       }
-      if (s.in.sheared) add_image_jump(s.in, s.system, b, lane, 1, u);
+      if (s.in.has_jumps()) add_jump(s.in, s.system, b, lane, u);
       for (std::size_t k = 0; k < c; ++k) rows.velocity[k * n + at] = of(u, k) + (own.flight ? of(own.flight, k) : 0);
       for (std::size_t k = 0; k < p; ++k) rows.params[k * n + at] = of(b.params, k);
       for (std::size_t k = 0; k < rows.geometry.size() / n; ++k) rows.geometry[k * n + at] = of(own.geometry, k);

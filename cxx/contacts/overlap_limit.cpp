@@ -25,6 +25,8 @@ bool takes_back(Law law) {
   case Law::rolling_friction:
   case Law::limited_slip:
   case Law::wet:
+  case Law::rolling_wet:
+  case Law::rolling_capillary:
   case Law::capillary: return true;
   default: return false;
   }

@@ -97,7 +97,8 @@ void Network::place(const Simulation& s) {
 // Adds the capillary attraction to the contact force, since it presses the spot as well.
 void Network::attract(const Simulation& s) {
   bool any = false;
-  for (int e = 0; e < s.laws.entries(); ++e) any |= s.laws.entry(e).law == Law::wet;
+  for (int e = 0; e < s.laws.entries(); ++e)
+    any |= s.laws.entry(e).law == Law::wet || s.laws.entry(e).law == Law::rolling_wet;
   if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
   fit(drawn_, std::size_t(s.candidates.count));
   s.interactions.attraction(drawn_.data());

@@ -88,8 +88,8 @@ void check_bodies(int dim, const StoredValue& bodies, std::int64_t end, const Bo
     for (const char* other : others)
       if (!bodies.find(other)) wrong(std::string("bodies/") + other + " is missing");
   };
-  for (const char* name :
-       {"position", "velocity", "rotation", "force", "driven_velocity", "angular_momentum", "damping"})
+  for (const char* name : {"position", "velocity", "rotation", "force", "driven_velocity", "angular_momentum",
+                           "damping", "surface_velocity"})
     if (bodies.find(name)) finite(std::string("bodies/") + name, reals(bodies, name, "bodies"));
   all(
       "bodies/mass", reals(bodies, "mass", "bodies"), [](double m) { return m > 0; }, "it is more than 0");

@@ -76,6 +76,7 @@ bool Scene::has(Need need) const {
   case Need::anisotropic: return bodies.angular_momentum.active;
   case Need::driven: return bodies.driven.active;
   case Need::damping: return bodies.damping.active;
+  case Need::belts: return bodies.surface_velocity.active;
   case Need::smooth: return bodies.contact_force.active;
   case Need::acceleration: return bodies.acceleration.active;
   case Need::jerk:

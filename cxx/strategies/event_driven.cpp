@@ -401,6 +401,9 @@ void EventDriven::check_bodies(const Simulation& s) const {
       refuse(i, "may turn about another point than the centre of its disk or sphere: EventDriven needs round bodies");
   }
   for (std::int64_t i = 0; i < b.count; ++i) {
+    for (int k = 0; b.surface_velocity.active && k < b.dofs(); ++k)
+      if (b.surface_velocity[i][k] < 0 || b.surface_velocity[i][k] > 0)
+        refuse(i, "has a surface velocity, which EventDriven does not know; keep NSCD");
     if (b.damping.active && *b.damping[i] > 0) refuse(i, "is damped: EventDriven flies bodies on parabolas; keep NSCD");
     if (b.dim == 3 && std::isfinite(*b.mass[i]) &&
         (b.inertia[i][0] < b.inertia[i][1] || b.inertia[i][1] < b.inertia[i][0] || b.inertia[i][1] < b.inertia[i][2] ||

@@ -228,8 +228,8 @@ void SmoothDem::account(Simulation& s, std::int64_t n) {
   s.report.contacts = s.report.solve.contacts = std::int64_t(sum[3]);
   if (!settings.energy) return;
   Energy& e = s.energy;
-  const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7], bulk = sum[8], stored = sum[9],
-               normal = sum[10], friction = sum[11];
+  const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7] + sum[13], bulk = sum[8],
+               stored = sum[9], normal = sum[10], friction = sum[11];
   const double before = e.kinetic, held = e.stored;
   e.kinetic = kinetic;
   e.stored = stored;

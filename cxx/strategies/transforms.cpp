@@ -122,6 +122,10 @@ Transforms::Former Transforms::former_of(const Scene& scene, std::int64_t id) co
     throw Error("body " + std::to_string(id) +
                 " is held or driven: a deformable body in its place would fall; give it free dofs");
   if (const auto at = start_.find(id); at != start_.end()) out.start = at->second;
+  for (int k = 0; bodies.surface_velocity.active && k < bodies.dofs(); ++k)
+    if (bodies.surface_velocity[b][k] < 0 || bodies.surface_velocity[b][k] > 0)
+      throw Error("body " + std::to_string(id) +
+                  " has a surface velocity, which a deformable body cannot have: leave one of both out");
   if (bodies.damping.active) out.damping = *bodies.damping[b];
   if (bodies.force.active) out.force = copied(bodies.force[b], bodies.dofs());
   out.pushes = std::any_of(out.force.begin(), out.force.end(), [](double f) { return f < 0 || f > 0; });

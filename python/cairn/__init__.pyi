@@ -319,6 +319,14 @@ class Capillary(Law):
 class Rolling(Law):
     def __init__(self, *, mu: float, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
 
+class RollingWet(Law):
+    def __init__(self, *, force: float, reach: float, mu: float = 0.0, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
+
+class RollingCapillary(Law):
+    def __init__(
+        self, *, tension: float, volume: float, angle: float = 0.0, mu: float = 0.0, rolling: float = 0.0, twisting: float = 0.0
+    ) -> None: ...
+
 class Wear(Law):
     def __init__(self, *, mu: float, wear: float, recovers: float = 0.0) -> None: ...
 

@@ -237,7 +237,7 @@ TEST(PeriodicCell, ImagesLendTheirVelocity) {
   EXPECT_GT(r[0], 0);
   EXPECT_NEAR(u[1], 0, 1e-15);
   const ContactEnergy energy = i.commit();
-  EXPECT_NEAR(energy.cell_work, r[0] * 1.0, 1e-15);
+  EXPECT_NEAR(energy.jump_work, r[0] * 1.0, 1e-15);
 }
 
 } // namespace

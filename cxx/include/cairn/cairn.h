@@ -136,8 +136,10 @@ int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, int64_t a, i
                               int64_t* ends, cairn_error* error);
 
 /* Values (components, n) of a field of bodies: "position" (absolute), "rotation", "velocity", "force" (applied force
- * and torque, in space axes, from now on [N, N m]) or "damping" (viscous, per unit of mass [1/s]). bodies (n) ids;
- * NULL: all, in the order of insertion. */
+ * and torque, in space axes, from now on [N, N m]), "damping" (viscous, per unit of mass [1/s]) or "surface_velocity"
+ * (of a belt: velocity of the surface along the body, then its spin about the centre of mass, in the axes of the body
+ * [m/s, rad/s]; its part in the tangent plane of a contact acts). bodies (n) ids; NULL: all, in the order of insertion.
+ */
 int32_t cairn_scene_set_body_field(cairn_scene* scene, const char* name, int64_t n, const int64_t* bodies,
                                    const double* values, cairn_error* error);
 /* Bit i of mask: dof i takes its value from velocity (nd, n), may be NULL: zero. */

@@ -387,7 +387,7 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.potential += d_potential + seated_work_;
   s.energy.work_projection += seated_work_;
   s.energy.work_external += external;
-  s.energy.work_driven += driven + contacts.cell_work + contacts.driven;
+  s.energy.work_driven += driven + contacts.jump_work + contacts.driven;
   s.energy.dissipated_normal += contacts.normal;
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
@@ -403,7 +403,7 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.released += contacts.released;
   const double stiffened = energy_of_stiffened(s);
   s.energy.dissipated_integrator += by_theta + stiffened;
-  s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
+  s.energy.closure += d_kinetic + d_potential - external - driven - contacts.jump_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta + stiffened +
                       (contacts.stored_change + contacts.released) - contacts.grown;
   s.energy.turned_over += std::abs(d_potential) + std::abs(seated_work_) + std::abs(external) + std::abs(driven) +

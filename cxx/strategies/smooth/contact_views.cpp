@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../contacts/surface_motion.hpp"
 #include "../../simulation/contact_fields.hpp"
 #include "../../solvers/sweeps/batch.hpp"
 #include "lanes.hpp"
@@ -109,6 +110,9 @@ void SmoothDem::relative_velocity(const Simulation& s, double* out) const {
       const double *v = b.velocity[body], *x = b.position[body];
       double arm[3] = {0, 0, 0};
       for (int k = 0; k < dim_; ++k) arm[k] = s.candidates.point[i * dim_ + k] - x[k] - (side < 0 ? shift[k] : 0);
+      double own[3];
+      if (belt_velocity(b, dim_, body, arm, &s.candidates.normal[i * dim_], own))
+        for (int k = 0; k < dim_; ++k) u[k] += side * own[k];
       if (dim_ == 2) {
         u[0] += side * (v[0] - v[2] * arm[1]);
         u[1] += side * (v[1] + v[2] * arm[0]);

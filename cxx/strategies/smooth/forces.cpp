@@ -1,4 +1,5 @@
 // From places to forces: a batch of pairs goes through its narrow phase, its law, and onto its bodies.
+#include "../../contacts/surface_motion.hpp"
 #include "lanes.hpp"
 
 namespace cairn {
@@ -82,7 +83,8 @@ void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, L
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   double* other = batch.other < 0 ? nullptr : &list_.other[batch.other * nd];
   if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
-  if (records_ && batch.spheres && sphere_forces(s, batch, w, h, sums) >= 0) return;
+  const bool belts = has_belts(s, batch);
+  if (records_ && batch.spheres && !belts && sphere_forces(s, batch, w, h, sums) >= 0) return;
   batch_geometry(s, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list_.state[p * states_], &list_.active[p], w.lane,
@@ -98,11 +100,12 @@ void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, L
       image_velocity(s.scene.cell, list_.image[p + i], jump);
       for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
     }
+  if (belts) add_belts(s, batch, count, !sheared, w);
   double* stored = &list_.state[p * states_];
   (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
       n, m, w.lane, &list_.body_a[p], &list_.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
-      sheared ? w.jump : nullptr);
+      sheared || belts ? w.jump : nullptr);
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
@@ -110,7 +113,42 @@ void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, L
       n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
       shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
+  for (int i = 0; belts && i < count; ++i)
+    for (int k = 0; k < dim_; ++k)
+      sums[13] += h * list_.force[(p + w.lane[i] - 1) * dim_ + k] * w.belt[k * n + w.lane[i] - 1];
   if (energy) keep_loss(batch, count, m, w);
+}
+
+bool SmoothDem::has_belts(const Simulation& s, const NeighbourList::Batch& batch) const {
+  const auto& field = s.scene.bodies.surface_velocity;
+  const auto moves = [](double v) { return v < 0 || v > 0; };
+  for (std::int64_t q = batch.first; field.active && q < batch.first + batch.count; ++q)
+    for (const double* own : {field[list_.body_a[q]], field[list_.body_b[q]]})
+      if (std::any_of(own, own + field.components, moves)) return true;
+  return false;
+}
+
+// Velocities of surfaces of B less those of A, added to those of the images of B.
+void SmoothDem::add_belts(const Simulation& s, const NeighbourList::Batch& batch, int count, bool first,
+                          Lanes& w) const {
+  const int n = batch.count;
+  if (first) std::fill_n(w.jump, dim_ * n, 0.0);
+  for (int i = 0; i < count; ++i) {
+    const int l = w.lane[i] - 1;
+    const std::int64_t q = batch.first + l;
+    double normal[3], arm[3], own[3], jump[3] = {0, 0, 0};
+    for (int k = 0; k < dim_; ++k) normal[k] = w.normal[k * n + l];
+    for (const int side : {0, 1}) {
+      for (int k = 0; k < dim_; ++k) arm[k] = (side ? w.lever_b : w.lever_a)[k * n + l];
+      const std::int32_t body = (side ? list_.body_b : list_.body_a)[q];
+      if (!belt_velocity(s.scene.bodies, dim_, body, arm, normal, own)) continue;
+      for (int k = 0; k < dim_; ++k) jump[k] += side ? own[k] : -own[k];
+    }
+    for (int k = 0; k < dim_; ++k) {
+      w.belt[k * n + l] = jump[k];
+      w.jump[k * n + l] += jump[k];
+    }
+  }
 }
 
 void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {

@@ -94,7 +94,7 @@ public:
 private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
-  // and driven, D bulk, energy stored, dissipated by damping, by friction
+  // and driven, D bulk, energy stored, dissipated by damping, by friction; greatest correction, work of moving surfaces
   static constexpr int sums_of_tile = 16;
   struct EntryShape {
     int scalars = 0, vectors = 0;
@@ -115,6 +115,8 @@ private:
   void follow_drives(const Simulation& s);
   bool weigh_grains(const Simulation& s);
   int sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
+  bool has_belts(const Simulation& s, const NeighbourList::Batch& batch) const;
+  void add_belts(const Simulation& s, const NeighbourList::Batch& batch, int count, bool first, Lanes& w) const;
   void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void keep_loss(const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w);
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);

@@ -99,6 +99,8 @@ class _Writer:
                 continue
             if b.damping is not None and np.any(b.damping):
                 self.missed.append("damping of bodies")
+            if b.surface_velocity is not None:
+                self.missed.append("surface velocities of bodies")
             for row in range(len(b)):
                 number += 1
                 self._body(number, b, row)

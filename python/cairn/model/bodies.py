@@ -14,8 +14,10 @@ from ..base.materials import Material
 from ..names import Spelt, listed, takes
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
-OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping")
-OF_BOUNDARIES = ("velocity", "mass", "inertia", "free", "force", "rotation", "group", "damping")
+OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping", "surface_velocity", "surface_origin")
+OF_BOUNDARIES = (
+    "velocity", "mass", "inertia", "free", "force", "rotation", "group", "damping", "surface_velocity", "surface_origin",
+)  # fmt: skip
 DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 
 
@@ -112,6 +114,12 @@ class BodySet(Spelt):
         Applied forces and torques [N, N m], or a function of time that gives them.
     damping : float or ndarray (n,), optional
         Rate of damping of the velocities [1/s].
+    surface_velocity : array_like (dofs,) or (n, dofs), or callable, optional
+        Velocity of the surface along the body, and its spin, of a belt or a roller [m/s, rad/s], or a function of time that
+        gives them: friction sees a surface that moves, and the body stays where it is. In axes of space when the body comes in,
+        with which it turns later on. Its part in the tangent plane of a contact acts; translations alone, (dim,), will do.
+    surface_origin : array_like (dim,) or (n, dim), optional
+        A point of the axis about which the surface turns [m]; the centre of mass when not given.
     ids : ndarray (n + parts,), optional
         Ids, given by Scene.add: bodies first, then parts.
     mesh : Deformable, optional
@@ -134,6 +142,8 @@ class BodySet(Spelt):
     drive: object = None
     force: object = None
     damping: float | np.ndarray | None = None
+    surface_velocity: object = None
+    surface_origin: np.ndarray | None = None
     ids: np.ndarray | None = field(default=None, compare=False)  # given by Scene.add: bodies first, then parts
     mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
     depth: float | None = None
@@ -217,13 +227,23 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
-    for name in ("drive", "force"):
+    for name in ("drive", "force", "surface_velocity"):
         value = getattr(s, name)
+        if name == "surface_velocity" and getattr(value, "needs_simulation", False):
+            raise ValueError(f"{name} is a {type(value).__name__}, which is a force: give numbers, or a function of time")
         if name == "drive" and getattr(value, "needs_simulation", False):
             raise ValueError(f"velocity is a {type(value).__name__}, which is a force: give force=, with mass and free dofs")
         if value is not None and not callable(value):
             value = _spread(name, value, len(s), len(names), s.dim)
-            setattr(s, name, checks.speeds(name, value) if name == "drive" else value)
+            setattr(s, name, value if name == "force" else checks.speeds(name, value))
+    if s.surface_origin is not None:
+        origin = checks.reals("surface_origin", s.surface_origin, f"give ({s.dim},) or ({len(s)}, {s.dim})")
+        if origin.shape not in ((s.dim,), (len(s), s.dim)):
+            raise ValueError(f"surface_origin has shape {origin.shape}: give ({s.dim},) or ({len(s)}, {s.dim})")
+        if s.surface_velocity is None:
+            raise ValueError("surface_origin is given without surface_velocity, whose spin turns about it: give both or none")
+        origin = np.broadcast_to(origin, (len(s), s.dim)).copy()
+        s.surface_origin = checks.real_array("surface_origin", origin, (len(s), s.dim))
     if s.damping is not None:
         damping = _per_body("damping", s.damping, (len(s),))
         if not np.all((damping >= 0) & np.isfinite(damping)):
@@ -378,7 +398,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
     depth : float, default 1
         Thickness [m].
     **options : array_like, str or callable
-        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -421,7 +441,7 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
     density : float, optional
         Mass per volume [kg/m3] in the place of that of the material.
     **options : array_like, str or callable
-        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -468,7 +488,7 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     material : Material
         Material of all of them.
     **options : array_like, str or callable
-        Options of BodySet: velocity, rotation, group, driven, drive, force, damping.
+        Options of BodySet: velocity, rotation, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -567,7 +587,7 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
     force : array_like (dofs,), callable or Servo, optional
         Applied force and torque [N, N m], a function of time that gives them, or a Servo.
     **options : array_like, str or float
-        Options of BodySet: rotation, group, damping.
+        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -629,7 +649,7 @@ def segment(
     force : array_like (3,), callable or Servo, optional
         As of a wall.
     **options : array_like, str or float
-        Options of BodySet: rotation, group, damping.
+        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -696,7 +716,7 @@ def tube(
     force : array_like (6,), callable or Servo, optional
         As of a wall.
     **options : array_like, str or float
-        Options of BodySet: rotation, group, damping.
+        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -751,7 +771,7 @@ def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, fr
     force : array_like (3,), callable or Servo, optional
         As of a wall.
     **options : array_like, str or float
-        Options of BodySet: rotation, group, damping.
+        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
 
     Returns
     -------

@@ -76,6 +76,7 @@ ONE_LAW = {
     ("BrittleCoating", "stiffness"): ("N/m", "force over opening from the gap at rest"),
     ("BrittleCoating", "strength"): ("N", "pull beyond which the spring does not act"),
     ("Capillary", "tension"): ("N/m", "surface tension of the liquid"),
+    ("RollingCapillary", "tension"): ("N/m", "surface tension of the liquid"),
     ("CoupledMotion", "normal"): ("-", "1: bodies move together along the normal"),
     ("CoupledMotion", "tangential"): ("-", "1: bodies move together along the tangents"),
     ("CriticalVoigt", "ratio"): ("-", "tangential over normal stiffness and dashpot"),

@@ -44,7 +44,7 @@ def capsules(
     density : float, optional
         Mass per volume [kg/m3] in the place of that of the material.
     **options : array_like, str or callable
-        Options of BodySet: velocity, group, driven, drive, force, damping.
+        Options of BodySet: velocity, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def cylinders(
     density : float, optional
         Mass per volume [kg/m3] in the place of that of the material.
     **options : array_like, str or callable
-        Options of BodySet: velocity, group, driven, drive, force, damping.
+        Options of BodySet: velocity, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def superquadrics(
     density : float, optional
         Mass per volume [kg/m3] in the place of that of the material.
     **options : array_like, str or callable
-        Options of BodySet: velocity, group, driven, drive, force, damping.
+        Options of BodySet: velocity, group, driven, drive, force, damping, surface_velocity, surface_origin.
 
     Returns
     -------

@@ -601,11 +601,11 @@ def set_to_dict(s):
     """
     d = {
         n: getattr(s, n)
-        for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
+        for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth", "surface_origin")
         if getattr(s, n) is not None
     }
     d |= {"group": s.group or "", "driven": ",".join(s.driven)}
-    for name in ("drive", "force"):
+    for name in ("drive", "force", "surface_velocity"):
         if getattr(s, name) is not None:
             d[name] = time_functions.to_dict(name, getattr(s, name))
     d["contactors"] = {}
@@ -665,8 +665,8 @@ def set_from_dict(dim, d):
                 "joint" in c,
             )
         )
-    options = {n: d[n] for n in ("velocity", "rotation", "damping") if n in d}
-    for name in ("drive", "force"):
+    options = {n: d[n] for n in ("velocity", "rotation", "damping", "surface_origin") if n in d}
+    for name in ("drive", "force", "surface_velocity"):
         if name in d:
             options[name] = time_functions.from_dict(d[name])
     if "depth" in d:

@@ -346,7 +346,9 @@ HEAVY = 1000
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
 SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
-LAWS_OF_PACKS = ("Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary")
+LAWS_OF_PACKS = (
+    "Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary", "RollingWet", "RollingCapillary",
+)  # fmt: skip
 
 
 def solver_class(name, python_name, summary):
@@ -444,7 +446,7 @@ class NSCD(Strategy):
         has an `enough`, only after steps that it ended, and at contacts that press in that step and the last; no step is ended so
         as long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 where Default ends steps of dense
         packs early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
-        LimitedSlip, Wet and Capillary.
+        LimitedSlip, Wet, Capillary, RollingWet and RollingCapillary.
     warm_start : bool, default True
         Begins from the impulses of the last step.
     threads : int, default 0

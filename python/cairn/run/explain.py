@@ -30,12 +30,22 @@ def explain(simulation):
     lines += ["", f"In all, with workspace: {held['bodies'] / max(1, len(bodies)):.0f} bytes a body"]
     if contacts:
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
+    lines += _belts(bodies)
     lines += ["", *_laws(simulation), *_scales(simulation), *_last_step(simulation)]
     return "\n".join(lines)
 
 
 MOST_LAWS = 12  # laws listed individually
 COEFFICIENTS = ("mu", "friction", "kinetic")  # parameters that are tangents of a friction angle
+
+
+def _belts(bodies):
+    """A line on surfaces that move along their bodies."""
+    if "surface_velocity" not in bodies.names:
+        return []
+    speed, dim = np.abs(bodies.surface_velocity), bodies.position.shape[1]
+    moving, most = int(np.count_nonzero(speed.any(axis=1))), (speed[:, :dim].max(initial=0.0), speed[:, dim:].max(initial=0.0))
+    return ["", f"Surfaces that move along their bodies: {moving}, by up to {most[0]:g} m/s and {most[1]:g} rad/s about the centre"]
 
 
 def _laws(simulation):

@@ -128,8 +128,8 @@ def _check(i, s, row, first):
             raise ValueError(f"body {i} is a {c.shape}: only disks, spheres and clumps of them merge, leave it out")
     if s.group != first.group:
         raise ValueError(f"bodies to merge are of groups {first.group!r} and {s.group!r}: give bodies of one group")
-    if force_of(s, row) is not None or damping_of(s, row):
-        raise ValueError(f"body {i} has a force or a damping of its own, which others have not: leave them out")
+    if force_of(s, row) is not None or damping_of(s, row) or s.surface_velocity is not None:
+        raise ValueError(f"body {i} has a force, damping or surface velocity of its own, which others have not: leave them out")
 
 
 def _stored_between(sim, ids):

@@ -5,7 +5,7 @@ import numpy as np
 from ..base import checks, time_functions
 from ..model.bodies import BodySet, replace
 
-FUNCTIONS = ("drive", "force", "damping")  # of time, or constant
+FUNCTIONS = ("drive", "force", "damping", "surface_velocity")  # of time, or constant
 
 
 def later_to_dict(s, sets):
@@ -18,7 +18,10 @@ def later_to_dict(s, sets):
     elif s.mass is not None:
         from ..model.scene import set_to_dict
 
-        out["body"] = set_to_dict(replace(s, velocity=None, drive=None, force=None, damping=None))
+        bare = dict.fromkeys((*FUNCTIONS, "velocity", "surface_origin"))
+        out["body"] = set_to_dict(replace(s, **bare))
+        if s.surface_origin is not None:
+            out["surface_origin"] = s.surface_origin
     for name in FUNCTIONS:
         value = getattr(s, name)
         if value is not None:
@@ -81,6 +84,8 @@ def later_from_dict(dim, d, **functions):
     ids = np.asarray(d["ids"], np.int64)
     n, values = len(ids), {name: time_functions.from_dict(d[name]) for name in FUNCTIONS if name in d and name not in functions}
     values |= {"driven": tuple(name for name in d["driven"].split(",") if name), "ids": ids, **functions}
+    if "surface_origin" in d:
+        values["surface_origin"] = np.asarray(d["surface_origin"])
     if "body" not in d:  # a drive, or a file of an older version without shapes
         return BodySet(dim, np.zeros((n, dim)), None if d["carrier"] else np.ones(n), None, [], **values)
     made = set_from_dict(dim, d["body"])

@@ -11,6 +11,7 @@ from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, first_overlaps, unmet_shapes, views
+from .belts import Belts
 from .drives import Drives
 from .info import Info
 from .parts import ask_for_parts
@@ -728,6 +729,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         """Collects drives, forces and damping of the present bodies; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
         self._drives, self._forced = Drives(self._sets, self._core, self.scene.dim), []
+        self._belts = Belts(self._sets, self._core, self.scene.dim)
         damping = None
         for s in self._sets:
             if s.force is None and s.damping is None:
@@ -770,6 +772,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             gravity = late_share * late + (1 - late_share) * early
         self._core.set_gravity(_three(gravity))
         self._drives.apply(end)
+        self._belts.apply(end)
         moving = any(callable(force) for _, _, force in self._forced)
         if self._forced and (moving or not self._constant_force_set):
             forces = np.zeros((len(self.bodies), 3 if self.scene.dim == 2 else 6))
