@@ -1,4 +1,4 @@
-"""Boundary conditions of a problem, summed for each block: loads over time at its centre of mass, and velocities of driven dofs."""
+"""Boundary conditions of a problem, for each block: loads over time about its centre of mass, and displacements."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ class Conditions:
 
     @property
     def loaded(self):
-        """Whether a load acts on the block."""
+        """True if a load acts on the block."""
         return bool(np.any(self.ramp) or np.any(self.at_once))
 
     @property
     def ramped(self):
-        """Whether a load on the block grows over time."""
+        """True if a load on the block grows over time."""
         return bool(np.any(self.ramp))
 
     @property
     def moved(self):
-        """Whether a displacement or rotation is prescribed, if only of 0."""
+        """True if a displacement or rotation is prescribed, also one of 0."""
         return any(x is not None for x in (*self.translation, *self.rotation))
 
     def add(self, force, moment, ramped):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import cairn as cn
 import numpy as np
+from cairn.model.dead_loads import volumes
 
+FLUSH = 1e-6  # of a block's size: nodes nearer to the plane of a side lie on it
 MOST = 24  # cells along an edge of a block
 
 # corners of a hexahedron in the order of meshio, by their coordinates in the unit cube
@@ -38,7 +40,8 @@ def cells_of(vertices, faces, size=None):
     if size is None:
         size = 0.5 * lengths.min() if lengths.max() < 0.5 * MOST * lengths.min() else lengths.max() / MOST
     if not size > 0 or lengths.max() > MOST * size * (1 + 1e-9):
-        raise ValueError(f"size is {size}: give a length of cells above {lengths.max() / MOST:.3g} m, the longest edge over {MOST}")
+        least = lengths.max() / MOST
+        raise ValueError(f"size is {size}: give a length of cells above {least:.3g} m, the longest edge over {MOST}")
     corners = _as_cube(faces) if len(vertices) == 8 else None
     return _hexahedra(vertices[corners], size) if corners is not None else _tetrahedra(vertices, faces, size)
 
@@ -53,7 +56,9 @@ def _as_cube(faces):
         for a, b in zip(f, [*f[1:], f[0]]):
             if a in bottom and b not in bottom:
                 above[a] = int(b)
-    return [*map(int, bottom), *(above[k] for k in bottom)] if set(above) == set(bottom) and len(set(above.values())) == 4 else None
+    if set(above) != set(bottom) or len(set(above.values())) != 4:
+        return None
+    return [*map(int, bottom), *(above[k] for k in bottom)]
 
 
 def _hexahedra(corners, size):
@@ -110,7 +115,7 @@ def _halved(points, cells):
     return new, np.concatenate([np.stack(t, axis=1) for t in out])
 
 
-def elastic_body(block, points, cells, rayleigh=None):
+def elastic_body(block, points, cells, sides=(), rayleigh=None):
     """Makes the elastic body of a block.
 
     Parameters
@@ -121,6 +126,8 @@ def elastic_body(block, points, cells, rayleigh=None):
         Nodes [m].
     cells : dict
         Cells, as `cells_of` gives them.
+    sides : sequence of tuple
+        Point (3,) [m] and normal (3,) of each side that is a joint; its nodes become the group "side K".
     rayleigh : tuple of float, optional
         Factors of mass [1/s] and stiffness [s] in its damping.
 
@@ -142,6 +149,8 @@ def elastic_body(block, points, cells, rayleigh=None):
     for face in block.mesh.faces():
         named[face] = f"face {face}"
         groups[named[face]] = on_plane(np.array(block.mesh.face_coordinates(face), float))
+    for k, (point, normal) in enumerate(sides):
+        groups[f"side {k}"] = np.flatnonzero(np.abs((points - point) @ normal) <= FLUSH * size)
     groups |= {f"node {i}": np.array([i]) for i in range(len(points))}
     options = {} if rayleigh is None else {"rayleigh": tuple(rayleigh)}
     body = cn.ElasticBody(points, cells, young=block.young, poisson=block.poisson, density=float(block.density), groups=groups,
@@ -150,7 +159,7 @@ def elastic_body(block, points, cells, rayleigh=None):
 
 
 def inertial_forces(body, center, force, moment):
-    """Spreads a force and a moment over the nodes as the inertia of a rigid motion would, so that cells are not distorted locally.
+    """Spreads a force and a moment over the nodes, as the inertia of a rigid motion is spread, so that no cell bears it alone.
 
     Parameters
     ----------
@@ -166,8 +175,8 @@ def inertial_forces(body, center, force, moment):
     ndarray (n, 3)
         Nodal forces [N] of exactly these sums.
     """
-    n = len(body.points)
-    weight = np.full(n, 1.0 / n)
+    weight = volumes(body)
+    weight = weight / weight.sum()
     middle = weight @ body.points
     arm = body.points - middle
     moment = moment - np.cross(middle - center, force)  # about the middle of the nodes

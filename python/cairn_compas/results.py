@@ -153,10 +153,9 @@ def _best_fit(before, after):
 def results_of(problem, built, motion):
     """Makes the results of the last step.
 
-    Every edge holds what compas_dem's other back-ends write: contact points and their polygon or line, frames whose z is the
-    normal towards the first block of the edge, forces along it (compression positive) and along x and y, gap, status, resultants.
-    Cohesive joints add `beta`, 1 sound and 0 broken; deformable blocks add `points` [m] and `stress` (cells, 6) [Pa] to their
-    node.
+    Every edge holds the attributes of compas_dem's other back-ends: contact points and their polygon or line, frames whose z is
+    the normal towards the first block of the edge, forces along x, y and z (compression positive), gap, status, resultants. Coincident contacts, as those of two meshes whose nodes lie on each other, are one point. Cohesive joints add
+    `beta`, 1 sound and 0 broken; deformable blocks add `points` [m] and `stress` (cells, 6) [Pa] to their node.
 
     Parameters
     ----------
@@ -199,8 +198,10 @@ def _write_edge(results, edge, contacts, at, sign):
     """Attributes of one edge from the contacts `at` between its blocks."""
     normal, force = sign * contacts.normal[at], sign * contacts.force[at]
     point = contacts.point[at]
-    order = _around(point, normal)
-    at, normal, force, point = at[order], normal[order], force[order], point[order]
+    first, owner = _merged(point, np.linalg.norm(force, axis=1))
+    force = np.stack([np.bincount(owner, f, len(first)) for f in force.T], axis=1)
+    order = _around(point[first], normal[first])
+    at, normal, force, point = at[first][order], normal[first][order], force[order], point[first][order]
     frames = [Frame(Point(*p), *_tangents(n)) for p, n in zip(point.tolist(), normal)]
     axes = np.array([[list(f.xaxis), list(f.yaxis), list(f.zaxis)] for f in frames])
     local = np.einsum("nij,nj->ni", axes, force)  # along t1, t2, n
@@ -241,6 +242,18 @@ def _write_edge(results, edge, contacts, at, sign):
         put("contact_geometry", points[0])
         contact = VertexContact(point=points[0], frame=frames[0], forces=forces)
     put("contact_data", contact)
+
+
+def _merged(point, force):
+    """Rows of contacts at distinct points, the one of the largest force at each, and the place of every contact among these."""
+    near = 1e-6 * np.max(np.ptp(point, axis=0), initial=0.0)
+    first, owner = [], np.empty(len(point), int)
+    for k in np.argsort(-force, kind="stable"):
+        same = [j for j, i in enumerate(first) if np.max(np.abs(point[i] - point[k])) <= near]
+        owner[k] = same[0] if same else len(first)
+        if not same:
+            first.append(k)
+    return np.array(first), owner
 
 
 def _tangents(normal):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cairn as cn
 import numpy as np
 from cairn.pre import mass_properties
+from cairn.pre.blocks import Blocks
 from cairn.pre.decompose import convex_parts
 from cairn.pre.flatten import plane_faces
 from cairn.pre.mesh import MeshError
@@ -17,6 +18,7 @@ from .meshing import cells_of, elastic_body, inertial_forces
 
 DOFS = ("vx", "vy", "vz", "wx", "wy", "wz")
 SOLIDS = ("MAL", "TH", "ABP", "EXPO", "MAC", "MP", "MP3", "MohrCoulomb", "Bonded")  # what `joint` mentions when it is none
+FLUSH = 1e-6  # of a block's size: sides nearer than this form a joint
 MEGA = 1e6  # Pa in the unit of a material's strengths and stiffnesses
 
 
@@ -135,8 +137,8 @@ class Built:
         return np.array([[b.support or x is not None for x in d] for b, d in zip(self.blocks, given)]).reshape(-1, 3)
 
 
-def build(problem, *, duration, dt, theta=1.0, density=None, gravity=9.81, joint=None, deformable=False, size=None, rayleigh=None,
-          tol=None, max_iter=1000, threads=0):  # fmt: skip
+def build(problem, *, duration, dt, theta=None, density=None, gravity=9.81, joint=None, deformable=False, size=None,
+          rayleigh=None, tol=None, max_iter=1000, threads=0):  # fmt: skip
     """Makes the simulation of a problem.
 
     Parameters
@@ -147,8 +149,9 @@ def build(problem, *, duration, dt, theta=1.0, density=None, gravity=9.81, joint
         Duration over which loads and displacements are applied [s].
     dt : float
         Step [s].
-    theta : float, default 1
-        Parameter of the theta-method, from 1/2 (keeps the energy of elastic blocks) to 1 (damps their waves).
+    theta : float, optional
+        Parameter of the theta-method, from 1/2 (of second order, keeps energy) to 1 (damps waves). When not given 1 where blocks
+        are deformable or joints are other than Coulomb's, else 1/2.
     density : float, optional
         Density of all blocks [kg/m3], in the place of those of their materials.
     gravity : float, default 9.81
@@ -172,12 +175,13 @@ def build(problem, *, duration, dt, theta=1.0, density=None, gravity=9.81, joint
     Returns
     -------
     Built
-        The simulation and what leads from its ids back to blocks.
+        The simulation, and the block of each of its ids.
 
     Raises
     ------
     ValueError
-        If the model has no support or the problem no contact model, a block has no density, or a condition names what is not there.
+        If the model has no support or the problem no contact model, a block has no density, or a condition names what is not
+        there.
     """
     blocks = [Block(e, density) for e in problem.model.elements()]
     if not any(b.support for b in blocks):
@@ -188,15 +192,18 @@ def build(problem, *, duration, dt, theta=1.0, density=None, gravity=9.81, joint
     soft = _deformable(blocks, conditions, deformable)
     scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -gravity))
     ids, owner = {}, []
-    for rows, sets in _rigid_sets(blocks, conditions, soft, duration):
+    for rows, sets in _rigid_sets(blocks, conditions, soft, duration, dt):
         ids |= dict(zip((blocks[k].node for k in rows), scene.add(sets).tolist()))
         owner += list(rows)
-    meshes = {}
+    meshes, sides = {}, _joint_sides(blocks) if soft else {}
     for k, block in enumerate(blocks):
         if block.node in soft:
             meshes[block.node] = len(meshes)
-            owner += [k] * len(scene.add(*_mesh_sets(block, conditions[block.node], duration, size, rayleigh)))
+            made = _mesh_sets(block, conditions[block.node], sides.get(block.node, ()), duration, size, rayleigh)
+            owner += [k] * len(scene.add(*made))
     scene.interact("*", "*", law)
+    if theta is None:
+        theta = 1.0 if soft or type(law) is not cn.Coulomb else 0.5
     solver = cn.Default(max_iter=max_iter) if tol is None else cn.Default(tol=tol, max_iter=max_iter)
     simulation = cn.Simulation(scene, dt, cn.NSCD(theta=theta, solver=solver, threads=threads))
     simulation.follow_rotations()
@@ -287,7 +294,8 @@ def told_joint(joint):
 def _joined(parts):
     """Corners and faces of the parts of one body, as mass_properties takes a body of several parts."""
     first = np.cumsum([0, *(len(v) for v, _ in parts)])
-    return [np.concatenate([v for v, _ in parts])], [[[int(i) + f for i in face] for (_, faces), f in zip(parts, first) for face in faces]]
+    joined = [[int(i) + f for i in face] for (_, faces), f in zip(parts, first) for face in faces]
+    return [np.concatenate([v for v, _ in parts])], [joined]
 
 
 def _convex(mesh, name):
@@ -295,9 +303,8 @@ def _convex(mesh, name):
     vertices, faces = mesh.to_vertices_and_faces()
     vertices, faces = np.array(vertices, float), [list(f) for f in faces]
     fans = [[f[0], f[i], f[i + 1]] for f in faces for i in range(1, len(f) - 1)]
-    volume = np.einsum("ij,ij->", vertices[[f[0] for f in fans]] - vertices[0],
-                       np.cross(vertices[[f[1] for f in fans]] - vertices[0], vertices[[f[2] for f in fans]] - vertices[0]))  # fmt: skip
-    if volume < 0:
+    a, b, c = np.moveaxis(vertices[fans] - vertices[0], 1, 0)
+    if np.einsum("ij,ij->", a, np.cross(b, c)) < 0:
         faces, fans = [f[::-1] for f in faces], [f[::-1] for f in fans]
     try:
         for tried in (faces, fans):
@@ -329,7 +336,7 @@ def _deformable(blocks, conditions, asked):
     return soft
 
 
-def _rigid_sets(blocks, conditions, soft, duration):
+def _rigid_sets(blocks, conditions, soft, duration, dt):
     """(rows of blocks, set of bodies) for rigid blocks of the same material and driven dofs."""
     groups = {}
     for k, b in enumerate(blocks):
@@ -349,15 +356,39 @@ def _rigid_sets(blocks, conditions, soft, duration):
         options = {}
         if driven:
             way = np.array([[v or 0.0 for v in (*c.translation, *c.rotation)] for c in own])
-            options = {"driven": driven, "drive": way / duration}
+            options = {"driven": driven, "drive": _smoothly(way / duration, duration, dt) if np.any(way) else way}
         if any(c.loaded for c in own) and len(driven) < len(DOFS):
             ramp, at_once = np.array([c.ramp for c in own]), np.array([c.at_once for c in own])
             options["force"] = _over_time(ramp, at_once, duration)
         yield rows, cn.polyhedra(shapes, material, **options)
 
 
+def _joint_sides(blocks):
+    """{node of the graph: [(point, normal) of each side that lies on a side of another block]}."""
+    assembly = Blocks(3, flush=FLUSH)
+    owner = []
+    for b in blocks:
+        for vertices, faces in b.parts:
+            assembly.add(vertices, faces)
+            owner.append(b.node)
+    found, joints = {}, assembly.joints()
+    for pair, normal, polygon in zip(joints.blocks.tolist(), joints.normal, joints.polygon):
+        for k in pair:
+            sides = found.setdefault(owner[k], [])
+            if not any(abs(normal @ n) > 1 - FLUSH and abs((polygon[0] - x) @ n) < FLUSH * np.ptp(polygon) for x, n in sides):
+                sides.append((polygon[0], normal))
+    return found
+
+
 def _material_name(density):
     return "support" if density is None else f"stone {float(density):.12g}"
+
+
+def _smoothly(mean, duration, dt):
+    """Function of time of velocities that start and end at 0; over all steps they add up to the mean times the duration."""
+    if duration < 1.5 * dt:
+        return mean
+    return lambda t: (1.0 - np.cos(2 * np.pi * t / duration)) * mean
 
 
 def _over_time(ramp, at_once, duration):
@@ -370,10 +401,10 @@ def _over_time(ramp, at_once, duration):
     return load
 
 
-def _mesh_sets(block, mine, duration, size, rayleigh):
-    """Sets of a deformable block: nodes and faces of its boundary."""
+def _mesh_sets(block, mine, sides, duration, size, rayleigh):
+    """Sets of a deformable block: nodes and faces of its sides that are joints, of its whole boundary if none is."""
     points, cells = cells_of(*block.faces_plane, size)
-    body, faces = elastic_body(block, points, cells, rayleigh)
+    body, faces = elastic_body(block, points, cells, sides, rayleigh)
     options = {}
     if np.any(mine.acceleration):
         options["body_force"] = _over_time(*(block.density * mine.acceleration), duration)
@@ -394,4 +425,5 @@ def _mesh_sets(block, mine, duration, size, rayleigh):
     if traction:
         options["traction"] = {faces[f]: _over_time(*pair, duration) for f, pair in traction.items()}
     material = cn.Material(_material_name(block.density), density=float(block.density))
-    return cn.deformable(body, material, contact="boundary", faces="boundary", name=f"block {block.node}", **options)
+    touching = [f"side {k}" for k in range(len(sides))] or "boundary"
+    return cn.deformable(body, material, contact=touching, faces=touching, name=f"block {block.node}", **options)

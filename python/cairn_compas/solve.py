@@ -15,13 +15,13 @@ from .scene import build
 EVERY = 10  # steps between unbalanced force ratios
 
 
-def solve(problem, *, duration=None, n_steps=None, dt=None, theta=1.0, urf_threshold=None, track_block=None, verbose=0,
+def solve(problem, *, duration=None, n_steps=None, dt=None, theta=None, urf_threshold=None, track_block=None, verbose=0,
           density=None, gravity=9.81, joint=None, deformable=False, size=None, rayleigh=None, tol=None, max_iter=1000, threads=0,
           output=None, every=1, callback=None):  # fmt: skip
     """Solves a problem of compas_dem.
 
-    All boundary conditions act together: ramped loads grow over 0.98 of the duration, loads at once act from the start and are
-    released in the last 0.02, displacements and rotations are reached at a constant velocity, supports are held.
+    All boundary conditions act together. Ramped loads grow over 0.98 of the duration, loads at once act from the start and are
+    released in the last 0.02. Displacements and rotations are reached at the end, at velocities that start and end at 0.
 
     Parameters
     ----------
@@ -33,8 +33,9 @@ def solve(problem, *, duration=None, n_steps=None, dt=None, theta=1.0, urf_thres
         Number of steps.
     dt : float, optional
         Step [s].
-    theta : float, default 1
-        Parameter of the theta-method, from 1/2 to 1.
+    theta : float, optional
+        Parameter of the theta-method, from 1/2 (of second order, keeps energy) to 1 (damps waves). When not given 1 where blocks
+        are deformable or joints are other than Coulomb's, else 1/2.
     urf_threshold : float, optional
         The analysis ends once the unbalanced force ratio is below it, all ramps being complete and nothing driven, and where it
         reaches 1: blocks fall.
@@ -90,11 +91,9 @@ def solve(problem, *, duration=None, n_steps=None, dt=None, theta=1.0, urf_thres
     built.simulation.run(steps=n_steps, callback=watch, progress=False, output=output, every=every)
     cpu = 1e3 * (time.process_time() - start) / watch.count
     if watch.unconverged:
-        warnings.warn(
-            f"{watch.unconverged} of {watch.count} steps ended above the tolerance, the worst at an error of {watch.worst:.2g}: give a "
-            "larger max_iter or a shorter dt, or look at simulation.explain() of cairn_compas.build(problem, ...)",
-            stacklevel=2,
-        )
+        told = f"{watch.unconverged} of {watch.count} steps ended above the tolerance, the worst at an error of {watch.worst:.2g}"
+        remedy = "give a larger max_iter or a shorter dt; cairn_compas.build(problem, ...).simulation.explain() tells the solver"
+        warnings.warn(f"{told}: {remedy}", stacklevel=2)
     results = results_of(problem, built, watch.motion)
     friction = problem.contact_properties.contact_model
     results.metadata |= {
@@ -128,7 +127,7 @@ def times(duration=None, n_steps=None, dt=None):
     Returns
     -------
     tuple
-        duration [s], n_steps, dt [s].
+        Duration [s], number of steps, step [s].
 
     Raises
     ------
@@ -170,7 +169,7 @@ def checked_options(options):
 
 
 class _Watch:
-    """What is looked at after each step, and whether the analysis goes on."""
+    """Callback of a run: it keeps histories and ends the analysis at rest or where blocks fall."""
 
     def __init__(self, built, motion, n_steps, threshold, tracked, verbose, callback):
         self.built, self.motion, self.n_steps, self.threshold = built, motion, n_steps, threshold
