@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cairn as cn
 import numpy as np
+from cairn.post.masonry import Structure
 from cairn.pre import mass_properties
 from cairn.pre.blocks import Blocks
 from cairn.pre.decompose import convex_parts
@@ -124,6 +125,28 @@ class Built:
             mine = self.conditions[block.node]
             out[k] = ramp * mine.ramp[:3] + at_once * mine.at_once[:3] - [0.0, 0.0, self.gravity * block.mass]
         return out
+
+    def structure(self):
+        """Gives the blocks as cairn.post.masonry has them: thrust lines, hinges, openings, stresses, pictures.
+
+        Returns
+        -------
+        cairn.post.masonry.Structure
+            The structure of the last step.
+
+        Raises
+        ------
+        ValueError
+            If a block is deformable or not convex.
+        """
+        assembly, ids = Blocks(3, flush=FLUSH), []
+        for b in self.blocks:
+            if b.node not in self.bodies or len(b.parts) > 1:
+                kind = "not convex" if b.node in self.bodies else "deformable"
+                raise ValueError(f"block {b.node} is {kind}: a structure is of rigid convex blocks, take the results instead")
+            assembly.add(*b.parts[0], part="support" if b.support else "block")
+            ids.append(self.bodies[b.node])
+        return Structure(assembly, self.simulation, ids)
 
     def held(self):
         """Translations that are held or driven.

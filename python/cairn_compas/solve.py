@@ -71,7 +71,7 @@ def solve(problem, *, duration=None, n_steps=None, dt=None, theta=None, urf_thre
     Returns
     -------
     compas_dem.problem.Results
-        The results of the last step. Its metadata has mu, n_steps, status ("completed", "converged", "falling", "stopped"), ufr,
+        The results of the last step. Their `built` is the simulation (Built), as long as they are not saved. Their metadata have mu, n_steps, status ("completed", "converged", "falling", "stopped"), ufr,
         urf_history, force_time, displacement_history, unconverged_steps, worst_error and cpu_ms_a_step.
 
     Raises
@@ -95,6 +95,7 @@ def solve(problem, *, duration=None, n_steps=None, dt=None, theta=None, urf_thre
         remedy = "give a larger max_iter or a shorter dt; cairn_compas.build(problem, ...).simulation.explain() tells the solver"
         warnings.warn(f"{told}: {remedy}", stacklevel=2)
     results = results_of(problem, built, watch.motion)
+    results.built = built
     friction = problem.contact_properties.contact_model
     results.metadata |= {
         "solver": "Cairn",

@@ -209,6 +209,16 @@ def test_an_arch_carries_its_weight():
         assert contact.polygon.area == pytest.approx(0.25, rel=1e-6)
 
 
+def test_results_lead_to_thrust_lines():
+    results = solve(problem_of(arch())[0], dt=2e-3, n_steps=20)
+    structure = results.built.structure()
+    assert structure.balance()["reaction_error"] < 1e-3
+    assert len(structure.resultants().blocks) == 8
+    soft = solve(problem_of(stack(2, Ecm=1000))[0], dt=2e-3, n_steps=2, deformable=True)
+    with pytest.raises(ValueError, match="block 1 is deformable"):
+        soft.built.structure()
+
+
 def test_what_falls_is_told():
     model = stack(2)
     model.remove_support(0)
