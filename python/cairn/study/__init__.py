@@ -8,12 +8,13 @@ s.plot("solid_fraction", "pile.png")
 """
 
 from ..names import teach
+from .calibration import CalibrationError, GrainLearning
 from .figures import SUMMARY as FIGURES
 from .pool import TaskError
 from .recommend import Recommendation
 from .settings import Setting
 from .study import Study, run
 
-__all__ = ["FIGURES", "Recommendation", "Setting", "Study", "TaskError", "run"]
+__all__ = ["FIGURES", "CalibrationError", "GrainLearning", "Recommendation", "Setting", "Study", "TaskError", "run"]
 
 teach(globals(), __all__)
