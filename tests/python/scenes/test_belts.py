@@ -150,6 +150,37 @@ def test_a_smooth_drum_whose_surface_turns_moves_grains_as_one_that_turns(dim):
     assert np.abs(turns.bodies.velocity[grains] - belt.bodies.velocity[grains])[:, :dim].max() < 1e-4 * scale
 
 
+def on_roller(dim, smooth, surface, periodic):
+    """A grain that is dropped beside the top of a roller which turns, or whose surface turns; across a periodic boundary or not."""
+    spin = (0, 0, -4.0) if dim == 2 else (0, 0, 0, 0, 4.0, 0)
+    given = {"surface_velocity": spin, "driven": cn.model.bodies.DOFS[dim]}
+    if not surface:
+        given = {"driven": cn.model.bodies.DOFS[dim], "drive": spin, "velocity": [spin]}
+    flat = np.array([[0.05 if periodic else 2.05, 0.0], [1.93, 0.205]])
+    places = flat if dim == 2 else np.column_stack((flat[:, 0], [0.0, 0.03], flat[:, 1]))
+    make = cn.disks if dim == 2 else cn.spheres
+    cell = {"periodic": cn.Periodic((2.0,) + (np.inf,) * (dim - 1))} if periodic else {}
+    scene = cn.Scene(dim=dim, gravity=(0.0,) * (dim - 1) + (-G,), **cell)
+    scene.add(make(places[:1], 0.13, ROCK, **given), make(places[1:], 0.1, ROCK))
+    scene.interact(ROCK, ROCK, SMOOTH if smooth else cn.Coulomb(mu=MU))
+    sim = cn.Simulation(scene, dt=1e-4 if smooth else 1e-3, strategy=cn.SmoothDEM() if smooth else EXACT, overlap="ignore")
+    for _ in range(600 if smooth else 60):
+        sim.step()
+    return sim
+
+
+@pytest.mark.parametrize("smooth", [False, True], ids=["NSCD", "SmoothDEM"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_roller_of_balls_and_across_a_periodic_boundary(dim, smooth):
+    turns, belt, around = (on_roller(dim, smooth, *how) for how in ((False, False), (True, False), (True, True)))
+    v = turns.bodies.velocity[1]
+    assert abs(v[2 if dim == 2 else 4]) > 0.1  # it is spun
+    for sim in (belt, around):
+        assert np.abs(sim.bodies.velocity[1] - v).max() < 1e-6 * np.abs(v).max()
+        work, given = (s.info["energy"]["work_driven"] for s in (sim, turns))
+        assert abs(work - given) < (1e-2 if smooth else 1e-6) * abs(given)  # in SmoothDEM quadratures of first and second order
+
+
 def test_an_axis_away_from_the_centre():
     # a shell of eight flat boxes, all turning about the origin: each pushes along its own tangent
     angles = np.arange(8) * np.pi / 4
