@@ -39,7 +39,7 @@ def along(dim, speed):
 
 
 def balance(sim):
-    """Error of the energy balance, relative to what was in play."""
+    """Error of the energy balance over the energy in play."""
     e = sim.info["energy"]
     return abs(e["closure"]) / max(e["in_play"], 1e-300)
 
@@ -151,7 +151,7 @@ def test_a_smooth_drum_whose_surface_turns_moves_grains_as_one_that_turns(dim):
 
 
 def on_roller(dim, smooth, surface, periodic):
-    """A grain that is dropped beside the top of a roller which turns, or whose surface turns; across a periodic boundary or not."""
+    """A grain dropped beside the top of a roller that turns, or whose surface turns; across a periodic boundary or not."""
     spin = (0, 0, -4.0) if dim == 2 else (0, 0, 0, 0, 4.0, 0)
     given = {"surface_velocity": spin, "driven": cn.model.bodies.DOFS[dim]}
     if not surface:
