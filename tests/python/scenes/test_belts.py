@@ -355,6 +355,10 @@ def test_what_cannot_be_is_refused():
         ground(2, surface_velocity=(np.inf, 0))
     with pytest.raises(ValueError, match="surface_velocity.*too large"):
         ground(2, surface_velocity=(1e200, 0))
+    sim = cn.Simulation(scene_of(2, brick(2, surface_velocity=(1, 0))), dt=1e-3)
+    corners = [[-0.1, 0.0], [0.1, 0.0], [0.1, 0.2], [-0.1, 0.2]]
+    with pytest.raises(ValueError, match="body 0 has a surface velocity, which a deformable body cannot have"):
+        sim.deform(0, cn.ElasticBody(corners, {"quad": [[0, 1, 2, 3]]}, young=1e6, poisson=0.3, density=2600.0))
     scene = scene_of(2, cn.disks([[0, 0.1]], 0.1, ROCK), ground(2, surface_velocity=(1, 0)), law=cn.Restitution(mu=0.3))
     with pytest.raises(ValueError, match="has a surface velocity, which EventDriven does not know"):
         cn.Simulation(scene, dt=1e-3, strategy=cn.strategy("EventDriven")).step()
