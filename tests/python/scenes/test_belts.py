@@ -325,12 +325,21 @@ def test_bits_do_not_depend_on_threads_or_units():
     assert np.array_equal(*ends)
 
 
-def test_bonds_and_joints_hold_bodies_and_not_surfaces():
+STIFF = {"normal_stiffness": 1e10, "tangential_stiffness": 1e10, "mu": MU}
+
+
+@pytest.mark.parametrize("shape", ["box", "disk"])
+@pytest.mark.parametrize(
+    "law", [cn.Bonded(mu=MU), cn.MohrCoulomb(tension=1e6, cohesion=1e6, mu=MU), cn.MAC(work=10.0, **STIFF), cn.ParallelBond(**STIFF)]
+)  # fmt: skip
+def test_sound_bonds_hold_bodies_and_not_surfaces(law, shape):
     belt = rectangles([[0.0, -0.1]], (4.0, 0.2), fixed=True, surface_velocity=(SPEED, 0.0))
-    sim = cn.Simulation(scene_of(2, brick(2), belt, law=cn.Bonded(mu=MU)), dt=1e-3)
+    stone = brick(2) if shape == "box" else cn.disks([[0.0, 0.1]], 0.1, ROCK)
+    sim = cn.Simulation(scene_of(2, stone, belt, law=law), dt=1e-3)
     for _ in range(50):
         sim.step()
     assert np.abs(sim.bodies.velocity[0]).max() < 1e-6
+    assert abs(sim.bodies.position[0, 0]) < 1e-7 and sim.info["energy"]["work_driven"] == 0
 
 
 def test_meshes_ride_on_belts():
