@@ -330,8 +330,10 @@ STIFF = {"normal_stiffness": 1e10, "tangential_stiffness": 1e10, "mu": MU}
 
 @pytest.mark.parametrize("shape", ["box", "disk"])
 @pytest.mark.parametrize(
-    "law", [cn.Bonded(mu=MU), cn.MohrCoulomb(tension=1e6, cohesion=1e6, mu=MU), cn.MAC(work=10.0, **STIFF), cn.ParallelBond(**STIFF)]
-)  # fmt: skip
+    "law",
+    [cn.Bonded(mu=MU), cn.MohrCoulomb(tension=1e6, cohesion=1e6, mu=MU), cn.MAC(work=10.0, **STIFF), cn.ParallelBond(**STIFF)],
+    ids=lambda law: type(law).__name__,
+)
 def test_sound_bonds_hold_bodies_and_not_surfaces(law, shape):
     belt = rectangles([[0.0, -0.1]], (4.0, 0.2), fixed=True, surface_velocity=(SPEED, 0.0))
     stone = brick(2) if shape == "box" else cn.disks([[0.0, 0.1]], 0.1, ROCK)
