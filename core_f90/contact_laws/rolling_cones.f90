@@ -30,18 +30,16 @@ contains
   !> See block_cones, with the moments that m = D^-1 M has for impulses.
   pure subroutine solve_rolling(c, w, u_free, mu, d, even, r, status)
     integer(c_int32_t), intent(in)  :: c         !< components
-    real(c_double), intent(in)      :: w(c, c)   !< Delassus block [1/kg]
-    real(c_double), intent(in)      :: u_free(c) !< relative velocity with r = 0 here [m/s]
+    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block; lost [1/kg]
+    real(c_double), intent(inout)   :: u_free(c) !< relative velocity with r = 0 here; lost [m/s]
     real(c_double), intent(in)      :: mu(3), d(3) !< see rolling_limits
     logical, intent(in)             :: even      !< see rolling_limits
     real(c_double), intent(out)     :: r(c)      !< impulse [N s]
     integer(c_int32_t), intent(out) :: status    !< see cairn_contact_status
-    real(c_double) :: block(c, c), free(c), k(3)
+    real(c_double) :: k(3)
     k = 0
-    block = w
-    free = u_free
-    if (.not. even) call scale_block(c, d, block, free)
-    call solve_blocks(c, .true., block, free, mu, k, r)
+    if (.not. even) call scale_block(c, d, w, u_free)
+    call solve_blocks(c, .true., w, u_free, mu, k, r)
     status = status_of_blocks(c, .true., mu, k, r)
     if (.not. even) r(5:6) = times(d, r(5:6))
   end subroutine solve_rolling
@@ -49,24 +47,22 @@ contains
   !> The natural map, of m for rolling.
   pure subroutine map_rolling(c, w, u, mu, d, even, r, f, status)
     integer(c_int32_t), intent(in)  :: c         !< components
-    real(c_double), intent(in)      :: w(c, c)   !< Delassus block [1/kg]
-    real(c_double), intent(in)      :: u(c)      !< relative velocity [m/s]
+    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block; lost [1/kg]
+    real(c_double), intent(inout)   :: u(c)      !< relative velocity; lost [m/s]
     real(c_double), intent(in)      :: mu(3), d(3) !< see rolling_limits
     logical, intent(in)             :: even      !< see rolling_limits
     real(c_double), intent(in)      :: r(c)      !< impulse [N s]
     real(c_double), intent(out)     :: f(c)      !< [N s]
     integer(c_int32_t), intent(out) :: status    !< see cairn_contact_status
-    real(c_double) :: x(c), block(c, c), speed(c), left(2), k(3)
+    real(c_double) :: x(c), left(2), k(3)
     k = 0
     x = r
-    block = w
-    speed = u
     if (.not. even) then
-      call scale_block(c, d, block, speed)
+      call scale_block(c, d, w, u)
       x(5:6) = divided(d, x(5:6))
       left = r(5:6) - times(d, x(5:6)) ! about an axis about which nothing is borne
     end if
-    call map_blocks(c, .true., block, speed, mu, k, x, f)
+    call map_blocks(c, .true., w, u, mu, k, x, f)
     status = status_of_blocks(c, .true., mu, k, x)
     if (.not. even) f(5:6) = times(d, f(5:6)) + left
   end subroutine map_rolling

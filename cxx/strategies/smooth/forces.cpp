@@ -128,7 +128,7 @@ bool SmoothDem::has_belts(const Simulation& s, const NeighbourList::Batch& batch
   return false;
 }
 
-// Velocities of surfaces of B less those of A, added to those of the images of B.
+// Adds the velocities of surfaces, B less A, to those of the images of B.
 void SmoothDem::add_belts(const Simulation& s, const NeighbourList::Batch& batch, int count, bool first,
                           Lanes& w) const {
   const int n = batch.count;

@@ -45,7 +45,8 @@ def _belts(bodies):
         return []
     speed, dim = np.abs(bodies.surface_velocity), bodies.position.shape[1]
     moving, most = int(np.count_nonzero(speed.any(axis=1))), (speed[:, :dim].max(initial=0.0), speed[:, dim:].max(initial=0.0))
-    return ["", f"Surfaces that move along their bodies: {moving}, by up to {most[0]:g} m/s and {most[1]:g} rad/s about the centre"]
+    told = f"Surfaces that move along their bodies: {moving}, by up to {most[0]:g} m/s"
+    return ["", f"{told} and {most[1]:g} rad/s about the centre"]
 
 
 def _laws(simulation):

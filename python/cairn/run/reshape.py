@@ -25,6 +25,9 @@ def deform(sim, id, body, *, material=None, **options):
     if (joint := joint_of(sim, id)) is not None:
         told = f"body {id} is an end of the joint {joint!r}, which a mesh in its place would not have"
         raise ValueError(f"{told}: let it go first, sim.unjoin({joint!r})")
+    if s.surface_velocity is not None:
+        told = f"body {id} has a surface velocity, which a deformable body cannot have"
+        raise ValueError(f"{told}: make it without, or leave it rigid")
     _core.check_unbonded(core_of(sim), np.array([id], np.int64), f"body {id}")
     if type(body) not in (ElasticBody, SolidBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody or a SolidBody, of the shape of body {id}")

@@ -39,7 +39,7 @@ def along(dim, speed):
 
 
 def balance(sim):
-    """Error of the energy balance, relative to what was in play."""
+    """Error of the energy balance over the energy in play."""
     e = sim.info["energy"]
     return abs(e["closure"]) / max(e["in_play"], 1e-300)
 
@@ -148,6 +148,37 @@ def test_a_smooth_drum_whose_surface_turns_moves_grains_as_one_that_turns(dim):
     scale = np.abs(turns.bodies.velocity[grains, 0] - rests.bodies.velocity[grains, 0]).max()
     assert scale > 0.01
     assert np.abs(turns.bodies.velocity[grains] - belt.bodies.velocity[grains])[:, :dim].max() < 1e-4 * scale
+
+
+def on_roller(dim, smooth, surface, periodic):
+    """A grain dropped beside the top of a roller that turns, or whose surface turns; across a periodic boundary or not."""
+    spin = (0, 0, -4.0) if dim == 2 else (0, 0, 0, 0, 4.0, 0)
+    given = {"surface_velocity": spin, "driven": cn.model.bodies.DOFS[dim]}
+    if not surface:
+        given = {"driven": cn.model.bodies.DOFS[dim], "drive": spin, "velocity": [spin]}
+    flat = np.array([[0.05 if periodic else 2.05, 0.0], [1.93, 0.205]])
+    places = flat if dim == 2 else np.column_stack((flat[:, 0], [0.0, 0.03], flat[:, 1]))
+    make = cn.disks if dim == 2 else cn.spheres
+    cell = {"periodic": cn.Periodic((2.0,) + (np.inf,) * (dim - 1))} if periodic else {}
+    scene = cn.Scene(dim=dim, gravity=(0.0,) * (dim - 1) + (-G,), **cell)
+    scene.add(make(places[:1], 0.13, ROCK, **given), make(places[1:], 0.1, ROCK))
+    scene.interact(ROCK, ROCK, SMOOTH if smooth else cn.Coulomb(mu=MU))
+    sim = cn.Simulation(scene, dt=1e-4 if smooth else 1e-3, strategy=cn.SmoothDEM() if smooth else EXACT, overlap="ignore")
+    for _ in range(600 if smooth else 60):
+        sim.step()
+    return sim
+
+
+@pytest.mark.parametrize("smooth", [False, True], ids=["NSCD", "SmoothDEM"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_roller_of_balls_and_across_a_periodic_boundary(dim, smooth):
+    turns, belt, around = (on_roller(dim, smooth, *how) for how in ((False, False), (True, False), (True, True)))
+    v = turns.bodies.velocity[1]
+    assert abs(v[2 if dim == 2 else 4]) > 0.1  # it is spun
+    for sim in (belt, around):
+        assert np.abs(sim.bodies.velocity[1] - v).max() < 1e-6 * np.abs(v).max()
+        work, given = (s.info["energy"]["work_driven"] for s in (sim, turns))
+        assert abs(work - given) < (1e-2 if smooth else 1e-6) * abs(given)  # in SmoothDEM quadratures of first and second order
 
 
 def test_an_axis_away_from_the_centre():
@@ -294,12 +325,23 @@ def test_bits_do_not_depend_on_threads_or_units():
     assert np.array_equal(*ends)
 
 
-def test_bonds_and_joints_hold_bodies_and_not_surfaces():
+STIFF = {"normal_stiffness": 1e10, "tangential_stiffness": 1e10, "mu": MU}
+
+
+@pytest.mark.parametrize("shape", ["box", "disk"])
+@pytest.mark.parametrize(
+    "law",
+    [cn.Bonded(mu=MU), cn.MohrCoulomb(tension=1e6, cohesion=1e6, mu=MU), cn.MAC(work=10.0, **STIFF), cn.ParallelBond(**STIFF)],
+    ids=lambda law: type(law).__name__,
+)
+def test_sound_bonds_hold_bodies_and_not_surfaces(law, shape):
     belt = rectangles([[0.0, -0.1]], (4.0, 0.2), fixed=True, surface_velocity=(SPEED, 0.0))
-    sim = cn.Simulation(scene_of(2, brick(2), belt, law=cn.Bonded(mu=MU)), dt=1e-3)
+    stone = brick(2) if shape == "box" else cn.disks([[0.0, 0.1]], 0.1, ROCK)
+    sim = cn.Simulation(scene_of(2, stone, belt, law=law), dt=1e-3)
     for _ in range(50):
         sim.step()
     assert np.abs(sim.bodies.velocity[0]).max() < 1e-6
+    assert abs(sim.bodies.position[0, 0]) < 1e-7 and sim.info["energy"]["work_driven"] == 0
 
 
 def test_meshes_ride_on_belts():
@@ -324,6 +366,10 @@ def test_what_cannot_be_is_refused():
         ground(2, surface_velocity=(np.inf, 0))
     with pytest.raises(ValueError, match="surface_velocity.*too large"):
         ground(2, surface_velocity=(1e200, 0))
+    sim = cn.Simulation(scene_of(2, brick(2, surface_velocity=(1, 0))), dt=1e-3)
+    corners = [[-0.1, 0.0], [0.1, 0.0], [0.1, 0.2], [-0.1, 0.2]]
+    with pytest.raises(ValueError, match="body 0 has a surface velocity, which a deformable body cannot have"):
+        sim.deform(0, cn.ElasticBody(corners, {"quad": [[0, 1, 2, 3]]}, young=1e6, poisson=0.3, density=2600.0))
     scene = scene_of(2, cn.disks([[0, 0.1]], 0.1, ROCK), ground(2, surface_velocity=(1, 0)), law=cn.Restitution(mu=0.3))
     with pytest.raises(ValueError, match="has a surface velocity, which EventDriven does not know"):
         cn.Simulation(scene, dt=1e-3, strategy=cn.strategy("EventDriven")).step()
