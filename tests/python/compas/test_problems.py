@@ -12,6 +12,7 @@ pytest.importorskip("compas_dem", reason="compas_dem is not installed")
 
 import cairn as cn  # noqa: E402
 import cairn_compas  # noqa: E402
+from cairn.pre.importing import BlocksWarning  # noqa: E402
 from cairn_compas import Solver, build, solve  # noqa: E402
 from compas.datastructures import Mesh  # noqa: E402
 from compas_dem.models import BlockModel  # noqa: E402
@@ -317,6 +318,11 @@ def test_tetrahedra_fill_other_blocks():
     assert max(edges) <= 0.5
     with pytest.raises(ValueError, match="size is 1e-06: give a length"):
         cells_of(np.array(vertices, float), faces, 1e-6)
+
+
+def test_blocks_in_millimetres_are_told_of():
+    with pytest.warns(BlocksWarning, match="blocks are 200 m long .*scale the model by 1e-3"):
+        build(problem_of(stack(2, size=200.0))[0], duration=1.0, dt=0.1)
 
 
 def test_springs_of_the_joint_model_are_not_silently_lost():
