@@ -266,6 +266,8 @@ def test_deformable_blocks_shorten_as_a_column():
     assert stress[:, 2].mean() == pytest.approx(-1.5 * w, rel=5e-3)
     assert results.resultant_global((0, 1))[2] == pytest.approx(-2 * w, rel=1e-3)
     assert results.displacement(2)[2] < results.displacement(1)[2] < 0
+    points = np.array(results.contact_point((1, 2)))  # nodes of both meshes lie on each other: one point each
+    assert len(points) == len(results.contact_data((1, 2)).forces) == len(np.unique(np.round(points, 6), axis=0)) == 9
 
 
 @pytest.mark.parametrize("deformable", [False, True, [1], [2]])
