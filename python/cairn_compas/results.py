@@ -154,8 +154,9 @@ def results_of(problem, built, motion):
     """Makes the results of the last step.
 
     Every edge holds the attributes of compas_dem's other back-ends: contact points and their polygon or line, frames whose z is
-    the normal towards the first block of the edge, forces along x, y and z (compression positive), gap, status, resultants. Coincident contacts, as those of two meshes whose nodes lie on each other, are one point. Cohesive joints add
-    `beta`, 1 sound and 0 broken; deformable blocks add `points` [m] and `stress` (cells, 6) [Pa] to their node.
+    the normal towards the first block of the edge, forces along x, y and z (compression positive), gap, status, resultants.
+    Coincident contacts, as those of two meshes whose nodes lie on each other, are one point. Cohesive joints add `beta`, 1 sound
+    and 0 broken; deformable blocks add `points` [m] and `stress` (cells, 6) [Pa] to their node.
 
     Parameters
     ----------

@@ -12,6 +12,7 @@ from cairn.pre import mass_properties
 from cairn.pre.blocks import Blocks
 from cairn.pre.decompose import convex_parts
 from cairn.pre.flatten import plane_faces
+from cairn.pre.importing import LARGE, BlocksWarning
 from cairn.pre.mesh import MeshError
 
 from .conditions import conditions_of, history
@@ -209,6 +210,7 @@ def build(problem, *, duration, dt, theta=None, density=None, gravity=9.81, join
     blocks = [Block(e, density) for e in problem.model.elements()]
     if not any(b.support for b in blocks):
         raise ValueError("the model has no support: model.add_supports([...]), or is_support = True of blocks, before solving")
+    _warn_of_units(blocks)
     by_node = {b.node: b for b in blocks}
     conditions = conditions_of(problem, by_node)
     law = contact_law(problem, joint)
@@ -231,6 +233,14 @@ def build(problem, *, duration, dt, theta=None, density=None, gravity=9.81, join
     simulation = cn.Simulation(scene, dt, cn.NSCD(theta=theta, solver=solver, threads=threads))
     simulation.follow_rotations()
     return Built(simulation, blocks, conditions, np.array(owner), ids, meshes, law, duration, gravity)
+
+
+def _warn_of_units(blocks):
+    """Warns of blocks so large that their lengths are probably millimetres."""
+    size = float(np.median([np.max(np.ptp(np.concatenate([v for v, _ in b.parts]), axis=0)) for b in blocks]))
+    if size >= LARGE:
+        told = f"blocks are {size:.3g} m long (the median); lengths of a model are metres"
+        warnings.warn(f"{told}: if they were drawn in millimetres, scale the model by 1e-3", BlocksWarning, stacklevel=3)
 
 
 def contact_law(problem, joint=None):

@@ -71,8 +71,9 @@ def solve(problem, *, duration=None, n_steps=None, dt=None, theta=None, urf_thre
     Returns
     -------
     compas_dem.problem.Results
-        The results of the last step. Their `built` is the simulation (Built), as long as they are not saved. Their metadata have mu, n_steps, status ("completed", "converged", "falling", "stopped"), ufr,
-        urf_history, force_time, displacement_history, unconverged_steps, worst_error and cpu_ms_a_step.
+        The results of the last step. Their `built` is the simulation (Built), as long as they are not saved. Their metadata
+        have mu, n_steps, status ("completed", "converged", "falling", "stopped"), ufr, urf_history, force_time,
+        displacement_history, unconverged_steps, worst_error and cpu_ms_a_step.
 
     Raises
     ------

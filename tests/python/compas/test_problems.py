@@ -12,6 +12,7 @@ pytest.importorskip("compas_dem", reason="compas_dem is not installed")
 
 import cairn as cn  # noqa: E402
 import cairn_compas  # noqa: E402
+from cairn.pre.importing import BlocksWarning  # noqa: E402
 from cairn_compas import Solver, build, solve  # noqa: E402
 from compas.datastructures import Mesh  # noqa: E402
 from compas_dem.models import BlockModel  # noqa: E402
@@ -265,6 +266,8 @@ def test_deformable_blocks_shorten_as_a_column():
     assert stress[:, 2].mean() == pytest.approx(-1.5 * w, rel=5e-3)
     assert results.resultant_global((0, 1))[2] == pytest.approx(-2 * w, rel=1e-3)
     assert results.displacement(2)[2] < results.displacement(1)[2] < 0
+    points = np.array(results.contact_point((1, 2)))  # nodes of both meshes lie on each other: one point each
+    assert len(points) == len(results.contact_data((1, 2)).forces) == len(np.unique(np.round(points, 6), axis=0)) == 9
 
 
 @pytest.mark.parametrize("deformable", [False, True, [1], [2]])
@@ -317,6 +320,11 @@ def test_tetrahedra_fill_other_blocks():
     assert max(edges) <= 0.5
     with pytest.raises(ValueError, match="size is 1e-06: give a length"):
         cells_of(np.array(vertices, float), faces, 1e-6)
+
+
+def test_blocks_in_millimetres_are_told_of():
+    with pytest.warns(BlocksWarning, match="blocks are 200 m long .*scale the model by 1e-3"):
+        build(problem_of(stack(2, size=200.0))[0], duration=1.0, dt=0.1)
 
 
 def test_springs_of_the_joint_model_are_not_silently_lost():
