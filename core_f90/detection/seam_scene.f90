@@ -29,11 +29,13 @@ module seam_scene
     type(c_ptr) :: body                   !< (contactors) negative: of a mesh
     type(c_ptr) :: position               !< (dim, bodies) [m]
     type(c_ptr) :: velocity, free         !< (3 | 6, bodies) now, and at the end of the step without contacts [m/s rad/s]
+    real(c_double) :: step                !< [s]
   end type cairn_seams
 
   type :: scene
     integer :: dim = 3
     logical :: periodic = .false.
+    real(c_double) :: step = 0
     type(hulls_view) :: view
     integer(c_int16_t), pointer, contiguous :: shape(:) => null()
     integer(c_int32_t), pointer, contiguous :: seen(:) => null(), a(:) => null(), b(:) => null(), image(:) => null()
@@ -54,7 +56,8 @@ module seam_scene
     real(c_double) :: sunk = 0, far = 0   !< how deep X is in Y, and the largest gap without its sign [m]
     logical :: many = .false.             !< others than Y have this plane too
     logical :: mixed = .false.            !< several bodies have this plane
-    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed
+    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed, -1 by one that may be an error
+    real(c_double) :: speed = 0           !< greatest along the normal [m/s]
   end type meeting
 
 contains
@@ -65,6 +68,7 @@ contains
     integer, parameter :: many = huge(0)
     s%dim = given%dim
     s%periodic = given%periodic /= 0
+    s%step = given%step
     if (c_associated(given%hulls%hull)) call open_hulls(given%hulls, s%view)
     call c_f_pointer(given%shape, s%shape, [many])
     call c_f_pointer(given%seen, s%seen, [many])

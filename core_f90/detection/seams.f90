@@ -23,17 +23,22 @@ module seams
   real(c_double), parameter :: wide = 0.05_c_double !< least width of a wide patch, relative to its length
   ! Bodies at rest keep speeds of this share of what forces add in a step: the tolerance of a solver leaves them.
   real(c_double), parameter :: rest = 1e-2_c_double
+  real(c_double), parameter :: still = 1e-6_c_double !< the same for bodies that slide along a plane: rounding errors leave them
+  real(c_double), parameter :: along = 1e-2_c_double !< greatest speed across a plane that a body slides along, of its speed
+  real(c_double), parameter :: ahead = 10            !< steps over which flush bodies stay flush at their velocities
   integer, parameter :: most_planes = 64            !< planes of contact kept for one body
   integer, parameter :: most_sides = 4              !< sides of a body found at one point
 
 contains
 
-  !> Marks the runs first to last - 1 that have a closing contact, by the velocities at the start of the step or by those at its
-  !> end without contacts. Other runs carry no impulse unless another contact presses on them.
-  subroutine cairn_seam_closing(given, first, last, closing) bind(c)
+  !> Marks the runs first to last - 1 that have a closing contact: 2 by the velocities at the start of the step, 1 by those at its
+  !> end without contacts, -1 by velocities that the tolerance of a solver may leave. Other runs carry no impulse unless another
+  !> contact presses on them.
+  subroutine cairn_seam_closing(given, first, last, closing, speed) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int64_t), value :: first, last
     integer(c_int8_t), intent(inout) :: closing(0:*)
+    real(c_double), intent(inout) :: speed(0:*) !< greatest along the normal of each run [m/s]
     type(scene) :: s
     integer(c_int64_t) :: r, k
     integer(c_int32_t) :: a, b
@@ -41,6 +46,7 @@ contains
     call open_scene(given, s)
     do r = first, last - 1
       closing(r) = 0
+      speed(r) = 0
       k = s%run(r + 1) + 1
       a = s%body(s%a(k) + 1) + 1
       b = s%body(s%b(k) + 1) + 1
@@ -50,6 +56,8 @@ contains
         call approach(s, k, a, b, by_speed, by_forces)
         if (by_forces > least) closing(r) = max(closing(r), 1_c_int8_t)
         if (by_speed > least) closing(r) = 2
+        if (by_speed > still/rest*least .and. closing(r) == 0) closing(r) = -1
+        speed(r) = max(speed(r), abs(by_speed))
       end do
     end do
   end subroutine cairn_seam_closing
@@ -134,12 +142,13 @@ contains
   end subroutine wrench
 
   !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
-  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, verdict, turned) bind(c)
+  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, speed, verdict, turned) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int32_t), value :: first, last
     integer(c_int32_t), intent(in) :: start(0:*)     !< (contactors + 1) of the runs of each in `entry`
     integer(c_int32_t), intent(in) :: entry(0:*)     !< a run, from 0, times 2, and 1 where the contactor is B
-    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run: 1 by the forces, 2 by the speed of the bodies
+    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run
+    real(c_double), intent(in) :: speed(0:*)         !< of each run [m/s]
     integer(c_int8_t), intent(inout) :: verdict(0:*) !< of each entry, 0 before
     real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 2
     type(scene) :: s
@@ -158,17 +167,20 @@ contains
         if (k > most_planes) then
           call meet(s, entry(e), of_run)
           of_run%closing = closing(entry(e)/2)
+          of_run%speed = speed(entry(e)/2)
           call note_plane(s, of_run, planes, plane)
         else
           planes = planes + 1
           call meet(s, entry(e), plane(planes))
           plane(planes)%closing = closing(entry(e)/2)
+          plane(planes)%speed = speed(entry(e)/2)
         end if
       end do
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
           call meet(s, entry(e), of_run)
           of_run%closing = closing(entry(e)/2)
+          of_run%speed = speed(entry(e)/2)
           call judge(s, of_run, planes, plane, verdict(e), n)
         else
           call judge(s, plane(e - start(c) + 1), planes, plane, verdict(e), n)
@@ -216,6 +228,7 @@ contains
       plane(k)%sunk = max(plane(k)%sunk, m%sunk)
       plane(k)%far = max(plane(k)%far, m%far)
       plane(k)%closing = max(plane(k)%closing, m%closing)
+      plane(k)%speed = max(plane(k)%speed, m%speed)
       return
     end do
     if (planes == most_planes) return
@@ -237,7 +250,7 @@ contains
     n = 0
     verdict = 0
     if (.not. has_rim(s, m%y)) return
-    if (.not. (m%closing > 0 .or. is_pressed(s, m, planes, plane))) return
+    if (.not. (m%closing /= 0 .or. is_pressed(s, m, planes, plane))) return
     if (is_wide(s, m)) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
@@ -250,6 +263,8 @@ contains
       height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
       if (abs(height) > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
+      if (m%closing < 0 .and. plane(j)%speed > along*m%speed) cycle
+      if (.not. stays_flush(s, m, plane(j))) cycle
       if (.not. looked) then
         if (.not. is_on_rim(s, m, planes, plane)) return
         looked = .true.
@@ -261,6 +276,54 @@ contains
       if (found == 2) verdict = 2
     end do
   end subroutine judge
+
+  !> True if Y and the body below X keep their heights along the normal of plane p for some steps, and X comes no nearer to a body
+  !> that can give way, but for the tolerance of flush heights. Else X may sink beside Y.
+  logical function stays_flush(s, m, p)
+    type(scene), intent(in) :: s
+    type(meeting), intent(in) :: m, p
+    real(c_double) :: tolerance, of_p, q(3)
+    stays_flush = .true.
+    if (s%body(m%y + 1) < 0 .or. s%body(p%y + 1) < 0 .or. s%body(m%y + 1) == s%body(p%y + 1)) return
+    tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
+    q = on_y(s, m, m%first)
+    of_p = speed_at(s, p%y, q - p%at, p%n)
+    stays_flush = .not. abs(speed_at(s, m%y, q - m%at, p%n) - of_p)*ahead*s%step > tolerance
+    if (.not. stays_flush .or. s%body(m%x + 1) < 0) return
+    if (is_at_rest(s, p%y) .and. is_at_rest(s, m%y)) return
+    stays_flush = .not. (of_p - speed_at(s, m%x, q, p%n))*ahead*s%step > tolerance
+  end function stays_flush
+
+  !> True if the body of a contactor has no velocity and no force changes it.
+  pure logical function is_at_rest(s, c)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: c
+    integer :: i
+    is_at_rest = .true.
+    do i = 1, 3*s%dim - 3
+      is_at_rest = is_at_rest .and. .not. abs(s%velocity(i, s%body(c + 1) + 1)) + abs(s%free(i, s%body(c + 1) + 1)) > 0
+    end do
+  end function is_at_rest
+
+  !> Speed along n of the point x of a contactor, from its centre [m/s].
+  pure real(c_double) function speed_at(s, c, x, n)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: c
+    real(c_double), intent(in) :: x(3), n(3)
+    real(c_double) :: arm(3)
+    integer :: i, d
+    d = s%dim
+    i = s%body(c + 1) + 1
+    arm = 0
+    arm(1:d) = x(1:d) + s%centre(:, c + 1) - s%position(:, i)
+    speed_at = dot_product(n(1:d), s%velocity(1:d, i))
+    if (d == 2) then
+      speed_at = speed_at + (arm(1)*n(2) - arm(2)*n(1))*s%velocity(3, i)
+    else
+      speed_at = speed_at + (arm(2)*n(3) - arm(3)*n(2))*s%velocity(4, i) + (arm(3)*n(1) - arm(1)*n(3))*s%velocity(5, i) &
+        + (arm(1)*n(2) - arm(2)*n(1))*s%velocity(6, i)
+    end if
+  end function speed_at
 
   !> True if another contact closes and presses X against Y.
   pure logical function is_pressed(s, m, planes, plane)

@@ -38,7 +38,7 @@ const SeamShapes seam_shapes;
 
 bool InteractionHandler::Workspace::may_have_seams() const {
   const auto& shape = contactors->shape.values;
-  if (for_bonds || !in_steps) return false;
+  if (for_bonds || !(step > 0)) return false;
   std::int64_t surface = -1; // a triangle of a body; seams of surfaces are with other bodies
   bool several = false;
   for (std::int64_t c = 0; c < contactors->count; ++c) {
@@ -131,17 +131,20 @@ void InteractionHandler::Workspace::leave_seams(Candidates& out) {
                           contactors->body.values.data(),
                           position,
                           bodies->velocity.values.data(),
-                          bodies->velocity_free.values.data()};
+                          bodies->velocity_free.values.data(),
+                          step};
   runs_close.make_room(*scratch, runs);
-  in_slices(runs,
-            [&](std::int64_t first, std::int64_t last) { cairn_seam_closing(&given, first, last, runs_close.data()); });
+  runs_speed.make_room(*scratch, runs);
+  in_slices(runs, [&](std::int64_t first, std::int64_t last) {
+    cairn_seam_closing(&given, first, last, runs_close.data(), runs_speed.data());
+  });
   if (std::all_of(runs_close.begin(), runs_close.begin() + runs, [](std::int8_t v) { return v == 0; })) return;
   seam_verdict.make_room(*scratch, 2 * std::int64_t(runs));
   seam_normal.make_room(*scratch, 2 * std::int64_t(runs) * dim);
   std::fill_n(seam_verdict.begin(), 2 * std::int64_t(runs), std::int8_t(0));
   in_slices(contactors->count, [&](std::int64_t first, std::int64_t last) {
     cairn_seam_contacts(&given, std::int32_t(first), std::int32_t(last), runs_start.data(), runs_of.data(),
-                        runs_close.data(), seam_verdict.data(), seam_normal.data());
+                        runs_close.data(), runs_speed.data(), seam_verdict.data(), seam_normal.data());
   });
   const std::int64_t entries = runs_start[contactors->count];
   if (std::all_of(seam_verdict.begin(), seam_verdict.begin() + entries, [](std::int8_t v) { return v == 0; })) return;
