@@ -11,8 +11,7 @@ module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
   use convex_shape, only: convex, see_cylinder
-  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, on_y, &
-    open_scene, reach_of, scene, size_of
+  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, open_scene, reach_of, scene, size_of
   implicit none
   private
   public :: cairn_seam_contacts, cairn_seam_closing
@@ -97,49 +96,40 @@ contains
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: a, b
     real(c_double), intent(out) :: now, later
-    real(c_double) :: lever(6)
-    integer :: i
     now = 0
     later = 0
-    if (b > 0) then
-      call wrench(s, k, b, merge(s%b(k) + 1, 0, s%periodic), lever)
-      do i = 1, 3*s%dim - 3
-        now = now + lever(i)*s%velocity(i, b)
-        later = later + lever(i)*s%free(i, b)
-      end do
-    end if
-    if (a < 1) return
-    call wrench(s, k, a, 0, lever)
-    do i = 1, 3*s%dim - 3
-      now = now - lever(i)*s%velocity(i, a)
-      later = later - lever(i)*s%free(i, a)
-    end do
+    if (b > 0) call add_speed(s, k, b, merge(s%b(k) + 1, 0, s%periodic), 1.0_c_double, now, later)
+    if (a > 0) call add_speed(s, k, a, 0, -1.0_c_double, now, later)
   end subroutine approach
 
-  !> The normal of contact k and its moment about body i, at the point of contact or at the centre of a contactor [-], [m].
-  pure subroutine wrench(s, k, i, contactor, lever)
+  !> Adds the speed along the normal of contact k of the point of body i at the contact, or at the centre of a contactor [m/s].
+  pure subroutine add_speed(s, k, i, contactor, sense, now, later)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: i, contactor
-    real(c_double), intent(out) :: lever(6)
-    real(c_double) :: x(3)
-    integer :: j
-    do j = 1, s%dim
-      lever(j) = s%normal(j, k)
-      if (contactor > 0) then
-        x(j) = s%centre(j, contactor) - s%position(j, i)
-      else
-        x(j) = s%point(j, k) - s%position(j, i)
-      end if
-    end do
-    if (s%dim == 2) then
-      lever(3) = x(1)*lever(2) - x(2)*lever(1)
+    real(c_double), intent(in) :: sense
+    real(c_double), intent(inout) :: now, later
+    real(c_double) :: n(3), x(3), turn(3)
+    integer :: d
+    d = s%dim
+    n(1:d) = sense*s%normal(:, k)
+    if (contactor > 0) then
+      x(1:d) = s%centre(:, contactor) - s%position(:, i)
     else
-      lever(4) = x(2)*lever(3) - x(3)*lever(2)
-      lever(5) = x(3)*lever(1) - x(1)*lever(3)
-      lever(6) = x(1)*lever(2) - x(2)*lever(1)
+      x(1:d) = s%point(:, k) - s%position(:, i)
     end if
-  end subroutine wrench
+    if (d == 2) then
+      turn(1) = x(1)*n(2) - x(2)*n(1)
+      now = now + n(1)*s%velocity(1, i) + n(2)*s%velocity(2, i) + turn(1)*s%velocity(3, i)
+      later = later + n(1)*s%free(1, i) + n(2)*s%free(2, i) + turn(1)*s%free(3, i)
+      return
+    end if
+    turn = [x(2)*n(3) - x(3)*n(2), x(3)*n(1) - x(1)*n(3), x(1)*n(2) - x(2)*n(1)]
+    now = now + n(1)*s%velocity(1, i) + n(2)*s%velocity(2, i) + n(3)*s%velocity(3, i) &
+      + turn(1)*s%velocity(4, i) + turn(2)*s%velocity(5, i) + turn(3)*s%velocity(6, i)
+    later = later + n(1)*s%free(1, i) + n(2)*s%free(2, i) + n(3)*s%free(3, i) &
+      + turn(1)*s%free(4, i) + turn(2)*s%free(5, i) + turn(3)*s%free(6, i)
+  end subroutine add_speed
 
   !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
   subroutine cairn_seam_contacts(given, first, last, start, entry, closing, speed, verdict, turned) bind(c)
@@ -161,7 +151,6 @@ contains
       k = start(c + 1) - start(c)
       if (k < 2) cycle
       if (s%seen(s%shape(c + 1) + 1) == half_space) cycle
-      if (.not. any_may_leave(s, start(c), start(c + 1), entry, closing)) cycle
       planes = 0
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
@@ -189,27 +178,6 @@ contains
       end do
     end do
   end subroutine cairn_seam_contacts
-
-  !> True if a run closes, and one with the rim of another body spans no area: is_wide keeps others.
-  logical function any_may_leave(s, first, last, entry, closing)
-    type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: first, last, entry(0:*)
-    integer(c_int8_t), intent(in) :: closing(0:*)
-    integer(c_int32_t) :: e
-    integer(c_int64_t) :: k
-    logical :: any_closing
-    any_closing = .false.
-    do e = first, last - 1
-      any_closing = any_closing .or. closing(entry(e)/2) /= 0
-    end do
-    any_may_leave = .false.
-    if (.not. any_closing) return
-    do e = first, last - 1
-      k = s%run(entry(e)/2 + 1) + 1
-      any_may_leave = has_rim(s, merge(s%b(k), s%a(k), iand(entry(e), 1) == 0))
-      if (any_may_leave) return
-    end do
-  end function any_may_leave
 
   !> Adds a plane to the list, or merges it with one that coincides. Large bodies touch many others in one plane.
   pure subroutine note_plane(s, m, planes, plane)
@@ -254,7 +222,7 @@ contains
     if (is_wide(s, m)) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
-    q = on_y(s, m, m%first)
+    q = m%q(:, 1)
     slack = m%far + flush*min(size_of(s, m%x), size_of(s, m%y))
     do j = 1, planes
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
@@ -263,6 +231,7 @@ contains
       height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
       if (abs(height) > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
+      if (rises_above(s, m, plane(j), slack + plane(j)%far)) cycle
       if (m%closing < 0 .and. plane(j)%speed > along*m%speed) cycle
       if (.not. stays_flush(s, m, plane(j))) cycle
       if (.not. looked) then
@@ -277,6 +246,19 @@ contains
     end do
   end subroutine judge
 
+  !> True if a point of a run is higher above plane p than a height [m]: the body below p does not cover it.
+  pure logical function rises_above(s, m, p, height)
+    type(scene), intent(in) :: s
+    type(meeting), intent(in) :: m, p
+    real(c_double), intent(in) :: height
+    integer :: k
+    rises_above = .false.
+    do k = 2, m%points
+      rises_above = dot_product(p%n, m%q(:, k)) - p%height > height
+      if (rises_above) return
+    end do
+  end function rises_above
+
   !> True if Y and the body below X keep their heights along the normal of plane p for some steps, and X comes no nearer to a body
   !> that can give way, but for the tolerance of flush heights. Else X may sink beside Y.
   logical function stays_flush(s, m, p)
@@ -286,7 +268,7 @@ contains
     stays_flush = .true.
     if (s%body(m%y + 1) < 0 .or. s%body(p%y + 1) < 0 .or. s%body(m%y + 1) == s%body(p%y + 1)) return
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
-    q = on_y(s, m, m%first)
+    q = m%q(:, 1)
     of_p = speed_at(s, p%y, q - p%at, p%n)
     stays_flush = .not. abs(speed_at(s, m%y, q - m%at, p%n) - of_p)*ahead*s%step > tolerance
     if (.not. stays_flush .or. s%body(m%x + 1) < 0) return
@@ -364,12 +346,12 @@ contains
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
     real(c_double) :: side(3, most_sides), above(most_sides), tolerance
-    integer(c_int64_t) :: k
+    integer :: k
     integer :: sides
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk)
     is_on_rim = .false.
-    do k = m%first, m%last
-      call sides_at(s, m%y, on_y(s, m, k) - m%at, -m%at, 2*tolerance, sides, side, above)
+    do k = 1, m%points
+      call sides_at(s, m%y, m%q(:, k) - m%at, -m%at, 2*tolerance, sides, side, above)
       is_on_rim = sides > 1
       if (is_on_rim) return
     end do
@@ -389,21 +371,21 @@ contains
     type(meeting), intent(in) :: m, p
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), top
-    integer(c_int64_t) :: k
+    integer :: k
     found = 0
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y))
     if (.not. p%many) tolerance = min(tolerance, flush*size_of(s, p%y))
-    do k = m%first, m%last
-      q = on_y(s, m, k)
+    do k = 1, m%points
+      q = m%q(:, k)
       if (abs(dot_product(p%n, q) - p%height) > tolerance + p%sunk) return
     end do
-    do k = m%first, m%last
-      if (.not. leans_out(s, m, on_y(s, m, k) - m%at, p%n, tolerance + p%sunk)) return
+    do k = 1, m%points
+      if (.not. leans_out(s, m, m%q(:, k) - m%at, p%n, tolerance + p%sunk)) return
     end do
     if (-reach_of(s, m%x, -p%n) < p%height - tolerance - p%sunk) return
     top = dot_product(p%n, m%at) + reach_of(s, m%y, p%n) - p%height
     if (abs(top) <= tolerance) found = 1
-    if (top > tolerance) call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
+    if (top > tolerance) call turn(s, m, p%n, m%q(:, 1), tolerance, found, n)
   end function under_plane
 
   !> The verdict by the sides of the third body: one of them covers the points of the run. X need not lie along this side.
@@ -413,17 +395,16 @@ contains
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), side(3, most_sides), above(most_sides), t(3), top, size
     real(c_double) :: other(3, most_sides), above_other(most_sides)
-    integer(c_int64_t) :: k, highest
-    integer :: i, sides, j, others
+    integer :: k, highest, i, sides, j, others
     logical :: covers
     found = 0
     if (s%seen(s%shape(p%y + 1) + 1) == facet) return ! its edges cover nothing
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
-    highest = m%first
-    do k = m%first, m%last
-      if (dot_product(p%n, on_y(s, m, k)) > dot_product(p%n, on_y(s, m, highest))) highest = k
+    highest = 1
+    do k = 1, m%points
+      if (dot_product(p%n, m%q(:, k)) > dot_product(p%n, m%q(:, highest))) highest = k
     end do
-    q = on_y(s, m, highest)
+    q = m%q(:, highest)
     call sides_at(s, p%y, q - p%at, -p%at, tolerance, sides, side, above)
     do i = 1, sides
       t = m%n - dot_product(m%n, side(:, i))*side(:, i)
@@ -432,11 +413,11 @@ contains
       do j = 1, sides
         if (j /= i .and. dot_product(t, side(:, j)) > lean*size) covers = .false. ! leads out of the side again
       end do
-      do k = m%first, m%last
+      do k = 1, m%points
         if (.not. covers) exit
-        call sides_at(s, p%y, on_y(s, m, k) - p%at, -p%at, tolerance, others, other, above_other)
+        call sides_at(s, p%y, m%q(:, k) - p%at, -p%at, tolerance, others, other, above_other)
         covers = others >= 0
-        if (covers) covers = leans_out(s, m, on_y(s, m, k) - m%at, side(:, i), tolerance)
+        if (covers) covers = leans_out(s, m, m%q(:, k) - m%at, side(:, i), tolerance)
       end do
       if (.not. covers) cycle
       top = dot_product(side(:, i), m%at - q) + reach_of(s, m%y, side(:, i)) + above(i)

@@ -83,7 +83,7 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
        {&bounded, &item_contactor, &item_lattice, &ghost_of, &place, &carrier_of, &placed_on_of, &runs_of, &runs_start})
     *array = {};
   hull_place = run = {};
-  movable = seam_verdict = runs_close = {};
+  movable = seam_verdict = runs_close = seam_mark = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
 }

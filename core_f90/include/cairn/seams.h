@@ -39,6 +39,7 @@ typedef struct cairn_seams {
   const double *velocity, *free; /* (3 | 6, bodies) now, and at the end of the step without contacts [m/s rad/s] */
   double step;                   /* [s] */
 } cairn_seams;
+enum cairn_seam_motion { cairn_seam_slow = -1, cairn_seam_by_forces = 1, cairn_seam_by_speed = 2 };
 enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_none = 1, cairn_seam_turned = 2 };
 void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing,
                         double* speed);
