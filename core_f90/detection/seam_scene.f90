@@ -5,7 +5,7 @@ module seam_scene
   use convex_shape, only: convex, reach, see_capsule, see_cylinder, see_superquadric
   implicit none
   private
-  public :: cairn_seams, scene, meeting, open_scene, meet, on_y, reach_of, size_of
+  public :: cairn_seams, scene, meeting, open_scene, meet, reach_of, size_of
   public :: bar, cylinder, facet, half_space, hull
 
   !> Kinds of shapes: these are the values of enum cairn_seam_shape of rows.h.
@@ -29,11 +29,13 @@ module seam_scene
     type(c_ptr) :: body                   !< (contactors) negative: of a mesh
     type(c_ptr) :: position               !< (dim, bodies) [m]
     type(c_ptr) :: velocity, free         !< (3 | 6, bodies) now, and at the end of the step without contacts [m/s rad/s]
+    real(c_double) :: step                !< [s]
   end type cairn_seams
 
   type :: scene
     integer :: dim = 3
     logical :: periodic = .false.
+    real(c_double) :: step = 0
     type(hulls_view) :: view
     integer(c_int16_t), pointer, contiguous :: shape(:) => null()
     integer(c_int32_t), pointer, contiguous :: seen(:) => null(), a(:) => null(), b(:) => null(), image(:) => null()
@@ -44,9 +46,13 @@ module seam_scene
     real(c_double), pointer, contiguous :: vectors(:, :) => null(), gap(:) => null(), normal(:, :) => null(), point(:, :) => null()
   end type scene
 
+  integer, parameter :: most_points = 8 !< of one run, see pairs.def
+
   !> A run of contacts seen from one of its bodies, X. All vectors start at the centre of X, and the normal points from Y to X.
   type :: meeting
     integer(c_int64_t) :: first = 0, last = 0
+    integer :: points = 0
+    real(c_double) :: q(3, most_points) = 0 !< points of the contacts on Y [m]
     integer(c_int32_t) :: x = 0, y = 0
     real(c_double) :: n(3) = 0, at(3) = 0 !< centre of Y from that of X [m]
     real(c_double) :: sense = 1           !< 1: X is A
@@ -54,7 +60,8 @@ module seam_scene
     real(c_double) :: sunk = 0, far = 0   !< how deep X is in Y, and the largest gap without its sign [m]
     logical :: many = .false.             !< others than Y have this plane too
     logical :: mixed = .false.            !< several bodies have this plane
-    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed
+    integer :: closing = 0                !< 1 by the forces on the bodies, 2 by their speed, -1 by one that may be an error
+    real(c_double) :: speed = 0           !< greatest along the normal [m/s]
   end type meeting
 
 contains
@@ -65,6 +72,7 @@ contains
     integer, parameter :: many = huge(0)
     s%dim = given%dim
     s%periodic = given%periodic /= 0
+    s%step = given%step
     if (c_associated(given%hulls%hull)) call open_hulls(given%hulls, s%view)
     call c_f_pointer(given%shape, s%shape, [many])
     call c_f_pointer(given%seen, s%seen, [many])
@@ -118,26 +126,17 @@ contains
     m%height = -huge(m%height)
     m%sunk = 0
     m%far = 0
-    do k = m%first, m%last
-      m%height = max(m%height, dot_product(m%n, on_y(s, m, k)))
+    m%points = int(min(m%last - m%first + 1, int(most_points, c_int64_t)))
+    do j = 1, m%points
+      k = m%first + j - 1
+      m%q(3, j) = 0
+      m%q(1:d, j) = s%point(:, k) - s%centre(:, a + 1) - s%gap(k)/2*m%n(1:d) ! on the image of A that is in the cell
+      if (m%sense < 0) m%q(:, j) = m%q(:, j) + m%at
+      m%height = max(m%height, m%n(1)*m%q(1, j) + m%n(2)*m%q(2, j) + m%n(3)*m%q(3, j))
       m%sunk = max(m%sunk, -s%gap(k))
       m%far = max(m%far, abs(s%gap(k)))
     end do
   end subroutine meet
-
-  !> The point of contact k on Y, from the centre of X.
-  pure function on_y(s, m, k) result(q)
-    type(scene), intent(in) :: s
-    type(meeting), intent(in) :: m
-    integer(c_int64_t), intent(in) :: k
-    real(c_double) :: q(3)
-    integer :: d
-    d = s%dim
-    q = 0
-    ! points stand on the image of A that is in the cell
-    q(1:d) = s%point(:, k) - s%centre(:, s%a(k) + 1) - s%gap(k)/2*m%n(1:d)
-    if (m%sense < 0) q = q + m%at
-  end function on_y
 
   !> How far contactor c reaches along d, unit, from its centre [m].
   real(c_double) function reach_of(s, c, d)

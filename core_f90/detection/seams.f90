@@ -11,8 +11,7 @@ module seams
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
   use hull_view, only: solid, view_solid
   use convex_shape, only: convex, see_cylinder
-  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, on_y, &
-    open_scene, reach_of, scene, size_of
+  use seam_scene, only: bar, cairn_seams, cylinder, facet, half_space, hull, meet, meeting, open_scene, reach_of, scene, size_of
   implicit none
   private
   public :: cairn_seam_contacts, cairn_seam_closing
@@ -23,17 +22,22 @@ module seams
   real(c_double), parameter :: wide = 0.05_c_double !< least width of a wide patch, relative to its length
   ! Bodies at rest keep speeds of this share of what forces add in a step: the tolerance of a solver leaves them.
   real(c_double), parameter :: rest = 1e-2_c_double
+  real(c_double), parameter :: still = 1e-6_c_double !< the same for bodies that slide along a plane: rounding errors leave them
+  real(c_double), parameter :: along = 1e-2_c_double !< greatest speed across a plane that a body slides along, of its speed
+  real(c_double), parameter :: ahead = 10            !< steps over which flush bodies stay flush at their velocities
   integer, parameter :: most_planes = 64            !< planes of contact kept for one body
   integer, parameter :: most_sides = 4              !< sides of a body found at one point
 
 contains
 
-  !> Marks the runs first to last - 1 that have a closing contact, by the velocities at the start of the step or by those at its
-  !> end without contacts. Other runs carry no impulse unless another contact presses on them.
-  subroutine cairn_seam_closing(given, first, last, closing) bind(c)
+  !> Marks the runs first to last - 1 that have a closing contact: 2 by the velocities at the start of the step, 1 by those at its
+  !> end without contacts, -1 by velocities that the tolerance of a solver may leave. Other runs carry no impulse unless another
+  !> contact presses on them.
+  subroutine cairn_seam_closing(given, first, last, closing, speed) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int64_t), value :: first, last
     integer(c_int8_t), intent(inout) :: closing(0:*)
+    real(c_double), intent(inout) :: speed(0:*) !< greatest along the normal of each run [m/s]
     type(scene) :: s
     integer(c_int64_t) :: r, k
     integer(c_int32_t) :: a, b
@@ -41,6 +45,7 @@ contains
     call open_scene(given, s)
     do r = first, last - 1
       closing(r) = 0
+      speed(r) = 0
       k = s%run(r + 1) + 1
       a = s%body(s%a(k) + 1) + 1
       b = s%body(s%b(k) + 1) + 1
@@ -50,6 +55,8 @@ contains
         call approach(s, k, a, b, by_speed, by_forces)
         if (by_forces > least) closing(r) = max(closing(r), 1_c_int8_t)
         if (by_speed > least) closing(r) = 2
+        if (by_speed > still/rest*least .and. closing(r) == 0) closing(r) = -1
+        speed(r) = max(speed(r), abs(by_speed))
       end do
     end do
   end subroutine cairn_seam_closing
@@ -89,57 +96,49 @@ contains
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: a, b
     real(c_double), intent(out) :: now, later
-    real(c_double) :: lever(6)
-    integer :: i
     now = 0
     later = 0
-    if (b > 0) then
-      call wrench(s, k, b, merge(s%b(k) + 1, 0, s%periodic), lever)
-      do i = 1, 3*s%dim - 3
-        now = now + lever(i)*s%velocity(i, b)
-        later = later + lever(i)*s%free(i, b)
-      end do
-    end if
-    if (a < 1) return
-    call wrench(s, k, a, 0, lever)
-    do i = 1, 3*s%dim - 3
-      now = now - lever(i)*s%velocity(i, a)
-      later = later - lever(i)*s%free(i, a)
-    end do
+    if (b > 0) call add_speed(s, k, b, merge(s%b(k) + 1, 0, s%periodic), 1.0_c_double, now, later)
+    if (a > 0) call add_speed(s, k, a, 0, -1.0_c_double, now, later)
   end subroutine approach
 
-  !> The normal of contact k and its moment about body i, at the point of contact or at the centre of a contactor [-], [m].
-  pure subroutine wrench(s, k, i, contactor, lever)
+  !> Adds the speed along the normal of contact k of the point of body i at the contact, or at the centre of a contactor [m/s].
+  pure subroutine add_speed(s, k, i, contactor, sense, now, later)
     type(scene), intent(in) :: s
     integer(c_int64_t), intent(in) :: k
     integer(c_int32_t), intent(in) :: i, contactor
-    real(c_double), intent(out) :: lever(6)
-    real(c_double) :: x(3)
-    integer :: j
-    do j = 1, s%dim
-      lever(j) = s%normal(j, k)
-      if (contactor > 0) then
-        x(j) = s%centre(j, contactor) - s%position(j, i)
-      else
-        x(j) = s%point(j, k) - s%position(j, i)
-      end if
-    end do
-    if (s%dim == 2) then
-      lever(3) = x(1)*lever(2) - x(2)*lever(1)
+    real(c_double), intent(in) :: sense
+    real(c_double), intent(inout) :: now, later
+    real(c_double) :: n(3), x(3), turn(3)
+    integer :: d
+    d = s%dim
+    n(1:d) = sense*s%normal(:, k)
+    if (contactor > 0) then
+      x(1:d) = s%centre(:, contactor) - s%position(:, i)
     else
-      lever(4) = x(2)*lever(3) - x(3)*lever(2)
-      lever(5) = x(3)*lever(1) - x(1)*lever(3)
-      lever(6) = x(1)*lever(2) - x(2)*lever(1)
+      x(1:d) = s%point(:, k) - s%position(:, i)
     end if
-  end subroutine wrench
+    if (d == 2) then
+      turn(1) = x(1)*n(2) - x(2)*n(1)
+      now = now + n(1)*s%velocity(1, i) + n(2)*s%velocity(2, i) + turn(1)*s%velocity(3, i)
+      later = later + n(1)*s%free(1, i) + n(2)*s%free(2, i) + turn(1)*s%free(3, i)
+      return
+    end if
+    turn = [x(2)*n(3) - x(3)*n(2), x(3)*n(1) - x(1)*n(3), x(1)*n(2) - x(2)*n(1)]
+    now = now + n(1)*s%velocity(1, i) + n(2)*s%velocity(2, i) + n(3)*s%velocity(3, i) &
+      + turn(1)*s%velocity(4, i) + turn(2)*s%velocity(5, i) + turn(3)*s%velocity(6, i)
+    later = later + n(1)*s%free(1, i) + n(2)*s%free(2, i) + n(3)*s%free(3, i) &
+      + turn(1)*s%free(4, i) + turn(2)*s%free(5, i) + turn(3)*s%free(6, i)
+  end subroutine add_speed
 
   !> Verdicts on the runs of contactors first to last - 1: 1 drops a run, 2 replaces its normal by `turned`.
-  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, verdict, turned) bind(c)
+  subroutine cairn_seam_contacts(given, first, last, start, entry, closing, speed, verdict, turned) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int32_t), value :: first, last
     integer(c_int32_t), intent(in) :: start(0:*)     !< (contactors + 1) of the runs of each in `entry`
     integer(c_int32_t), intent(in) :: entry(0:*)     !< a run, from 0, times 2, and 1 where the contactor is B
-    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run: 1 by the forces, 2 by the speed of the bodies
+    integer(c_int8_t), intent(in) :: closing(0:*)    !< of each run
+    real(c_double), intent(in) :: speed(0:*)         !< of each run [m/s]
     integer(c_int8_t), intent(inout) :: verdict(0:*) !< of each entry, 0 before
     real(c_double), intent(inout) :: turned(given%dim, 0:*) !< normals from the other body, where the verdict is 2
     type(scene) :: s
@@ -152,23 +151,25 @@ contains
       k = start(c + 1) - start(c)
       if (k < 2) cycle
       if (s%seen(s%shape(c + 1) + 1) == half_space) cycle
-      if (.not. any_may_leave(s, start(c), start(c + 1), entry, closing)) cycle
       planes = 0
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
           call meet(s, entry(e), of_run)
           of_run%closing = closing(entry(e)/2)
+          of_run%speed = speed(entry(e)/2)
           call note_plane(s, of_run, planes, plane)
         else
           planes = planes + 1
           call meet(s, entry(e), plane(planes))
           plane(planes)%closing = closing(entry(e)/2)
+          plane(planes)%speed = speed(entry(e)/2)
         end if
       end do
       do e = start(c), start(c + 1) - 1
         if (k > most_planes) then
           call meet(s, entry(e), of_run)
           of_run%closing = closing(entry(e)/2)
+          of_run%speed = speed(entry(e)/2)
           call judge(s, of_run, planes, plane, verdict(e), n)
         else
           call judge(s, plane(e - start(c) + 1), planes, plane, verdict(e), n)
@@ -177,27 +178,6 @@ contains
       end do
     end do
   end subroutine cairn_seam_contacts
-
-  !> True if a run closes, and one with the rim of another body spans no area: is_wide keeps others.
-  logical function any_may_leave(s, first, last, entry, closing)
-    type(scene), intent(in) :: s
-    integer(c_int32_t), intent(in) :: first, last, entry(0:*)
-    integer(c_int8_t), intent(in) :: closing(0:*)
-    integer(c_int32_t) :: e
-    integer(c_int64_t) :: k
-    logical :: any_closing
-    any_closing = .false.
-    do e = first, last - 1
-      any_closing = any_closing .or. closing(entry(e)/2) /= 0
-    end do
-    any_may_leave = .false.
-    if (.not. any_closing) return
-    do e = first, last - 1
-      k = s%run(entry(e)/2 + 1) + 1
-      any_may_leave = has_rim(s, merge(s%b(k), s%a(k), iand(entry(e), 1) == 0))
-      if (any_may_leave) return
-    end do
-  end function any_may_leave
 
   !> Adds a plane to the list, or merges it with one that coincides. Large bodies touch many others in one plane.
   pure subroutine note_plane(s, m, planes, plane)
@@ -216,6 +196,7 @@ contains
       plane(k)%sunk = max(plane(k)%sunk, m%sunk)
       plane(k)%far = max(plane(k)%far, m%far)
       plane(k)%closing = max(plane(k)%closing, m%closing)
+      plane(k)%speed = max(plane(k)%speed, m%speed)
       return
     end do
     if (planes == most_planes) return
@@ -237,11 +218,11 @@ contains
     n = 0
     verdict = 0
     if (.not. has_rim(s, m%y)) return
-    if (.not. (m%closing > 0 .or. is_pressed(s, m, planes, plane))) return
+    if (.not. (m%closing /= 0 .or. is_pressed(s, m, planes, plane))) return
     if (is_wide(s, m)) return
     looked = .false.
     of_surface = s%seen(s%shape(m%y + 1) + 1) == facet
-    q = on_y(s, m, m%first)
+    q = m%q(:, 1)
     slack = m%far + flush*min(size_of(s, m%x), size_of(s, m%y))
     do j = 1, planes
       if (plane(j)%y == m%y .and. .not. plane(j)%many) cycle
@@ -250,6 +231,9 @@ contains
       height = plane(j)%n(1)*q(1) + plane(j)%n(2)*q(2) + plane(j)%n(3)*q(3) - plane(j)%height
       if (abs(height) > slack + plane(j)%far) cycle
       if (dot_product(plane(j)%n, m%n) > 1 - lean**2/2) cycle
+      if (rises_above(s, m, plane(j), slack + plane(j)%far)) cycle
+      if (m%closing < 0 .and. plane(j)%speed > along*m%speed) cycle
+      if (.not. stays_flush(s, m, plane(j))) cycle
       if (.not. looked) then
         if (.not. is_on_rim(s, m, planes, plane)) return
         looked = .true.
@@ -261,6 +245,67 @@ contains
       if (found == 2) verdict = 2
     end do
   end subroutine judge
+
+  !> True if a point of a run is higher above plane p than a height [m]: the body below p does not cover it.
+  pure logical function rises_above(s, m, p, height)
+    type(scene), intent(in) :: s
+    type(meeting), intent(in) :: m, p
+    real(c_double), intent(in) :: height
+    integer :: k
+    rises_above = .false.
+    do k = 2, m%points
+      rises_above = dot_product(p%n, m%q(:, k)) - p%height > height
+      if (rises_above) return
+    end do
+  end function rises_above
+
+  !> True if Y and the body below X keep their heights along the normal of plane p for some steps, and X comes no nearer to a body
+  !> that can give way, but for the tolerance of flush heights. Else X may sink beside Y.
+  logical function stays_flush(s, m, p)
+    type(scene), intent(in) :: s
+    type(meeting), intent(in) :: m, p
+    real(c_double) :: tolerance, of_p, q(3)
+    stays_flush = .true.
+    if (s%body(m%y + 1) < 0 .or. s%body(p%y + 1) < 0 .or. s%body(m%y + 1) == s%body(p%y + 1)) return
+    tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
+    q = m%q(:, 1)
+    of_p = speed_at(s, p%y, q - p%at, p%n)
+    stays_flush = .not. abs(speed_at(s, m%y, q - m%at, p%n) - of_p)*ahead*s%step > tolerance
+    if (.not. stays_flush .or. s%body(m%x + 1) < 0) return
+    if (is_at_rest(s, p%y) .and. is_at_rest(s, m%y)) return
+    stays_flush = .not. (of_p - speed_at(s, m%x, q, p%n))*ahead*s%step > tolerance
+  end function stays_flush
+
+  !> True if the body of a contactor has no velocity and no force changes it.
+  pure logical function is_at_rest(s, c)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: c
+    integer :: i
+    is_at_rest = .true.
+    do i = 1, 3*s%dim - 3
+      is_at_rest = is_at_rest .and. .not. abs(s%velocity(i, s%body(c + 1) + 1)) + abs(s%free(i, s%body(c + 1) + 1)) > 0
+    end do
+  end function is_at_rest
+
+  !> Speed along n of the point x of a contactor, from its centre [m/s].
+  pure real(c_double) function speed_at(s, c, x, n)
+    type(scene), intent(in) :: s
+    integer(c_int32_t), intent(in) :: c
+    real(c_double), intent(in) :: x(3), n(3)
+    real(c_double) :: arm(3)
+    integer :: i, d
+    d = s%dim
+    i = s%body(c + 1) + 1
+    arm = 0
+    arm(1:d) = x(1:d) + s%centre(:, c + 1) - s%position(:, i)
+    speed_at = dot_product(n(1:d), s%velocity(1:d, i))
+    if (d == 2) then
+      speed_at = speed_at + (arm(1)*n(2) - arm(2)*n(1))*s%velocity(3, i)
+    else
+      speed_at = speed_at + (arm(2)*n(3) - arm(3)*n(2))*s%velocity(4, i) + (arm(3)*n(1) - arm(1)*n(3))*s%velocity(5, i) &
+        + (arm(1)*n(2) - arm(2)*n(1))*s%velocity(6, i)
+    end if
+  end function speed_at
 
   !> True if another contact closes and presses X against Y.
   pure logical function is_pressed(s, m, planes, plane)
@@ -301,12 +346,12 @@ contains
     integer, intent(in) :: planes
     type(meeting), intent(in) :: plane(planes)
     real(c_double) :: side(3, most_sides), above(most_sides), tolerance
-    integer(c_int64_t) :: k
+    integer :: k
     integer :: sides
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y)) + m%sunk + maxval(plane%sunk)
     is_on_rim = .false.
-    do k = m%first, m%last
-      call sides_at(s, m%y, on_y(s, m, k) - m%at, -m%at, 2*tolerance, sides, side, above)
+    do k = 1, m%points
+      call sides_at(s, m%y, m%q(:, k) - m%at, -m%at, 2*tolerance, sides, side, above)
       is_on_rim = sides > 1
       if (is_on_rim) return
     end do
@@ -326,21 +371,21 @@ contains
     type(meeting), intent(in) :: m, p
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), top
-    integer(c_int64_t) :: k
+    integer :: k
     found = 0
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y))
     if (.not. p%many) tolerance = min(tolerance, flush*size_of(s, p%y))
-    do k = m%first, m%last
-      q = on_y(s, m, k)
+    do k = 1, m%points
+      q = m%q(:, k)
       if (abs(dot_product(p%n, q) - p%height) > tolerance + p%sunk) return
     end do
-    do k = m%first, m%last
-      if (.not. leans_out(s, m, on_y(s, m, k) - m%at, p%n, tolerance + p%sunk)) return
+    do k = 1, m%points
+      if (.not. leans_out(s, m, m%q(:, k) - m%at, p%n, tolerance + p%sunk)) return
     end do
     if (-reach_of(s, m%x, -p%n) < p%height - tolerance - p%sunk) return
     top = dot_product(p%n, m%at) + reach_of(s, m%y, p%n) - p%height
     if (abs(top) <= tolerance) found = 1
-    if (top > tolerance) call turn(s, m, p%n, on_y(s, m, m%first), tolerance, found, n)
+    if (top > tolerance) call turn(s, m, p%n, m%q(:, 1), tolerance, found, n)
   end function under_plane
 
   !> The verdict by the sides of the third body: one of them covers the points of the run. X need not lie along this side.
@@ -350,17 +395,16 @@ contains
     real(c_double), intent(inout) :: n(3)
     real(c_double) :: tolerance, q(3), side(3, most_sides), above(most_sides), t(3), top, size
     real(c_double) :: other(3, most_sides), above_other(most_sides)
-    integer(c_int64_t) :: k, highest
-    integer :: i, sides, j, others
+    integer :: k, highest, i, sides, j, others
     logical :: covers
     found = 0
     if (s%seen(s%shape(p%y + 1) + 1) == facet) return ! its edges cover nothing
     tolerance = flush*min(size_of(s, m%x), size_of(s, m%y), size_of(s, p%y))
-    highest = m%first
-    do k = m%first, m%last
-      if (dot_product(p%n, on_y(s, m, k)) > dot_product(p%n, on_y(s, m, highest))) highest = k
+    highest = 1
+    do k = 1, m%points
+      if (dot_product(p%n, m%q(:, k)) > dot_product(p%n, m%q(:, highest))) highest = k
     end do
-    q = on_y(s, m, highest)
+    q = m%q(:, highest)
     call sides_at(s, p%y, q - p%at, -p%at, tolerance, sides, side, above)
     do i = 1, sides
       t = m%n - dot_product(m%n, side(:, i))*side(:, i)
@@ -369,11 +413,11 @@ contains
       do j = 1, sides
         if (j /= i .and. dot_product(t, side(:, j)) > lean*size) covers = .false. ! leads out of the side again
       end do
-      do k = m%first, m%last
+      do k = 1, m%points
         if (.not. covers) exit
-        call sides_at(s, p%y, on_y(s, m, k) - p%at, -p%at, tolerance, others, other, above_other)
+        call sides_at(s, p%y, m%q(:, k) - p%at, -p%at, tolerance, others, other, above_other)
         covers = others >= 0
-        if (covers) covers = leans_out(s, m, on_y(s, m, k) - m%at, side(:, i), tolerance)
+        if (covers) covers = leans_out(s, m, m%q(:, k) - m%at, side(:, i), tolerance)
       end do
       if (.not. covers) cycle
       top = dot_product(side(:, i), m%at - q) + reach_of(s, m%y, side(:, i)) + above(i)

@@ -101,7 +101,7 @@ struct InteractionHandler::Workspace {
   const double *position = nullptr, *rotation = nullptr;
   const MappedContactors* mapped = nullptr; // null: none
   bool for_bonds = false;
-  bool in_steps = false; // bodies move by their velocities until the next call
+  double step = 0; // [s] in which bodies move by their velocities; 0: they do not move
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;
@@ -190,10 +190,11 @@ struct InteractionHandler::Workspace {
   // Contacts with sides of bodies that others, flush with them, cover: see seams.cpp.
   ScratchArray<std::int64_t> run;
   ScratchArray<std::int32_t> runs_of, runs_start;
-  ScratchArray<std::int8_t> seam_verdict, runs_close;
-  ScratchArray<double> seam_normal;
+  ScratchArray<std::int8_t> seam_verdict, runs_close, seam_mark;
+  ScratchArray<double> seam_normal, runs_speed;
   bool may_have_seams() const;
   std::int32_t find_runs(const Candidates& out);
+  std::int32_t list_runs(const Candidates& out, std::int32_t runs);
   void leave_seams(Candidates& out);
   void turn_contact(Candidates& out, std::int64_t i, bool of_b, const double* normal) const;
   void put_declared_in_order();

@@ -77,12 +77,13 @@ std::vector<DeclaredPair>& InteractionHandler::declared() { return work->declare
 void InteractionHandler::Workspace::begin(Scratch& in) {
   scratch = &in;
   in.begin();
-  for (auto* array : {&centre, &direction, &reach, &item_x, &item_reach, &turned, &box, &seam_normal}) *array = {};
+  for (auto* array : {&centre, &direction, &reach, &item_x, &item_reach, &turned, &box, &seam_normal, &runs_speed})
+    *array = {};
   for (auto* array :
        {&bounded, &item_contactor, &item_lattice, &ghost_of, &place, &carrier_of, &placed_on_of, &runs_of, &runs_start})
     *array = {};
   hull_place = run = {};
-  movable = seam_verdict = runs_close = {};
+  movable = seam_verdict = runs_close = seam_mark = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
 }
@@ -109,7 +110,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
     if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
   }
   w.for_bonds = configuration.for_bonds;
-  w.in_steps = configuration.soon_again;
+  w.step = configuration.step;
   w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];

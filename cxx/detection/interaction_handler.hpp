@@ -30,6 +30,7 @@ struct Configuration {
   bool for_bonds = false; // for joining bodies in contact: no contact is left out as an obstacle to sliding
   // Seats of the step before, by internal numbers: nodes that stay where they slid past the rim of a side.
   std::span<const RimSeat> seats{};
+  double step = 0;         // [s] in which bodies move by their velocities until the next call; 0: they do not move
   bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
 };
 

@@ -38,7 +38,7 @@ const SeamShapes seam_shapes;
 
 bool InteractionHandler::Workspace::may_have_seams() const {
   const auto& shape = contactors->shape.values;
-  if (for_bonds || !in_steps) return false;
+  if (for_bonds || !(step > 0)) return false;
   std::int64_t surface = -1; // a triangle of a body; seams of surfaces are with other bodies
   bool several = false;
   for (std::int64_t c = 0; c < contactors->count; ++c) {
@@ -52,32 +52,52 @@ bool InteractionHandler::Workspace::may_have_seams() const {
   return surface >= 0 && several;
 }
 
-// Finds runs, contacts of a pair with equal normals, which both contactors list. Pairs of balls come first and are
-// skipped.
+// Finds runs, contacts of a pair with equal normals.
 std::int32_t InteractionHandler::Workspace::find_runs(const Candidates& out) {
   run.make_room(*scratch, out.count + 1);
-  runs_start.make_room(*scratch, contactors->count + 1);
-  runs_of.make_room(*scratch, 2 * out.count);
-  std::fill_n(runs_start.begin(), contactors->count + 1, 0);
   const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
   std::int32_t runs = 0;
   for (std::int64_t i = 0; i < out.count; ++i) {
     const bool goes_on = i > 0 && first[i] == first[i - 1] && second[i] == second[i - 1] &&
                          out.image[i] == out.image[i - 1] &&
                          std::equal(&out.normal[i * dim], &out.normal[i * dim] + dim, &out.normal[(i - 1) * dim]);
-    if (goes_on) continue;
-    run[runs++] = i;
-    ++runs_start[first[i]];
-    ++runs_start[second[i]];
+    if (!goes_on) run[runs++] = i;
   }
   run[runs] = out.count;
+  return runs;
+}
+
+// Lists the runs of each contactor that may slide over a seam: a run of it with the rim of another body closes, or is
+// pressed on by another run. Returns how many entries there are.
+std::int32_t InteractionHandler::Workspace::list_runs(const Candidates& out, std::int32_t runs) {
+  constexpr std::int8_t pressed = 1, slides = 2;
+  const std::int32_t *first = out.contactor_a.data(), *second = out.contactor_b.data();
+  const auto has_rim = [&](std::int32_t c) {
+    return seam_shapes.has_rim(contactors->shape.values[c]) ||
+           (seam_shapes.seen[contactors->shape.values[c]] == cairn_seam_facet && contactors->body.values[c] >= 0);
+  };
+  seam_mark.make_room(*scratch, contactors->count);
+  runs_start.make_room(*scratch, contactors->count + 1);
+  std::fill_n(seam_mark.begin(), contactors->count, std::int8_t(0));
+  std::fill_n(runs_start.begin(), contactors->count + 1, 0);
+  for (std::int32_t r = 0; r < runs; ++r)
+    if (runs_close[r] == cairn_seam_by_speed) seam_mark[first[run[r]]] = seam_mark[second[run[r]]] = pressed;
+  for (std::int32_t r = 0; r < runs; ++r) {
+    const std::int32_t a = first[run[r]], b = second[run[r]];
+    if ((runs_close[r] != 0 || (seam_mark[a] & pressed)) && has_rim(b)) seam_mark[a] |= slides;
+    if ((runs_close[r] != 0 || (seam_mark[b] & pressed)) && has_rim(a)) seam_mark[b] |= slides;
+  }
+  for (std::int32_t r = 0; r < runs; ++r)
+    for (const std::int32_t c : {first[run[r]], second[run[r]]})
+      if (seam_mark[c] & slides) ++runs_start[c];
   std::int32_t all = 0;
   for (std::int64_t c = 0; c <= contactors->count; ++c) all += runs_start[c], runs_start[c] = all;
+  runs_of.make_room(*scratch, all);
   for (std::int32_t r = runs - 1; r >= 0; --r) { // runs_start becomes where each begins
-    runs_of[--runs_start[second[run[r]]]] = 2 * r + 1;
-    runs_of[--runs_start[first[run[r]]]] = 2 * r;
+    if (seam_mark[second[run[r]]] & slides) runs_of[--runs_start[second[run[r]]]] = 2 * r + 1;
+    if (seam_mark[first[run[r]]] & slides) runs_of[--runs_start[first[run[r]]]] = 2 * r;
   }
-  return runs;
+  return all;
 }
 
 // Replaces the normal of a contact, and recomputes gap and point along the new one, which points to the sliding body.
@@ -131,19 +151,23 @@ void InteractionHandler::Workspace::leave_seams(Candidates& out) {
                           contactors->body.values.data(),
                           position,
                           bodies->velocity.values.data(),
-                          bodies->velocity_free.values.data()};
+                          bodies->velocity_free.values.data(),
+                          step};
   runs_close.make_room(*scratch, runs);
-  in_slices(runs,
-            [&](std::int64_t first, std::int64_t last) { cairn_seam_closing(&given, first, last, runs_close.data()); });
+  runs_speed.make_room(*scratch, runs);
+  in_slices(runs, [&](std::int64_t first, std::int64_t last) {
+    cairn_seam_closing(&given, first, last, runs_close.data(), runs_speed.data());
+  });
   if (std::all_of(runs_close.begin(), runs_close.begin() + runs, [](std::int8_t v) { return v == 0; })) return;
-  seam_verdict.make_room(*scratch, 2 * std::int64_t(runs));
-  seam_normal.make_room(*scratch, 2 * std::int64_t(runs) * dim);
-  std::fill_n(seam_verdict.begin(), 2 * std::int64_t(runs), std::int8_t(0));
+  const std::int64_t entries = list_runs(out, runs);
+  if (entries == 0) return;
+  seam_verdict.make_room(*scratch, entries);
+  seam_normal.make_room(*scratch, entries * dim);
+  std::fill_n(seam_verdict.begin(), entries, std::int8_t(cairn_seam_stays));
   in_slices(contactors->count, [&](std::int64_t first, std::int64_t last) {
     cairn_seam_contacts(&given, std::int32_t(first), std::int32_t(last), runs_start.data(), runs_of.data(),
-                        runs_close.data(), seam_verdict.data(), seam_normal.data());
+                        runs_close.data(), runs_speed.data(), seam_verdict.data(), seam_normal.data());
   });
-  const std::int64_t entries = runs_start[contactors->count];
   if (std::all_of(seam_verdict.begin(), seam_verdict.begin() + entries, [](std::int8_t v) { return v == 0; })) return;
   left.assign(std::size_t(out.count), 0);
   if (!declared.empty()) put_declared_in_order();

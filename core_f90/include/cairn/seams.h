@@ -37,11 +37,15 @@ typedef struct cairn_seams {
   const int32_t* body;           /* (contactors) negative: of a mesh */
   const double* position;        /* (dim, bodies) [m] */
   const double *velocity, *free; /* (3 | 6, bodies) now, and at the end of the step without contacts [m/s rad/s] */
+  double step;                   /* [s] */
 } cairn_seams;
+enum cairn_seam_motion { cairn_seam_slow = -1, cairn_seam_by_forces = 1, cairn_seam_by_speed = 2 };
 enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_none = 1, cairn_seam_turned = 2 };
-void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing);
+void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing,
+                        double* speed);
 void cairn_seam_contacts(const cairn_seams* given, int32_t first, int32_t last, const int32_t* start,
-                         const int32_t* entry, const int8_t* closing, int8_t* verdict, double* turned);
+                         const int32_t* entry, const int8_t* closing, const double* speed, int8_t* verdict,
+                         double* turned);
 
 #ifdef __cplusplus
 }

@@ -302,8 +302,8 @@ void Nscd::detect_contacts(Simulation& s) {
   s.contacts_known = shows_kept_ = false;
   const std::vector<RimSeat> seats = seats_of_contactors(s);
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
-                   {.mapped = &s.meshes.mapped(), .seats = seats, .soon_again = true}, &s.interactions.scratch(),
-                   &s.laws.rules());
+                   {.mapped = &s.meshes.mapped(), .seats = seats, .step = h_, .soon_again = true},
+                   &s.interactions.scratch(), &s.laws.rules());
   s.meshes.let_past_ends(s.candidates);
   s.meshes.weigh_mortar(s.scene.nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, s.candidates);
   measure_anchored(s);

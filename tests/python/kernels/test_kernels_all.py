@@ -13,7 +13,7 @@ TESTS = HERE.parents[1]
 CORE, CXX = TESTS.parent / "core_f90", TESTS / "cxx"
 # Kernels without a twin: cairn_sweep_chosen (sweeps over slow tiles of large heaps), cairn_seam_closing and cairn_seam_contacts
 # (seams of flush faces, held by scenes in test_seams.py).
-WITHOUT = 3
+WITHOUT = 1
 # Kernels called through higher layers, in a test that compares with a plain loop, a closed form or another code: names, file,
 # test.
 THROUGH = [

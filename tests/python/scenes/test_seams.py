@@ -9,8 +9,8 @@ STONE = cn.Material("stone", density=1000.0)
 G = 9.81
 
 
-def slider(shape, yaw, size, x, y=0.13):
-    turned, along = [[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]], [[1.0, 0, 0, 0, 0, 0]]
+def slider(shape, yaw, size, x, y=0.13, speed=1.0):
+    turned, along = [[np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]], [[speed, 0, 0, 0, 0, 0]]
     if shape == "box":
         return cn.boxes([[x, y, size[2] / 2]], size, STONE, rotation=turned, velocity=along)
     if shape == "cylinder":
@@ -171,3 +171,45 @@ def test_a_body_at_rest_on_a_seam_is_struck():
     for _ in range(300):
         sim.step()
     assert sim.bodies.velocity[:2, 0].sum() == pytest.approx(1, abs=1e-5)
+
+
+@pytest.mark.parametrize("speed", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("shape,yaw", [("box", 0.0), ("box", 0.3), ("cylinder", 0.0), ("square", 0.0), ("segments", 0.0)])
+def test_slow_bodies_keep_their_speed(speed, shape, yaw):
+    """Slower than a hundredth of what gravity adds in a step, where the tolerance of a solver may leave such speeds."""
+    dt, steps, a = 1e-3, 40, 0.25
+    reach = a * (np.cos(yaw) + np.sin(yaw))
+    x = -reach - speed * dt * steps / 3  # the seam is met after a third of the way
+    dim = 2 if shape in ("square", "segments") else 3
+    scene = cn.Scene(dim, gravity=(0,) * (dim - 1) + (-G,))
+    if dim == 3:
+        scene.add(slider(shape, yaw, (2 * a,) * 3, x, speed=speed), floor("two"))
+    else:
+        square = np.array([[-a, 0], [a, 0], [a, 2 * a], [-a, 2 * a]]) + [x, 0]
+        scene.add(cn.polygons([square], STONE, velocity=[[speed, 0, 0]]), *profile("strips" if shape == "square" else shape, 0.0))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, dt)
+    for _ in range(steps):
+        sim.step()
+    assert sim.bodies.velocity[0, 0] == pytest.approx(speed, rel=1e-4)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("gap", [0.0, 2e-5])
+def test_a_grid_that_comes_loose_keeps_its_contacts(dim, gap):
+    """Neighbours across edges and corners too: bodies that part are not flush at the end of the step."""
+    n, rng = 5 if dim == 3 else 12, np.random.default_rng(3)
+    at = np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), -1).reshape(-1, dim)
+    velocity = 0.1 * rng.normal(size=(len(at), 3 * dim - 3))
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    places = at * (1 + gap)
+    scene = cn.Scene(dim)
+    scene.add(cn.boxes(places, 1.0, STONE, velocity=velocity) if dim == 3 else
+              cn.polygons([square + p for p in places], STONE, velocity=velocity))  # fmt: skip
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(margin=1e-3), overlap="ignore")
+    sim.step()
+    found = {tuple(sorted(pair)) for pair in np.asarray(sim.contacts.bodies).tolist()}
+    near = np.abs(at[:, None] - at).max(axis=2) == 1
+    # without a search for seams 0.73 of them in the plane and 0.71 in space; no others are dropped
+    assert len(found) > 0.68 * np.count_nonzero(near) / 2
