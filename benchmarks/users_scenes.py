@@ -101,7 +101,7 @@ def biaxial(small, solver, cache=None):
     count, size, stress, mu, dt = 150 if small else 2000, 0.01, 1e4, 0.5, 2e-4
     rng = np.random.default_rng(1)
     rocks = stones.random_polygons(count, rng.uniform(0.7, 1.3, count) * size, elongation=0.8, angularity=0.85, rng=rng)
-    area = sum(0.5 * abs(np.sum(np.cross(s, np.roll(s, -1, 0)))) for s in rocks)
+    area = sum(0.5 * abs(np.sum(s[:, 0] * np.roll(s[:, 1], -1) - s[:, 1] * np.roll(s[:, 0], -1))) for s in rocks)
     width = math.sqrt(area / 0.85 / 1.5)
     mass = 0.05 * 2700.0 * area
     file = cache and Path(cache) / f"biaxial_{count}.npz"
@@ -112,12 +112,12 @@ def biaxial(small, solver, cache=None):
         places, turns = stones.loose(rocks, (0, 0), (1.3 * width, 99.0), rng)
         sides = np.array([1.35 * width, places[:, 1].max() + size])
         grains = lambda sand: cn.polygons(rocks, sand, position=places, rotation=turns)
-        scene, right, top = plates(grains, sides, 0.0, stress, 10 * mass)
+        scene, right, top = plates(grains, sides, 0.0, 0.1 * stress, 10 * mass)
         sim = cn.Simulation(scene, 5e-4)
         # the walls come to rest one after the other
         box = lambda s: np.array([s.bodies.position[right, 0], s.bodies.position[top, 1]])
-        moves = lambda s: s.time < 0.15 or s.energy["kinetic"] > 1e-5 * stress * np.prod(box(s))
-        sim.run(while_=moves, until=0.6, progress=False)
+        moves = lambda s: s.time < 0.4 or s.energy["kinetic"] > 1e-5 * stress * np.prod(box(s))
+        sim.run(while_=moves, until=0.8, progress=False)
         places, turns, sides = sim.bodies.position[:count].copy(), sim.bodies.rotation[:count].copy(), box(sim)
         if file:
             np.savez(file, places=places, turns=turns, sides=sides)
@@ -332,7 +332,8 @@ def mesh(corners, along=2, across=4):
     k = np.arange(s.size).reshape(s.shape[:2])
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
     p = x.reshape(-1, 2)
-    if np.cross(p[quads[0, 1]] - p[quads[0, 0]], p[quads[0, 2]] - p[quads[0, 0]]) < 0:
+    (ux, uy), (vx, vy) = p[quads[0, 1]] - p[quads[0, 0]], p[quads[0, 2]] - p[quads[0, 0]]
+    if ux * vy < uy * vx:
         quads = quads[:, ::-1]
     rim = np.unique(np.r_[k[0], k[-1], k[:, 0], k[:, -1]])
     return cn.ElasticBody(p, {"quad": quads}, young=2e10, poisson=0.2, density=2200.0, plane="stress", groups={"rim": rim})

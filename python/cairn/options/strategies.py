@@ -215,8 +215,13 @@ class Auto(ProblemSolver):
     """
 
     memory: float = 1e9
+    enough: float | None = None
+    patience: int = 0
 
     name = "auto"
+
+    def settings(self):
+        return {**super().settings(), "enough": float(self.enough or 0.0), "patience": int(self.patience)}
 
 
 @dataclass(frozen=True)
@@ -277,7 +282,7 @@ class Default(ContactSolver):
             The solver.
         """
         solver = SOLVERS[name](tol=TOL if self.tol is None else self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
-        early = packs and name == "NLGS" and self.tol is None
+        early = packs and self.tol is None
         return replace(solver, enough=ENOUGH, patience=PATIENCE) if early else solver
 
     def for_scene(self, core, rules=(), meshes=()):
@@ -310,7 +315,7 @@ class Default(ContactSolver):
         carried = body >= 0  # the others are on meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         solid = any(law is not None and law.bonds for _, _, law in rules)
-        return self.chosen("Auto" if faces or solid or uneven else "NLGS", may_be_pack(core, rules, meshes))
+        return self.chosen("Auto" if faces or solid or uneven else "NLGS", not uneven and may_be_pack(core, rules, meshes))
 
 
 def may_be_pack(core, rules, meshes):
@@ -329,7 +334,7 @@ HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
-SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
+SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring", "polygon", "polyhedron")
 LAWS_OF_PACKS = ("Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary")
 
 
