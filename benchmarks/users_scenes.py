@@ -97,7 +97,7 @@ def plates(grains, sides, mu, stress, inertia):
 
 
 def biaxial(small, solver, cache=None):
-    """Dense polygons, sigma_3 of 10 kPa, mu .5, inertial number 1e-3; peak of sin phi in strains up to .04 (.06 at full size)."""
+    """Dense polygons, sigma_3 of 10 kPa, mu .5, inertial number 1e-3; peak of sin phi in strains up to .02 (.03 at full size)."""
     count, size, stress, mu, dt = 150 if small else 2000, 0.01, 1e4, 0.5, 2e-4
     rng = np.random.default_rng(1)
     rocks = stones.random_polygons(count, rng.uniform(0.7, 1.3, count) * size, elongation=0.8, angularity=0.85, rng=rng)
@@ -116,8 +116,8 @@ def biaxial(small, solver, cache=None):
         sim = cn.Simulation(scene, 5e-4)
         # the walls come to rest one after the other
         box = lambda s: np.array([s.bodies.position[right, 0], s.bodies.position[top, 1]])
-        moves = lambda s: s.time < 0.4 or s.energy["kinetic"] > 1e-5 * stress * np.prod(box(s))
-        sim.run(while_=moves, until=0.8, progress=False)
+        moves = lambda s: s.time < 0.25 or s.energy["kinetic"] > 1e-5 * stress * np.prod(box(s))
+        sim.run(while_=moves, until=0.45, progress=False)
         places, turns, sides = sim.bodies.position[:count].copy(), sim.bodies.rotation[:count].copy(), box(sim)
         if file:
             np.savez(file, places=places, turns=turns, sides=sides)
@@ -125,9 +125,12 @@ def biaxial(small, solver, cache=None):
     scene, right, top = plates(grains, sides, mu, stress, mass)
     sim = cn.Simulation(scene, dt, strategy(solver))
     rate = 1e-3 / (size * math.sqrt(2700.0 / stress))
-    sim.drive([top], "vy", -rate * sides[1])
     watch, ratios, strains = Watch(sim), [], []
-    for _ in range(round((0.02 if small else 0.04) / (rate * dt))):
+    for _ in range(50 if small else 150):
+        watch.step()  # the stress rises to that of the test, and the pack comes to rest
+    sides = np.array([sim.bodies.position[right, 0], sim.bodies.position[top, 1]])
+    sim.drive([top], "vy", -rate * sides[1])
+    for _ in range(round((0.02 if small else 0.03) / (rate * dt))):
         watch.step()
         pair = sim.contacts.bodies
         push = np.abs(sim.contacts.force)
@@ -292,22 +295,24 @@ def vault(small, solver, cache=None):
 
 
 def arch(small, solver, cache=None):
-    """Blocks of quadrilaterals (20 GPa) on mortar (0.1 MPa, 10 J/m2) between rigid springers; the right one moves away."""
+    """Blocks of quadrilaterals (20 GPa) on mortar (20 kPa, 2 J/m2) between rigid springers; the right one moves away."""
     voussoirs = 12 if small else 40
     radius, thickness = 3.0, 0.45
     drawing = masonry.arch(radius=radius, thickness=thickness, voussoirs=voussoirs)
     stone = cn.Material("stone", density=2200.0)
     scene = cn.Scene(2, gravity=(0, -GRAVITY))
-    steps, dt = (60, 1e-3) if small else (150, 1e-3)
-    motion = loads.displaced((2e-3, 0.0), 0.8 * steps * dt, ramp=0.3)
+    steps, dt = (240, 5e-4) if small else (300, 5e-4)
+    motion = loads.displaced((1e-3, 0.0), 0.4 * steps * dt, ramp=0.3)
     springers = [k for k, p in enumerate(drawing.part) if p == "support"]
     right = [drawing.vertices[k][:, 0].mean() > 0 for k in springers]
-    held = scene.add(*(cn.polygons([drawing.vertices[k]], stone, fixed=not r, **({"drive": lambda t: np.r_[motion(t), 0.0]} if r else {})) for k, r in zip(springers, right)))
+    sides = [cn.polygons([drawing.vertices[k]], stone, fixed=True) for k in springers]
+    sides[right.index(True)] = sides[right.index(True)].with_(drive=lambda t: np.r_[motion(t), 0.0])
+    held = scene.add(*sides)
     for k, corners in enumerate(drawing.vertices):
         if k not in springers:
             scene.add(cn.deformable(mesh(corners), stone, contact="rim", edges="rim", name=f"block{k}"))
-    scene.interact("*", "*", cn.MAL(normal_stiffness=2e10, tangential_stiffness=1e10, mu=0.7, normal_strength=1e5,
-                                    tangential_strength=1.5e5, normal_work=10.0, tangential_work=50.0))  # fmt: skip
+    scene.interact("*", "*", cn.MAL(normal_stiffness=2e10, tangential_stiffness=1e10, mu=0.7, normal_strength=2e4,
+                                    tangential_strength=5e4, normal_work=2.0, tangential_work=20.0))  # fmt: skip
     sim = cn.Simulation(scene, dt, strategy(solver))
     watch, thrusts = Watch(sim), []
     assembly = limit_analysis.Assembly(drawing, 0.7, 2200.0)
@@ -318,7 +323,7 @@ def arch(small, solver, cache=None):
     least = min(abs(b.multiplier) for b in assembly.force_bounds(voussoirs, (1.0, 0.0))) / weight
     broken = np.mean(sim.contacts.beta < 0.5)
     thrusts = np.array(thrusts).mean(1)
-    return watch.row(f"thrust over weight, cracked ({100 * broken:.0f} % of the bonds broken, {thrusts[steps // 10]:.3f} before)", np.median(thrusts[-steps // 5 :]), f"{least:.4f}")
+    return watch.row(f"thrust over weight, cracked ({100 * broken:.0f} % of the bonds broken, {thrusts[steps // 10]:.3f} before)", np.mean(thrusts[steps // 2 :]), f"{least:.4f}")
 
 
 def mesh(corners, along=2, across=4):

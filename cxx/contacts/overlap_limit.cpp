@@ -33,7 +33,7 @@ bool takes_back(Law law) {
 constexpr int most_sweeps = 8;        // measured: the deepest overlap of a pack is no smaller with 50
 constexpr double least_change = 1e-3; // of a sweep, over the largest of a sweep, below which sweeps end
 constexpr double deep = 4;            // overlap beyond the limit, over the limit, above which no step ends early
-constexpr double of_masonry = 0.6;    // share of pairs that touch by faces (measured: walls and vaults .7 to 1, rocks .6)
+constexpr double of_masonry = 0.6; // share of pairs that touch by faces (measured: walls and vaults .7 to 1, rocks .6)
 
 } // namespace
 
@@ -78,8 +78,9 @@ bool OverlapLimit::bears_on_faces() {
   std::int64_t pairs = 0, faces = 0;
   for (std::size_t i = 0, end = 0; i < c.contactor_a.size(); i = end) {
     bool presses = false;
-    for (end = i; end < c.contactor_a.size() && c.contactor_a[end] == c.contactor_a[i] &&
-                  c.contactor_b[end] == c.contactor_b[i]; ++end)
+    for (end = i;
+         end < c.contactor_a.size() && c.contactor_a[end] == c.contactor_a[i] && c.contactor_b[end] == c.contactor_b[i];
+         ++end)
       presses = presses || pressed_[end] != 0;
     pairs += presses;
     faces += presses && end - i >= std::size_t(in_.dim());

@@ -291,7 +291,8 @@ private:
       error = measure_now();
       next_newton_ = 4 * report_.iterations;
     }
-    if (help_ && !waits() && error.finite && error.square > wanted_ && help_->pays(report_.iterations, std::sqrt(error.square)))
+    if (help_ && !waits() && error.finite && error.square > wanted_ &&
+        help_->pays(report_.iterations, std::sqrt(error.square)))
       error = ask(std::sqrt(error.square));
     return error;
   }
