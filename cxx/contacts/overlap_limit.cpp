@@ -30,9 +30,10 @@ bool takes_back(Law law) {
   }
 }
 
-constexpr int most_sweeps = 8;        // measured: the deepest overlap of a pack is no smaller with 50
-constexpr double least_change = 1e-3; // of a sweep, over the largest of a sweep, below which sweeps end
-constexpr double deep = 4;            // overlap beyond the limit, over the limit, above which no step ends early
+constexpr int most_sweeps = 8;               // measured: the deepest overlap of a pack is no smaller with 50
+constexpr double least_change = 1e-3;        // of a sweep, over the largest of a sweep, below which sweeps end
+constexpr double deep = 4;                   // overlap beyond the limit, over the limit, above which no step ends early
+constexpr std::int64_t least_of_packs = 100; // contacts that press, as in a step that ends early
 constexpr double of_masonry = 0.6; // share of pairs that touch by faces (measured: walls and vaults .7 to 1, rocks .6)
 
 } // namespace
@@ -65,6 +66,17 @@ bool OverlapLimit::adds_up() const {
   return is_set() && system_.pack && system_.drift > deep * in_.options.overlap_limit;
 }
 
+bool OverlapLimit::persists() const {
+  std::int64_t press = 0, persist = 0;
+  for (const cairn_batch& b : system_.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const bool presses = at(b, b.r, lane, 0) > 0;
+      press += presses;
+      persist += presses && loaded_[b.first + lane];
+    }
+  return press >= least_of_packs && 2 * persist > press;
+}
+
 // True if most pairs that pressed in the last step touch by a face: masonry, which stands by the balance of its blocks.
 // Grains at random angles touch by corners and edges. Points of a pair follow each other.
 bool OverlapLimit::bears_on_faces() {
@@ -85,7 +97,7 @@ bool OverlapLimit::bears_on_faces() {
     pairs += presses;
     faces += presses && end - i >= std::size_t(in_.dim());
   }
-  return double(faces) > of_masonry * double(pairs);
+  return double(faces) >= of_masonry * double(pairs); // in a first step none has pressed
 }
 
 void OverlapLimit::note_loaded() {

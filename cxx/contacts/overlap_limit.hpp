@@ -14,6 +14,8 @@ public:
   bool bears_on_faces();
   // True once overlap of a pack adds up all the same: steps are then solved to their tolerance.
   bool adds_up() const;
+  // True if contacts press as in the last step, and many do: after a solution.
+  bool persists() const;
   // Keeps which contacts press, by the impulses that a solution starts from.
   void note_loaded();
   // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass. persisting: of

