@@ -106,10 +106,13 @@ bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<do
   return s_->overlap.find_velocities(bodies, persisting, velocity);
 }
 
+bool Interactions::overlap_adds_up() const { return s_->overlap.adds_up() && s_->overlap.persists(); }
+
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked) {
   State& s = *s_;
   SolverOptions options = asked;
-  if (!s.overlap.may_end_early()) options.enough = 0;
+  s.system.pack = options.enough > options.tolerance && !s.overlap.bears_on_faces();
+  if (!s.system.pack || s.overlap.adds_up()) options.enough = 0;
   if (s.overlap.is_set()) s.overlap.note_loaded();
   s.system.grows = bodies.stretch.active;
   s.system.clumps = s.system.clumps && options.enough > options.tolerance;

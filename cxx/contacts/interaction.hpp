@@ -83,6 +83,7 @@ public:
   // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass; at the velocities
   // of its end. persisting: of contacts alone that press in this step and did in the last one. False: there is none.
   bool part_overlaps(const Bodies&, bool persisting, Array<double>& velocity);
+  bool overlap_adds_up() const; // in a dense pack, so that the last step did not end early
   // Share of position errors of joints and bonds on meshes that a step corrects, where its integrator moves bodies by
   // part of a jump beside their velocities (mesh_jumps.cpp): correcting all at once would feed back and grow.
   void correct_meshes_by(double share);

@@ -32,9 +32,11 @@ bool takes_back(Law law) {
   }
 }
 
-constexpr int most_sweeps = 8;        // measured: the deepest overlap of a pack is no smaller with 50
-constexpr double least_change = 1e-3; // of a sweep, over the largest of a sweep, below which sweeps end
-constexpr double deep = 4;            // overlap beyond the limit, over the limit, above which no step ends early
+constexpr int most_sweeps = 8;               // measured: the deepest overlap of a pack is no smaller with 50
+constexpr double least_change = 1e-3;        // of a sweep, over the largest of a sweep, below which sweeps end
+constexpr double deep = 4;                   // overlap beyond the limit, over the limit, above which no step ends early
+constexpr std::int64_t least_of_packs = 100; // contacts that press, as in a step that ends early
+constexpr double of_masonry = 0.6; // share of pairs that touch by faces (measured: walls and vaults .7 to 1, rocks .6)
 
 } // namespace
 
@@ -62,7 +64,43 @@ double OverlapLimit::deepest_drift() const {
   return deepest;
 }
 
-bool OverlapLimit::may_end_early() const { return !is_set() || system_.drift <= deep * in_.options.overlap_limit; }
+bool OverlapLimit::adds_up() const {
+  return is_set() && system_.pack && system_.drift > deep * in_.options.overlap_limit;
+}
+
+bool OverlapLimit::persists() const {
+  std::int64_t press = 0, persist = 0;
+  for (const cairn_batch& b : system_.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const bool presses = at(b, b.r, lane, 0) > 0;
+      press += presses;
+      persist += presses && loaded_[b.first + lane];
+    }
+  return press >= least_of_packs && 2 * persist > press;
+}
+
+// True if most pairs that pressed in the last step touch by a face: masonry, which stands by the balance of its blocks.
+// Grains at random angles touch by corners and edges. Points of a pair follow each other.
+bool OverlapLimit::bears_on_faces() {
+  if (!is_set() || system_.clumps) return false;
+  const Candidates& c = *in_.candidates;
+  fit(pressed_, c.contactor_a.size());
+  std::fill_n(pressed_.begin(), c.contactor_a.size(), char(0));
+  for (const cairn_batch& b : system_.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      if (at(b, b.r, lane, 0) > 0) pressed_[std::size_t(system_.candidate[b.first + lane])] = 1;
+  std::int64_t pairs = 0, faces = 0;
+  for (std::size_t i = 0, end = 0; i < c.contactor_a.size(); i = end) {
+    bool presses = false;
+    for (end = i;
+         end < c.contactor_a.size() && c.contactor_a[end] == c.contactor_a[i] && c.contactor_b[end] == c.contactor_b[i];
+         ++end)
+      presses = presses || pressed_[end] != 0;
+    pairs += presses;
+    faces += presses && end - i >= std::size_t(in_.dim());
+  }
+  return double(faces) >= of_masonry * double(pairs); // in a first step none has pressed
+}
 
 void OverlapLimit::note_loaded() {
   fit(loaded_, std::size_t(system_.places()));

@@ -10,8 +10,12 @@ public:
   OverlapLimit(const AssemblyInput& in, ContactSystem& system) : in_(in), system_(system) {}
   bool is_set() const { return in_.options.overlap_limit < std::numeric_limits<double>::infinity(); }
   double deepest_drift() const; // overlap beyond the limit over the size of the smaller body
-  // False once overlap adds up all the same: steps are then solved to their tolerance.
-  bool may_end_early() const;
+  // True if most pairs that pressed in the last step touch by faces, as blocks of masonry do.
+  bool bears_on_faces();
+  // True once overlap of a pack adds up all the same: steps are then solved to their tolerance.
+  bool adds_up() const;
+  // True if contacts press as in the last step, and many do: after a solution.
+  bool persists() const;
   // Keeps which contacts press, by the impulses that a solution starts from.
   void note_loaded();
   // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass. persisting: of
@@ -26,7 +30,7 @@ private:
   const AssemblyInput& in_;
   ContactSystem& system_;
   Array<double> asked_, impulse_; // per place [m/s], [N s]
-  Array<char> loaded_;            // per place: the contact pressed in the last step
+  Array<char> loaded_, pressed_;  // per place, per candidate: the contact pressed in the last step
 };
 
 } // namespace cairn

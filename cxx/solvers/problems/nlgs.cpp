@@ -157,7 +157,7 @@ public:
     may_end_early_ = options.enough > options.tolerance && !std::isfinite(options.accuracy);
     if (may_end_early_) mark_loaded(system);
     if (may_end_early_ && system.clumps) refine_cones(system);
-    uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
+    uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help && !system.pack);
     cairn_add_impulses(&schedule_);
   }
 
@@ -272,6 +272,11 @@ private:
     wanted_ = options_.enough * options_.enough;
     if (help_) help_->aim(options_.enough);
   }
+  // Sweeps of a dense pack go on alone as long as the larger error does not count yet.
+  bool waits() const {
+    return may_end_early_ && !early_ && report_.iterations < std::min(options_.patience, options_.max_iterations) &&
+           persists(system_);
+  }
   // Until the next look at the change.
   int sweeps(bool extrapolates) const {
     int sweeps = std::max({1, report_.iterations / 16, options_.min_iterations - report_.iterations});
@@ -287,7 +292,8 @@ private:
       error = measure_now();
       next_newton_ = 4 * report_.iterations;
     }
-    if (help_ && error.finite && error.square > wanted_ && help_->pays(report_.iterations, std::sqrt(error.square)))
+    if (help_ && !waits() && error.finite && error.square > wanted_ &&
+        help_->pays(report_.iterations, std::sqrt(error.square)))
       error = ask(std::sqrt(error.square));
     return error;
   }

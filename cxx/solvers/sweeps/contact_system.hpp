@@ -50,6 +50,7 @@ struct ContactSystem {
   RestMemory* rest = nullptr;              // likewise
   bool grows = false;                      // bodies change their size
   bool clumps = false; // sides of bodies that are not round are those of clumps of balls, which sweeps may leap over
+  bool pack = false;   // grains that do not bear on faces, where a strategy ends steps of dense packs early
   bool keeps_velocity = false; // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;      // deepest overlap / size of the smaller body
   double drift = 0;            // deepest overlap beyond the limit of part_overlaps, over the same

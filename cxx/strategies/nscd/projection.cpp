@@ -98,8 +98,10 @@ void Nscd::project_positions(Simulation& s) {
 void Nscd::part_overlaps(Simulation& s) {
   const SolveReport& solved = s.report.solve;
   const bool in_packs = settings.solver.enough > settings.solver.tolerance;
-  if (in_packs && !(solved.status == SolveStatus::converged && solved.error > settings.solver.tolerance)) return;
-  if (solved.status == SolveStatus::diverged || !s.interactions.part_overlaps(s.scene.bodies, in_packs, parting_))
+  const bool early = solved.status == SolveStatus::converged && solved.error > settings.solver.tolerance;
+  if (in_packs && !early && !s.interactions.overlap_adds_up()) return;
+  if (solved.status == SolveStatus::diverged ||
+      !s.interactions.part_overlaps(s.scene.bodies, early && in_packs, parting_))
     return;
   Bodies& b = s.scene.bodies;
   const int nd = b.dofs(), dim = s.scene.dim;

@@ -79,6 +79,13 @@ class ContactSolver:
         return {"solver": self.name, "tol": tol, "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
 
 
+def _check_early_end(solver):
+    """Raises ValueError if `enough` or `patience` of a solver is out of range."""
+    if solver.enough is not None and not solver.tol <= checks.number("enough", solver.enough) < 1:
+        raise ValueError(f"enough is {solver.enough}: give a true error between tol = {solver.tol:g} and 1, or None")
+    checks.count("patience", solver.patience, 0, checks.INT32)
+
+
 @dataclass(frozen=True)
 class NLGS(ContactSolver):
     """Block nonlinear Gauss-Seidel over colours, on the velocities of bodies: W is never formed.
@@ -107,7 +114,8 @@ class NLGS(ContactSolver):
         sweeps does not depend on it; 0.5 cures sweeps that cycle as softening bonds open and close in turn (docs/cohesion.md).
     enough : float, optional
         True error, above tol, at which a step of a dense pack ends that has taken `patience` iterations; None: tol alone. A pack
-        is dense if at least 100 contacts press, most of which pressed in the last step.
+        is dense if at least 100 contacts press, most of which pressed in the last step, and, where NSCD limits overlap, if at
+        most 0.6 of the pairs that pressed bear on faces: walls and arches do.
     patience : int, default 0
         Iterations from which on `enough` counts.
 
@@ -127,9 +135,7 @@ class NLGS(ContactSolver):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.enough is not None and not self.tol <= checks.number("enough", self.enough) < 1:
-            raise ValueError(f"enough is {self.enough}: give a true error between tol = {self.tol:g} and 1, or None")
-        checks.count("patience", self.patience, 0, checks.INT32)
+        _check_early_end(self)
         one_of("acceleration", self.acceleration, ("nesterov", "none"))
         if self.associated_start and self.acceleration == "none":
             raise ValueError("associated_start needs extrapolated sweeps: give acceleration='nesterov' as well")
@@ -208,6 +214,10 @@ class Auto(ProblemSolver):
         Most sweeps of a step.
     memory : float, default 1e9
         Most bytes for factors and the compliance of a mesh; beyond it sweeps alone are used.
+    enough : float, optional
+        As in NLGS. Newton's method is not asked before `patience` iterations of a dense pack.
+    patience : int, default 0
+        Iterations from which on `enough` counts.
 
     Raises
     ------
@@ -216,8 +226,24 @@ class Auto(ProblemSolver):
     """
 
     memory: float = 1e9
+    enough: float | None = None
+    patience: int = 0
 
     name = "auto"
+
+    def __post_init__(self):
+        super().__post_init__()
+        _check_early_end(self)
+
+    def settings(self):
+        """Gives the settings for the core.
+
+        Returns
+        -------
+        dict
+            Settings by name, and the solver.
+        """
+        return {**super().settings(), "enough": float(self.enough or 0.0), "patience": int(self.patience)}
 
 
 @dataclass(frozen=True)
@@ -231,8 +257,9 @@ class Default(ContactSolver):
     Parameters
     ----------
     tol : float, optional
-        Largest true error, the natural map in an energy norm [-]. None: 1e-4; in dense packs of balls, alone or in clumps, 1e-3
-        once a step has taken 50 iterations, and NSCD takes back overlap beyond 0.005 of a radius after such steps. Stress and
+        Largest true error, the natural map in an energy norm [-]. None: 1e-4; in dense packs of balls, clumps, polygons and
+        polyhedra, 1e-3 once a step has taken 50 iterations, and NSCD takes back overlap beyond 0.005 of a radius after such
+        steps. Blocks that bear on each other's faces, as in walls and arches, are no pack. Stress and
         volume of a pack are then right within a few percent, at a tenth of the cost (docs/study.md).
     min_iter : int, default 1
         Fewest iterations of a step.
@@ -270,7 +297,7 @@ class Default(ContactSolver):
         name : {"NLGS", "Auto"}
             Class of the solver.
         packs : bool, default False
-            Whether bodies of the scene may be a dense pack, see may_be_pack.
+            Whether bodies of the scene may be a dense pack, see may_be_pack, of masses within a factor of 1000.
 
         Returns
         -------
@@ -278,7 +305,7 @@ class Default(ContactSolver):
             The solver.
         """
         solver = SOLVERS[name](tol=TOL if self.tol is None else self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
-        early = packs and name == "NLGS" and self.tol is None
+        early = packs and self.tol is None
         return replace(solver, enough=ENOUGH, patience=PATIENCE) if early else solver
 
     def for_scene(self, core, rules=(), meshes=()):
@@ -311,11 +338,13 @@ class Default(ContactSolver):
         carried = body >= 0  # the others are on meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         solid = any(law is not None and law.bonds for _, _, law in rules)
-        return self.chosen("Auto" if faces or solid or uneven else "NLGS", may_be_pack(core, rules, meshes))
+        return self.chosen("Auto" if faces or solid or uneven else "NLGS", not uneven and may_be_pack(core, rules, meshes))
 
 
 def may_be_pack(core, rules, meshes):
-    """Tells if all that moves is balls, alone or in clumps, and walls, under laws that ask for no overlap or gap of their own.
+    """Tells if all that moves is balls, clumps, polygons, polyhedra and walls, under laws that ask for no overlap or gap.
+
+    Contacts on faces, as masonry has them, are looked for in each step (cxx/contacts/overlap_limit.cpp).
 
     Parameters
     ----------
@@ -345,7 +374,7 @@ HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
-SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
+SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring", "polygon", "polyhedron")
 LAWS_OF_PACKS = (
     "Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary", "RollingWet", "RollingCapillary",
 )  # fmt: skip
@@ -443,8 +472,9 @@ class NSCD(Strategy):
     overlap : float, optional
         Limit of the overlap of rigid bodies over the size of the smaller one [-]: displacements take back the rest after the
         step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the solver
-        has an `enough`, only after steps that it ended, and at contacts that press in that step and the last; no step is ended so
-        as long as the drift is more than 4 times the limit. inf: overlap stays. None: 0.005 where Default ends steps of dense
+        has an `enough`, only in packs, after steps that it ended, and at contacts that press in that step and the last; no step
+        is ended so as long as the drift is more than 4 times the limit, but overlap is taken back. inf: overlap stays. None: 0.005
+        where Default ends steps of dense
         packs early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
         LimitedSlip, Wet, Capillary, RollingWet and RollingCapillary.
     warm_start : bool, default True

@@ -47,6 +47,7 @@ THROUGH = [
      "python/detection/test_round_tubes.py", "test_cylinders_touch_with_the_farthest_points_of_their_rims"),
     (r"pair_superquadric_tube", "python/detection/test_round_tubes.py", "test_superquadrics_have_the_clearance_of_their_reach"),
     (r"add_impulses|relative_velocities", "python/solvers/test_passes.py", "test_impulses_move_bodies_as_the_matrices_do"),
+    (r"law_rolling_(wet|capillary)_\w+", "python/laws/test_rolling_with_cohesion.py", "test_a_wet_grain_begins_to_roll_where_attraction_adds_to_its_weight"),
     (r"normal_sweep", "python/scenes/test_overlap_is_taken_back.py", "test_a_square_that_is_struck_aside_turns"),
     (r"contact_(error|scale)", "python/solvers/test_passes.py", "test_the_error_is_that_of_the_matrices"),
     (r"law_misses", "python/bonds/test_solids_of_bonds.py", "test_the_error_of_light_bodies_under_bonds_is_that_by_hand"),
