@@ -610,8 +610,16 @@ class Auto(ProblemSolver):
     min_iter: int
     max_iter: int
     memory: float
+    enough: float | None
+    patience: int
     def __init__(
-        self, tol: float | None = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 1000000000.0
+        self,
+        tol: float | None = 0.0001,
+        min_iter: int = 1,
+        max_iter: int = 1000,
+        memory: float = 1000000000.0,
+        enough: float | None = None,
+        patience: int = 0,
     ) -> None: ...
 
 class NewtonAlartCurnier(ProblemSolver):

@@ -471,12 +471,11 @@ class NSCD(Strategy):
         refused.
     overlap : float, optional
         Limit of the overlap of rigid bodies over the size of the smaller one [-]: displacements take back the rest after the
-        step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the solver
-        has an `enough`, only in packs, after steps that it ended, and at contacts that press in that step and the last; no step
-        is ended so as long as the drift is more than 4 times the limit, but overlap is taken back. inf: overlap stays. None: 0.005
-        where Default ends steps of dense
-        packs early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
-        LimitedSlip, Wet, Capillary, RollingWet and RollingCapillary.
+        step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the
+        solver has an `enough`, only in packs, after steps that it ended, and at contacts that press in that step and the last;
+        no step is ended so as long as the drift is more than 4 times the limit, but overlap is taken back. inf: overlap stays.
+        None: 0.005 where Default ends steps of dense packs early, else inf; with a limit that is given it does not. It holds
+        under Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet, Capillary, RollingWet and RollingCapillary.
     warm_start : bool, default True
         Begins from the impulses of the last step.
     threads : int, default 0
