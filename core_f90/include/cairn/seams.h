@@ -41,8 +41,7 @@ typedef struct cairn_seams {
 } cairn_seams;
 enum cairn_seam_motion { cairn_seam_slow = -1, cairn_seam_by_forces = 1, cairn_seam_by_speed = 2 };
 enum cairn_seam_verdict { cairn_seam_stays = 0, cairn_seam_none = 1, cairn_seam_turned = 2 };
-void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing,
-                        double* speed);
+void cairn_seam_closing(const cairn_seams* given, int64_t first, int64_t last, int8_t* closing, double* speed);
 void cairn_seam_contacts(const cairn_seams* given, int32_t first, int32_t last, const int32_t* start,
                          const int32_t* entry, const int8_t* closing, const double* speed, int8_t* verdict,
                          double* turned);
