@@ -75,7 +75,8 @@ class ContactSolver:
         dict
             Settings by name, and the solver.
         """
-        return {"solver": self.name, "tol": checks.number("tol", self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+        count = {"min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+        return {"solver": self.name, "tol": checks.number("tol", self.tol), **count}
 
 
 def _check_early_end(solver):
@@ -342,14 +343,17 @@ class Default(ContactSolver):
 
 def may_be_pack(core, rules, meshes):
     """True if all that moves is balls, clumps, polygons, polyhedra and walls, under laws that ask for no overlap or gap of their
-    own. Whether they bear on faces, as masonry does, is seen in each step (cxx/contacts/overlap_limit.cpp)."""
+    own; 20 bodies at least if some have faces. Whether they bear on faces, as masonry does, is seen in each step
+    (cxx/contacts/overlap_limit.cpp)."""
     if len(meshes) or any(law is not None and type(law).__name__ not in LAWS_OF_PACKS for _, _, law in rules):
         return False
     shapes, body, mass = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body"), core.raw_body("mass").ravel()
     if (body < 0).any():
         return False  # nodes of meshes that are driven
     moves = np.isfinite(mass[body]) & (mass[body] > 0)
-    return bool(np.isin(shapes[moves], SHAPES_OF_PACKS).all())
+    if np.isin(shapes[moves], FACES_OF_PACKS).any() and len(np.unique(body[moves])) < LEAST_OF_PACKS:
+        return False
+    return bool(np.isin(shapes[moves], SHAPES_OF_PACKS + FACES_OF_PACKS).all())
 
 
 # mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
@@ -357,7 +361,8 @@ HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
-SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring", "polygon", "polyhedron")
+SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
+FACES_OF_PACKS, LEAST_OF_PACKS = ("polygon", "polyhedron"), 20  # fewer bodies have no hundred contacts as grains
 LAWS_OF_PACKS = ("Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary")
 
 
@@ -453,10 +458,10 @@ class NSCD(Strategy):
     overlap : float, optional
         Limit of the overlap of rigid bodies over the size of the smaller one [-]: displacements take back the rest after the
         step, by at most the limit, and change no velocity; info["drift"] tells the deepest rest before the step. Where the solver
-        has an `enough`, only in packs, after steps that it ended, and at contacts that press in that step and the last one; no step
-        is ended so as long as the drift is more than 4 times the limit, but overlap is taken back. inf: overlap stays. None: 0.005 where Default ends steps of dense
-        packs early, else inf; with a limit that is given it does not. It holds under Coulomb, Frictionless, Restitution, Rolling,
-        LimitedSlip, Wet and Capillary.
+        has an `enough`, only in packs, after steps that it ended, and at contacts that press in that step and the last one. As
+        long as the drift is more than 4 times the limit no step is ended so, and overlap is taken back after all. inf: overlap
+        stays. None: 0.005 where Default ends steps of dense packs early, else inf; with a limit that is given it does not. It
+        holds under Coulomb, Frictionless, Restitution, Rolling, LimitedSlip, Wet and Capillary.
     warm_start : bool, default True
         Begins from the impulses of the last step.
     threads : int, default 0
