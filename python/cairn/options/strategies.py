@@ -344,7 +344,7 @@ class Default(ContactSolver):
 def may_be_pack(core, rules, meshes):
     """Tells if all that moves is balls, clumps, polygons, polyhedra and walls, under laws that ask for no overlap or gap.
 
-    Contacts on faces, as masonry has them, are looked for in each step (cxx/contacts/overlap_limit.cpp).
+    If some have faces, they are 20 at least. Contacts on faces, as masonry has them, are looked for in each step (cxx/contacts/overlap_limit.cpp).
 
     Parameters
     ----------
@@ -366,7 +366,9 @@ def may_be_pack(core, rules, meshes):
     if (body < 0).any():
         return False  # nodes of meshes that are driven
     moves = np.isfinite(mass[body]) & (mass[body] > 0)
-    return bool(np.isin(shapes[moves], SHAPES_OF_PACKS).all())
+    if np.isin(shapes[moves], FACES_OF_PACKS).any() and len(np.unique(body[moves])) < LEAST_OF_PACKS:
+        return False
+    return bool(np.isin(shapes[moves], SHAPES_OF_PACKS + FACES_OF_PACKS).all())
 
 
 # mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
@@ -374,7 +376,8 @@ HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
-SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring", "polygon", "polyhedron")
+SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
+FACES_OF_PACKS, LEAST_OF_PACKS = ("polygon", "polyhedron"), 20  # fewer bodies have no hundred contacts as grains
 LAWS_OF_PACKS = (
     "Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary", "RollingWet", "RollingCapillary",
 )  # fmt: skip

@@ -244,7 +244,7 @@ def test_packs_are_grains_under_laws_without_gaps():
     """Other shapes, and laws that ask for a gap or an overlap, keep the tolerance."""
     def ends(law=LAWS[0], shape="balls"):
         scene = cn.Scene(3, gravity=(0, 0, 0))
-        x = np.array([[0.0, 0, 0], [2, 0, 0]])
+        x = np.array([[0.0, 0, 0], [2, 0, 0]]) if shape == "balls" else 2.0 * np.indices((3, 3, 3)).reshape(3, -1).T
         made = {"balls": (cn.spheres, 0.5), "boxes": (cn.boxes, (1, 1, 1)), "capsules": (cn.capsules, 0.3, 1.0)}[shape]
         scene.add(made[0](x, *made[1:], ROCK))
         scene.interact("*", "*", law)
