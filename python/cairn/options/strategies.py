@@ -344,7 +344,7 @@ class Default(ContactSolver):
 def may_be_pack(core, rules, meshes):
     """Tells if all that moves is balls, clumps, polygons, polyhedra and walls, under laws that ask for no overlap or gap.
 
-    If some have faces, they are 20 at least. Contacts on faces, as masonry has them, are looked for in each step (cxx/contacts/overlap_limit.cpp).
+    Bodies with faces are 20 at least. Contacts on faces, as in masonry, are looked for in each step (contacts/overlap_limit.cpp).
 
     Parameters
     ----------
