@@ -16,8 +16,8 @@ namespace cairn {
 namespace {
 
 // Penalty of contacts beside the springs [kg]. Multipliers converge the faster the larger it is, but each contact that
-// closes or opens along a step cuts it short, as many do on meshes. Sheared walls of meshes: 11 of 14 steps converge with
-// the smaller penalty, 3 with the larger; of rigid bricks: 12 and 60 of 60.
+// closes or opens along a step cuts it short, as many do on meshes. Sheared walls of meshes: 11 of 14 steps converge
+// with the smaller penalty, 3 with the larger; of rigid bricks: 12 and 60 of 60.
 double penalty(const cairn_batch& b, int lane) {
   constexpr double rigid = 0x1p20, yielding = 0x1p9; // over the mass of the contact's own bodies
   return (b.mapped_a || b.mapped_b ? yielding : rigid) * b.rho[lane];
