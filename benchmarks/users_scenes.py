@@ -205,7 +205,7 @@ def slope(small, solver, cache=None, count=None):
         watch.step()
     x = sim.bodies.position[ids]
     told = f"angle of the slope (front moved by {x[:, 0].max() - length:.2f} m, v {speed(sim, ids):.2g} m/s)"
-    return watch.row(told, angle(x), "35 to 50")
+    return watch.row(told, angle(x), "35 to 55")
 
 
 def stratified(n, sides, rng):
@@ -361,12 +361,14 @@ def main():
     parser.add_argument("name", choices=[*SCENES, "all"])
     parser.add_argument("--size", choices=("small", "full"), default="small")
     parser.add_argument("--solver", nargs="+", default=["default"])
+    parser.add_argument("--count", type=int, help="rocks of the slope, in the place of 150 or 5,000")
     parser.add_argument("--cache", help="folder that keeps packings")
     parser.add_argument("--output", type=Path, default=RESULTS)
     asked = parser.parse_args()
     for name in SCENES if asked.name == "all" else [asked.name]:
         for solver in asked.solver:
-            row = run(name, asked.size, solver, cache=asked.cache)
+            more = {"count": asked.count} if asked.count else {}
+            row = run(name, asked.size, solver, cache=asked.cache, **more)
             fresh = not asked.output.exists()
             with asked.output.open("a", newline="", encoding="utf-8") as file:
                 table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
