@@ -144,7 +144,7 @@ def biaxial(small, solver, cache=None):
     sine = (axial - lateral) / (axial + lateral)
     peak = int(np.argmax(sine))
     at, volume = strains[peak + window // 2][0], strains[-1][1]
-    return watch.row(f"peak of sin phi (at {100 * at:.2f} %; volume {100 * volume:+.2f} %)", sine[peak], ".55 to .75")
+    return watch.row(f"peak of sin phi (at {100 * at:.2f} %; volume {100 * volume:+.2f} %)", sine[peak], "")
 
 
 def box(small, solver, cache=None):
@@ -205,7 +205,7 @@ def slope(small, solver, cache=None, count=None):
         watch.step()
     x = sim.bodies.position[ids]
     told = f"angle of the slope (front moved by {x[:, 0].max() - length:.2f} m, v {speed(sim, ids):.2g} m/s)"
-    return watch.row(told, angle(x), "35 to 55")
+    return watch.row(told, angle(x), "")
 
 
 def stratified(n, sides, rng):
