@@ -74,6 +74,13 @@ LAWS = {
     "Wet": {"force": (30.0, FORCE), "reach": (0.02, LENGTH), "mu": (0.4, NONE)},
     "Capillary": {"tension": (40.0, FORCE - LENGTH), "volume": (1e-3, 3 * LENGTH), "mu": (0.4, NONE)},
     "Rolling": {"mu": (0.4, NONE), "rolling": (0.1, NONE), "twisting": (0.1, NONE)},
+    "RollingWet": {
+        "force": (30.0, FORCE), "reach": (0.02, LENGTH), "mu": (0.4, NONE), "rolling": (0.1, NONE), "twisting": (0.1, NONE),
+    },
+    "RollingCapillary": {
+        "tension": (40.0, FORCE - LENGTH), "volume": (1e-3, 3 * LENGTH), "mu": (0.4, NONE), "rolling": (0.1, NONE),
+        "twisting": (0.1, NONE),
+    },
     "Wear": {"mu": (0.4, NONE), "wear": (1e-7, lambda dim: area(dim) - FORCE)},
     "UnilateralContact": {"mu": (0.4, NONE), "kinetic": (0.3, NONE), "shift": (-1e-3, LENGTH), "recovers": (1.0, NONE)},
     "ElasticContact": {"stiffness": (1e6, FORCE - LENGTH), "viscosity": (300.0, FORCE - LENGTH + TIME), "mu": (0.4, NONE)},
@@ -103,8 +110,8 @@ LAWS = {
     "CriticalVoigt": {"mu": (0.4, NONE), "period": (6.0, NONE), "damping": (1.5, NONE), "ratio": (0.4, NONE)},
 }  # fmt: skip
 SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring")
-ONLY_3D = ("Capillary", "HertzMindlin", "JKR")
-BITS = ("Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "Wear", "Wet", "Rod", "Wire")
+ONLY_3D = ("Capillary", "RollingCapillary", "HertzMindlin", "JKR")
+BITS = ("Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "Wear", "Wet", "Rod", "Wire")
 
 
 def factor(units, dim, scale):

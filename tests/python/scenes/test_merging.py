@@ -169,7 +169,7 @@ def test_a_merge_before_the_balance_has_begun_is_no_part_of_it(strategy):
 @pytest.mark.parametrize(
     ("ids", "told"),
     [([1], "give two bodies or more"), ([1, 99], "no rigid body 99"), ([0, 6], "is a polygon"), ([0, 7], "of groups"),
-     ([0, 8], "held or driven"), ([0, 9], "a force or a damping"), ([0, 10], "an end of a joint")],
+     ([0, 8], "held or driven"), ([0, 9], "a force, damping or surface velocity"), ([0, 10], "an end of a joint")],
 )  # fmt: skip
 def test_what_cannot_merge_is_told(ids, told):
     scene = cn.Scene(2)
