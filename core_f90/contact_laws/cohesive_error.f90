@@ -11,13 +11,14 @@ contains
 
   !> The natural map of r_c, of Alart & Curnier (1991), with the beta that the velocity allows; divided by what the springs add to
   !> 1/W, so that it is the change of r that would mend it. Contacts that keep the beta they had, most of them, go in lanes.
-  subroutine cohesive_residual(n, c, own, damage, onset, square, plastic, rho, w, u, r, params, state, f, weight, status)
+  subroutine cohesive_residual(n, c, own, damage, onset, square, plastic, whole, rho, w, u, r, params, state, f, weight, status)
     integer(c_int32_t), intent(in)  :: n            !< contacts
     integer(c_int32_t), intent(in)  :: c            !< components
     integer, intent(in)             :: own          !< parameters of the law; behind them the step
     procedure(cohesive_damage)      :: damage
     procedure(cohesive_onset)       :: onset
     logical, intent(in)             :: square, plastic
+    logical, intent(in)             :: whole        !< zones are solved over all bodies at once
     real(c_double), intent(in)      :: rho(n)       !< 1/W_NN [kg]
     real(c_double), intent(in)      :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)      :: u(n, c)      !< relative velocity, bias included [m/s]
@@ -52,7 +53,7 @@ contains
           q = moved - matmul(block, one)
           if (w(i, 1, 1)*maxval(spring(i, :)) > heavier) then ! as settle_velocity, but by all of W
             call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, other, v)
-            if (resolved_in_step(maxval(spring(i, :)), rho(i))) then
+            if (whole .and. resolved_in_step(maxval(spring(i, :)), rho(i))) then
               held = moved
               call settle_velocity(c, own, damage, square, p, w(i, 1, 1), one, state(i, s_beta), state(i, s_area), at, held)
               call nearer_damage(c, own, damage, square, p, rho(i), moved, one, state(i, s_beta), state(i, s_area), at, held, v)

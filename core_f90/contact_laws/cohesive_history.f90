@@ -60,7 +60,8 @@ contains
       bears = slip
       stiff = stiff_in_step(state(i, s_area)*intensity(square, state(i, s_beta))*max(p(c_n), p(c_t))*h**2, geometry(i, 3))
       if (beta < state(i, s_beta) .or. stiff) &
-        call settle(n, c, own, i, h, geometry(i, 3), damage, square, opens, u, r, params, state, opening, slip, bears, beta, spent)
+        call settle(n, c, own, i, h, geometry(i, 3), damage, square, context%over_bodies > 0, opens, u, r, params, state, &
+                    opening, slip, bears, beta, spent)
       if (p(own - 2) > 0) beta = max(beta, min(broken, state(i, s_beta)))
       state(i, s_slip + c - 1) = crack_push(p(own - 2), p(own - 1), h, beta, state(i, s_area))*(u(i, 1) + state(i, s_slip + c))/2
       if (beta < broken) then
@@ -78,7 +79,7 @@ contains
   end subroutine cohesive_commit
 
   !> Opening and damage that impulse and velocity tell together, see settle_velocity.
-  subroutine settle(n, c, own, i, h, mass, damage, square, opens, u, r, params, state, opening, slip, bears, beta, spent)
+  subroutine settle(n, c, own, i, h, mass, damage, square, whole, opens, u, r, params, state, opening, slip, bears, beta, spent)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own, i       !< parameters of the law, contact
@@ -86,6 +87,7 @@ contains
     real(c_double), intent(in)     :: mass         !< effective mass [kg]
     procedure(cohesive_damage)     :: damage
     logical, intent(in)            :: square
+    logical, intent(in)            :: whole        !< zones are solved over all bodies at once
     real(c_double), intent(in)     :: opens(n)     !< [m/s]
     real(c_double), intent(in)     :: u(n, c)      !< [m/s]
     real(c_double), intent(in)     :: r(n, c)      !< [N s]
@@ -105,7 +107,7 @@ contains
     v(1) = opens(i)
     moved = v
     call settle_velocity(c, own, damage, square, p, 1/mass, impulse, state(i, s_beta), state(i, s_area), at, v)
-    if (resolved_in_step(state(i, s_area)*intensity(square, state(i, s_beta))*max(p(c_n), p(c_t))*h**2, mass)) &
+    if (whole .and. resolved_in_step(state(i, s_area)*intensity(square, state(i, s_beta))*max(p(c_n), p(c_t))*h**2, mass)) &
       call nearer_damage(c, own, damage, square, p, mass, moved, impulse, state(i, s_beta), state(i, s_area), at, moved, v)
     opening = max(0.0_c_double, h*v(1))
     bears = at(2:) + h*v(2:)

@@ -105,7 +105,8 @@ contains
     real(c_double) :: shifted(n, c)
     shifted = r
     shifted(:, 1) = r(:, 1) + state(:n, s_slip + 2*c + pull_behind)*params(:, own + 1)
-    call cohesive_residual(n, c, own, damage, onset, .true., .false., rho, w, u, shifted, params, state, f, weight, status)
+    call cohesive_residual(n, c, own, damage, onset, .true., .false., .false., rho, w, u, shifted, params, state, f, weight, &
+                           status)
   end subroutine cairn_law_mac_contact_residual
 
   subroutine cairn_law_mac_contact_commit(n, c, context, gap, u, r, params, state) bind(c)

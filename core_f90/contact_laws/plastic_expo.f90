@@ -112,7 +112,7 @@ contains
     real(c_double), intent(out)         :: f(n, c)            !< [N s]
     real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
-    call cohesive_residual(n, c, own, damage, onset, .false., .true., rho, w, u, r, params, state, f, weight, status)
+    call cohesive_residual(n, c, own, damage, onset, .false., .true., .false., rho, w, u, r, params, state, f, weight, status)
   end subroutine cairn_law_plastic_expo_residual
 
   !> The intensity by which springs pull on the opening less what stayed before the step: of the stress, over that opening.

@@ -84,7 +84,7 @@ void BatchStorage::lay_out(std::int32_t* place) {
     own.flight = asks ? scratch_.take<double>(b.components * std::int64_t(b.count)) : nullptr;
     own.energy = law.energy ? scratch_.take<double>(4 * std::int64_t(b.count)) : nullptr;
     own.fields = asks && in_.has_fields() ? scratch_.take<double>(4 * std::int64_t(b.count)) : nullptr;
-    own.context = {in_.h, in_.theta_of(law), own.geometry, own.fields};
+    own.context = {in_.h, in_.theta_of(law), own.geometry, own.fields, 0};
     b.context = &own.context;
     const auto take = [&](int components) {
       double* here = next;

@@ -102,7 +102,7 @@ void LawPreparation::fill(const cairn_schedule& schedule, cairn_batch& b, int th
   if (in_.has_fields()) repeat_last(b, fields, 4);
   if (law_infos()[b.law].joins) frames_.measure(b);
   const cairn_law_context context{in_.h, in_.theta_of(law_infos()[b.law]), geometry,
-                                  in_.has_fields() ? fields : nullptr};
+                                  in_.has_fields() ? fields : nullptr, 0};
   if (own.fields) std::copy_n(fields, 4 * n, own.fields);
   if (own.geometry) {
     std::copy_n(geometry, shape * n, own.geometry);

@@ -58,6 +58,7 @@ LawRows Interactions::law_rows(Law law) const {
     const cairn_batch& b = s.system.batches[which];
     if (Law(b.law) != law) continue;
     const BatchStorage::LawColumns& own = s.storage.of_law[which];
+    rows.over_bodies = own.context.over_bodies;
     alignas(64) double u[6 * lanes];
     cairn_relative_velocities(&schedule, std::int32_t(which), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane, ++at) {
@@ -117,7 +118,8 @@ LawAnswer answer_of(Law law, int dim, const LawRows& rows, const std::vector<dou
     const std::vector<double> held = r; // commit sees the impulses of the step, as its velocities are theirs
     own.insert(own.end(), count, rows.h);
     own.insert(own.end(), geometry.begin(), geometry.end());
-    const cairn_law_context context{rows.h, rows.theta, geometry.data(), fields.empty() ? nullptr : fields.data()};
+    const cairn_law_context context{rows.h, rows.theta, geometry.data(), fields.empty() ? nullptr : fields.data(),
+                                    rows.over_bodies};
     const auto lane_count = std::int32_t(count), components = std::int32_t(c);
     info.solve(lane_count, components, w.data(), free.data(), bias.data(), own.data(), now.data(), r.data(), nullptr);
     const std::vector<double> before = now;

@@ -11,6 +11,7 @@ namespace cairn {
 struct LawRows {
   int components = 0;
   double h = 0, theta = 0;
+  std::int32_t over_bodies = 0;        // see cairn_law_context
   std::vector<std::int64_t> candidate; // (n)
   std::vector<double> gap;             // (n) [m]
   std::vector<double> velocity;        // (n, c) at the end of the step, as laws commit by it [m/s]

@@ -104,7 +104,7 @@ NewBonds::Begun NewBonds::begin_kept(std::int64_t i, double with_h, double with_
     for (int v = law.state[k].back() == '*' ? in_.dim() - 1 : 1; v > 0; --v)
       fill(state + n * column++, law.state_begin[k]);
   fill(state, 1);
-  const cairn_law_context context{with_h, with_theta, geometry, in_.has_fields() ? fields : nullptr};
+  const cairn_law_context context{with_h, with_theta, geometry, in_.has_fields() ? fields : nullptr, 0};
   law.prepare(n, c, &context, gap, u, params, state, bias, compliance, mu);
   if (law.spans && !(state[0] > 0)) {
     const auto name = [&](std::int32_t contactor) {

@@ -122,7 +122,7 @@ void PackedBatches::fill(cairn_batch& b, double& deepest) const {
   repeat_last(b, gap, 1);
   if (!one_rule) repeat_last(b, params, parameters);
   keep_for_commit(b, moves ? change : nullptr, d);
-  const cairn_law_context context{in.h, in.theta, nullptr, nullptr};
+  const cairn_law_context context{in.h, in.theta, nullptr, nullptr, 0};
   law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
   std::fill(bias + b.contacts, bias + n, 0.0);
   std::fill(mu + b.contacts, mu + n, 0.0);

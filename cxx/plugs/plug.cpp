@@ -44,7 +44,9 @@ void check(const std::string& library, const std::string& name, int kind, const 
   if (!first) expect(library, "ABI version of the descriptor", d.abi, CAIRN_PLUG_ABI);
   expect(library, "size of the descriptor", d.size,
          first ? offsetof(cairn_plug_descriptor, residual) : sizeof(cairn_plug_descriptor));
-  expect(library, "size of cairn_law_context", d.context_size, sizeof(cairn_law_context));
+  if (std::size_t(d.context_size) !=
+      offsetof(cairn_law_context, over_bodies)) // the last field is read by laws of the list alone
+    expect(library, "size of cairn_law_context", d.context_size, sizeof(cairn_law_context));
   static const char* const kinds[] = {
       "", "contact law", "contact solver", "detection pair", "free velocity", "body force", "deformable body"};
   if (d.kind != kind)

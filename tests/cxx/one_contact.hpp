@@ -62,7 +62,7 @@ struct OneContact {
     const std::size_t own = law.parameters.size() * n;
     fill(&params[own], h);
     std::copy_n(geometry.data(), geometry.size(), &params[own + n]);
-    const cairn_law_context context{h, 0.5, geometry.data(), nullptr};
+    const cairn_law_context context{h, 0.5, geometry.data(), nullptr, 0};
     law.prepare(n, c, &context, gap, before_step.data(), params.data(), state.data(), bias.data(), extra.data(),
                 mu.data());
     fill(rho.data(), 1 / w[0]);

@@ -159,7 +159,7 @@ TEST(Laws, AllocateNothing) {
         state[i] = i % 2, gap[i] = 1e-4 * (i - 3);
         for (int k = 0; k < c; ++k) w[n * (k * c + k) + i] = 1, u[k * n + i] = (k + 1) * (0.3 * i - 1);
       }
-      const cairn_law_context context{1e-3, 0.5, geometry.data(), nullptr};
+      const cairn_law_context context{1e-3, 0.5, geometry.data(), nullptr, 0};
       const std::int64_t before = allocations;
       law.prepare(n, c, &context, gap.data(), u.data(), params.data(), state.data(), bias.data(), compliance.data(),
                   mu.data());

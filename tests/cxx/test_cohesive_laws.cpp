@@ -229,7 +229,7 @@ TEST(OwnSolutions, SatisfyTheirLawOnFullBlocks) {
         for (std::size_t k = 0; k < columns; ++k) params[(own + 1 + k) * n + i] = geometry[k * n + i];
         state[i] = i % 3 ? 1 : 0;
       }
-      const cairn_law_context context{h, 0.5, geometry.data(), nullptr};
+      const cairn_law_context context{h, 0.5, geometry.data(), nullptr, 0};
       law.prepare(n, c, &context, gap.data(), zero.data(), params.data(), state.data(), bias.data(), extra.data(),
                   mu.data());
       for (int k = 0; k < n * c; ++k) q[k] += bias[k];

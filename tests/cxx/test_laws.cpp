@@ -167,7 +167,7 @@ TEST(LawTable, OnlyRowsThatSayItYield) {
               std::clamp(0.5 + 0.4 * uniform(random), law.parameters[p].smallest, law.parameters[p].largest);
         for (int p = 0; p < law.state_columns(dim); ++p) state[p * n + i] = i % 2 ? 1 : 0;
       }
-      const cairn_law_context context{0.01, 0.5, geometry.data(), nullptr};
+      const cairn_law_context context{0.01, 0.5, geometry.data(), nullptr, 0};
       law.prepare(n, c, &context, gap.data(), u.data(), params.data(), state.data(), bias.data(), compliance.data(),
                   mu.data());
       for (double e : compliance) ASSERT_EQ(e, 0) << law.name << " in " << dim << "D: its row shall say YIELDS";

@@ -21,6 +21,7 @@ typedef struct cairn_law_context {
   double theta;           /* of the theta-method */
   const double* geometry; /* (n, 3) contact area [m2], effective radius [m], mass [kg]; see law_geometry.hpp; or NULL */
   const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
+  int32_t over_bodies;    /* 1: zones are solved over all bodies at once, and have the damage that neighbours hold */
 } cairn_law_context;
 
 /* c = local components of the law in this dimension, p = parameters, s = state variables.

@@ -58,7 +58,7 @@ int SmoothDem::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, L
                       &list_.state[3 * p], &list_.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
                       w.geometry, w.state);
   if (count <= 0) return count;
-  const cairn_law_context context{h, 0.5, w.geometry, nullptr};
+  const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   cairn_sphere_scatter(batch.count, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.frame, w.arm, w.f, w.state,
@@ -106,7 +106,7 @@ void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, L
       n, m, w.lane, &list_.body_a[p], &list_.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
       sheared || belts ? w.jump : nullptr);
-  const cairn_law_context context{h, 0.5, w.geometry, nullptr};
+  const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(

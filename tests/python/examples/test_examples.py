@@ -273,9 +273,8 @@ def test_a_flue_wall_in_elevation(tmp_path, monkeypatch):
     figures = {name: value for name, (value, _) in elevation.main([*size, "--output", str(tmp_path)]).items()}
     assert (tmp_path / "flue_wall_elevation.png").stat().st_size > 1000 and figures["bricks"] == 10
     assert figures["elastic mortar: last"] < 0.5 * figures["elastic mortar: hot"]
-    # Mortar that breaks opens and closes in some steps that no sweep settles; which ones, and how many, is a matter of rounding:
-    # 0.6 to 0.71 of them are solved at tolerances of 2.9e-4 to 3.2e-4.
-    for name, solved in (("mortar that damages", 0.5), ("elastic mortar", 0.8), ("no mortar", 0.8)):
+    # Mortar that breaks opens and closes in some steps that no sweep settles; which ones, and how many, is a matter of rounding.
+    for name, solved in (("mortar that damages", 0.7), ("elastic mortar", 0.8), ("no mortar", 0.8)):
         assert figures[f"{name}: hot"] > 0.1  # the head walls let none of them grow
         assert figures[f"{name}: solved"] > solved and figures[f"{name}: balance"] < 1e-10
 
