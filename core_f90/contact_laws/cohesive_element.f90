@@ -1,5 +1,5 @@
-!> Cohesive zones as elements of a solid (see cohesive_zone): what their springs bear at given velocities, and how that changes with
-!> these, for Newton's method on all bodies at once.
+!> Cohesive zones as elements of a solid (see cohesive_zone): impulses of their springs at given velocities and their derivatives,
+!> for Newton's method on all bodies at once.
 module cohesive_element
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use cohesive_zone, only: cohesive_damage, allowed, begun_at, springs, effective_friction, intensity, friction, power, s_beta, &
@@ -49,7 +49,7 @@ contains
       pull(i, :) = other
       if (.not. (beta(i) < state(i, s_beta) .and. beta(i) > 0)) cycle
       do k = 1, c
-        change = nudge*maxval(abs(at + p(own + 1)*v))/p(own + 1) ! what softens is open
+        change = nudge*maxval(abs(at + p(own + 1)*v))/p(own + 1) ! above 0: a zone that softens is open
         v(k) = u(i, k) + change
         call allowed(c, own, damage, p, v, state(i, s_beta), at, ahead)
         v(k) = u(i, k) - change

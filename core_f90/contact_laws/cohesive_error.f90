@@ -73,8 +73,8 @@ contains
     call natural_map(n, c, rho, mu, spring, pull, u, r, f, weight, status)
   end subroutine cohesive_residual
 
-  !> Where bodies around a contact resist what it softens by, the law has solutions that its own bodies alone pass over: of two
-  !> velocities, the one whose damage leaves the smaller error.
+  !> Chooses between two velocities by the error that their damage leaves. A zone that softens faster than its own two bodies
+  !> resist has several solutions; bodies around it decide which of them is in balance.
   subroutine nearer_damage(c, own, damage, square, p, rho, u, r, old, area, at, other, v)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters

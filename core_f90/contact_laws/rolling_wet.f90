@@ -1,5 +1,5 @@
-!> The attraction of wet, beside friction against sliding, rolling and twisting: cones of the normal impulse and that of the
-!> attraction together, |r_T| <= mu (r_N + h F), |M_r| <= rolling R (r_N + h F), |M_t| <= twisting R (r_N + h F).
+!> Wet contact (see wet) with friction against sliding, rolling and twisting. The normal impulse and that of the attraction bound
+!> all three: |r_T| <= mu (r_N + h F), |M_r| <= rolling R (r_N + h F), |M_t| <= twisting R (r_N + h F).
 module rolling_wet
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context

@@ -30,9 +30,9 @@ module seams
 
 contains
 
-  !> Marks the runs first to last - 1 that have a closing contact: 2 by the velocities at the start of the step, 1 by those at its
-  !> end without contacts, -1 by velocities that the tolerance of a solver may leave. Other runs carry no impulse unless another
-  !> contact presses on them.
+  !> Marks the runs first to last - 1 that have a closing contact. Marks: 2, it closes by the velocities at the start of the step;
+  !> 1, by those at its end without contacts; -1, no faster than the tolerance of a solver leaves. Other runs carry no impulse
+  !> unless another contact presses on them.
   subroutine cairn_seam_closing(given, first, last, closing, speed) bind(c)
     type(cairn_seams), intent(in) :: given
     integer(c_int64_t), value :: first, last

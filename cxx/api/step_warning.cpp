@@ -51,7 +51,7 @@ std::string unmet(const Simulation& s) {
   const Bodies& b = s.scene.bodies;
   struct Kind {
     int shape, material;
-    std::int32_t first, other; // contactors of two bodies, a free one first where there is one; -1: of one body alone
+    std::int32_t first, other; // contactors of two bodies, first that of a free body; -1: a single body
   };
   const auto free = [&](std::int32_t contactor) {
     const double* inverse = b.inverse_mass[*c.body[contactor]];

@@ -1,4 +1,4 @@
-// What a step that converged may still have wrong, as one text.
+// Warnings of a step that converged (overlap, bodies that passed through), as one text.
 #pragma once
 #include <string>
 

@@ -1,8 +1,8 @@
-// Newton's method over bodies that cohesive zones join: zones are elements with the stiffness of their springs, and the
-// factors of all bodies carry the load of one through all the others at once, which sweeps do from one body to the
-// next. A step begins with the damage it had and the contacts that pressed in the last one; from there each pass goes
-// along the stiffness at hand, of what softens too as long as the solid as a whole resists, as far as the energy of
-// bodies and zones falls. Contacts beside zones are found by multipliers (augmented Lagrangian; Alart & Curnier 1991).
+// Newton's method over bodies that cohesive zones join. Zones are elements with the stiffness of their springs. Factors
+// of all bodies carry the load of one through the others at once; sweeps carry it from one body to the next. A step
+// begins with the damage of the last one and the contacts that pressed in it. Each pass solves with the tangent
+// stiffness, that of softening zones included as long as the factors exist, and goes as far as the energy of bodies and
+// zones falls. Contacts beside zones have multipliers (augmented Lagrangian; Alart & Curnier 1991).
 #include <algorithm>
 #include <cmath>
 
@@ -92,7 +92,8 @@ void SolidCorrection::velocities_of_zones() {
   }
 }
 
-// One contact beside its zone: what it bears [N s] and, where `answer` is asked for, its stiffness (c, c) [kg], added.
+// Adds the impulse of a contact beside its zone to `bears` [N s], and its stiffness (c, c) [kg] to `answer` unless
+// null.
 void SolidCorrection::bear_contact(const double* u, const double* multiplier, int n, int c, double rho, double shift,
                                    double mu, bool begins, double* bears, double* answer) const {
   const double normal = multiplier[0] - rho * (u[0] - shift), limit = mu * multiplier[0];
@@ -122,8 +123,8 @@ void SolidCorrection::bear_contact(const double* u, const double* multiplier, in
   }
 }
 
-// What springs of a batch bear at these velocities; how they answer as well, those that soften by their own slope or as
-// if they did not.
+// Impulses of the springs of a batch at these velocities [N s], and their stiffness in `answer` unless null: the
+// tangent if `softens`, else that of the springs as they are.
 void SolidCorrection::bear_springs(std::size_t k, const double* u, bool begins, bool softens, double* bears,
                                    double* answer) {
   const cairn_batch& b = system_.batches[k];

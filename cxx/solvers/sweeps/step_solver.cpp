@@ -273,7 +273,7 @@ public:
     const double wanted = finer_ * options_.tolerance;
     if (zones_) {
       const int passes = solid_->solve_zones(error * error, wanted * wanted, measure);
-      zones_ = false; // what they do not solve is for other passes and sweeps
+      zones_ = false; // one try a step: other passes and sweeps go on from its end
       if (passes > 0) return true;
     }
     const int passes = solid_->improve(error * error, wanted * wanted, measure);
