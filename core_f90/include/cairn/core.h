@@ -15,10 +15,9 @@ extern "C" {
 #endif
 
 /* ------------------------------------------------------------------ contact laws */
-/* What a law may ask about the step beside its own contact. Fields are added at the end only. */
+/* Data of the step for laws. Fields are added at the end only. */
 typedef struct cairn_law_context {
-  double h;               /* step [s] */
-  double theta;           /* of the theta-method */
+  double h, theta;        /* step [s]; parameter of the theta-method */
   const double* geometry; /* (n, 3) contact area [m2], effective radius [m], mass [kg]; see law_geometry.hpp; or NULL */
   const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
   int32_t over_bodies;    /* 1: zones are solved over all bodies at once, and have the damage that neighbours hold */
