@@ -86,5 +86,5 @@ def test_a_light_cube_that_sinks_under_what_doubles_cannot_carry_is_told():
     with pytest.warns(cn.OverlapWarning, match=r"overlap by \d+% of .* in step \d+, which converged"):
         sim.run(steps=12, progress=False)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", cn.OverlapWarning)
         sim.run(steps=3, progress=False)  # once a run

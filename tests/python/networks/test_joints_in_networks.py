@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 
-def scene_of(dim, joint=None, expansion=None):
-    """Two balls side by side, apart, and a floor far below."""
+def scene_of(dim, joint=None, expansion=None, along=-1):
+    """Two balls side by side, apart; `along`: axis of the joint between one and the world."""
     steel = cn.Material("steel", density=1000.0, conductivity=50.0, capacity=800.0, young=1e9, poisson=0.3, resistivity=1e-6,
                         expansion=expansion)  # fmt: skip
     scene = cn.Scene(dim)
@@ -17,7 +17,7 @@ def scene_of(dim, joint=None, expansion=None):
     if joint == "two":
         scene.join(ids[0], ids[1], cn.Distance(points=centers))
     if joint == "world":
-        scene.join(ids[1], None, cn.Distance(points=[centers[1], centers[1] + 0.5 * np.eye(dim)[-1]]))
+        scene.join(ids[1], None, cn.Distance(points=[centers[1], centers[1] + 0.5 * np.eye(dim)[along]]))
     return scene, ids
 
 
@@ -58,7 +58,7 @@ def test_what_flows_beside_a_joint_is_as_without_it(dim, steady):
     """Balls that lie on a hot floor are heated by it, also with a bar between them, and one to the world."""
     found = []
     for joint in (None, "two", "world"):
-        scene, _ = scene_of(dim, joint)
+        scene, _ = scene_of(dim, joint, along=0)  # level: the floor bears the weight, and not the joint
         scene.gravity = [*[0.0] * (dim - 1), -9.81]
         up = np.eye(dim)[-1]
         floor = scene.add(cn.wall(-0.1 * up, up, scene.sets[0].contactors[0].material))
