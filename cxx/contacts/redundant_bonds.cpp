@@ -48,6 +48,13 @@ public:
     }
     return false;
   }
+  // True if the partner is to be joined to the node that alone carries a contact.
+  bool has_node(std::int64_t partner, const SupportNodes& f) const {
+    auto at = std::lower_bound(at_.begin(), at_.end(), Place{partner, f.node[0], 0});
+    for (; at != at_.end() && (*at)[0] == partner && (*at)[1] == f.node[0]; ++at)
+      if (points_[std::size_t((*at)[2])].carrying == 1) return true;
+    return false;
+  }
 
 private:
   using Place = std::array<std::int64_t, 3>; // partner, node, number of the point
@@ -164,12 +171,20 @@ void RedundantBonds::leave_out(std::vector<std::int32_t>& beginning, std::vector
     if (is_mapped(other) && in_.meshes->mesh_of(other) <= side.mesh) return false;
     return pointed.share(partner(other), side, in_.dim());
   };
+  // Nodes that coincide meet each other's sides, and detection may keep one contact of the two: a second bond there is
+  // redundant only if the node of the side has one.
+  const auto at_bonded_node = [&](const BondSupport& s) {
+    const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate];
+    if (s.a.carrying != 1 && s.b.carrying != 1) return false;
+    if (!is_mapped(a) || !is_mapped(b)) return true;
+    return is_ball(a) ? pointed.has_node(partner(a), s.b) : pointed.has_node(partner(b), s.a);
+  };
   held_.clear();
   by_contactor_.clear();
   for (const BondSupport& s : supports)
     if (!is_shared(s))
       add(s);
-    else if (s.a.carrying != 1 && s.b.carrying != 1) // at a node it would be redundant
+    else if (!at_bonded_node(s))
       remainder.push_back(s.candidate);
   std::sort(by_contactor_.begin(), by_contactor_.end());
   for (BondSupport& s : held_) s.left_out = may_be_redundant(s);

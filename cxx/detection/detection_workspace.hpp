@@ -243,6 +243,9 @@ struct InteractionHandler::Workspace {
   bool comes_past_a_rim(const detection::OrderedPairs& pairs, int kind, std::int64_t first, std::int64_t last,
                         HeldNode& held) const;
   void hold_at_rims(const detection::OrderedPairs& pairs, std::span<const RimSeat> before, Candidates& out);
+  template <class Hold>
+  void hold_what_slid(const detection::OrderedPairs& pairs, std::span<const RimSeat> before,
+                      std::span<const RimSeat> over, Hold&& hold);
   bool bears_as_high(const Candidates& out, const HeldNode& h) const;
   void put_held(std::span<const HeldNode> held, Candidates& out);
   void index_nodes(const Candidates& out);

@@ -253,11 +253,32 @@ bool InteractionHandler::Workspace::comes_past_a_rim(const OrderedPairs& pairs, 
   return found;
 }
 
-// Nodes that no side has but the one past whose rim they slid.
+// Nodes that slid past a rim or come in front of one.
+template <class Hold>
+void InteractionHandler::Workspace::hold_what_slid(const OrderedPairs& pairs, std::span<const RimSeat> before,
+                                                   std::span<const RimSeat> over, Hold&& hold) {
+  HeldNode h;
+  for (const HeldNode& one : left_nodes)
+    if (lies_on_another(pairs, one, h)) hold(h);
+  for (const RimSeat& seat : before)
+    if (!std::binary_search(over.begin(), over.end(), seat) && past_its_rim(pairs, seat, h)) hold(h);
+  std::int64_t end = 0;
+  for (int kind = 0; kind < kinds; ++kind)
+    for (std::int64_t first = end, last; first < pairs.kind_end[std::size_t(kind)]; first = end) {
+      const std::int32_t node = pairs.a[first];
+      for (last = first; last < pairs.kind_end[std::size_t(kind)] && pairs.a[last] == node; ++last) {}
+      end = last;
+      if (is_mapped_point(node) && comes_past_a_rim(pairs, kind, first, last, h)) hold(h);
+    }
+}
+
+// Nodes that no side has but the one past whose rim they slid, and nodes at edges between two sides. Bonds begin
+// between a node and the side that its cells lie on, whether or not a contact at the opposite node carries the load of
+// both.
 void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std::span<const RimSeat> before,
                                                  Candidates& out) {
   out.seats.clear();
-  if (!mapped || for_bonds) return;
+  if (!mapped) return;
   note_seats(out);
   std::sort(out.seats.begin(), out.seats.end());
   std::vector<HeldNode>& held = held_nodes;
@@ -269,7 +290,7 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
   const auto hold = [&](const HeldNode& h) {
     if (std::any_of(held.begin(), held.end(), [&](const HeldNode& other) { return same_surface(h, other); })) return;
     if (contacts_of_nodes.empty()) index_nodes(out);
-    if (!bears_as_high(out, h) && !is_met_there(out, h)) held.push_back(h);
+    if (!bears_as_high(out, h) && (for_bonds || !is_met_there(out, h))) held.push_back(h);
   };
   HeldNode h, met;
   for (std::int64_t i = 0; i < out.count; ++i) {
@@ -277,26 +298,16 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
     note_met(out, i, met);
     if (lies_on_another(pairs, met, h)) hold(h);
   }
-  for (const HeldNode& one : left_nodes)
-    if (lies_on_another(pairs, one, h)) hold(h);
-  for (const RimSeat& seat : before)
-    if (!std::binary_search(out.seats.begin(), out.seats.end(), seat) && past_its_rim(pairs, seat, h)) hold(h);
-  std::int64_t end = 0;
-  for (int kind = 0; kind < kinds; ++kind)
-    for (std::int64_t first = end, last; first < pairs.kind_end[std::size_t(kind)]; first = end) {
-      const std::int32_t node = pairs.a[first];
-      for (last = first; last < pairs.kind_end[std::size_t(kind)] && pairs.a[last] == node; ++last) {}
-      end = last;
-      if (is_mapped_point(node) && comes_past_a_rim(pairs, kind, first, last, h)) hold(h);
-    }
+  if (!for_bonds) hold_what_slid(pairs, before, out.seats, hold);
   if (!held.empty()) {
     const auto order = [](const HeldNode& h) { return std::array<std::int64_t, 4>{h.kind, h.node, h.side, h.image}; };
     std::sort(held.begin(), held.end(), [&](const auto& one, const auto& two) { return order(one) < order(two); });
     put_held(held, out);
     contacts_of_nodes.clear();
   }
-  leave_hidden_sides(pairs, out);
+  if (!for_bonds) leave_hidden_sides(pairs, out);
   out.seats.clear();
+  if (for_bonds) return;
   note_seats(out);
   for (const HeldNode& one : held) out.seats.push_back({one.node, one.side, one.face});
   std::sort(out.seats.begin(), out.seats.end());
@@ -340,11 +351,13 @@ InteractionHandler::Workspace::contacts_of(std::int32_t node) const {
   return {first, last};
 }
 
-// True if another contact of the node carries it at the height of the side's plane, or above.
+// True if another contact of the node carries it at the height of the side's plane, or above; a bond to one body holds
+// the node beside that to another.
 bool InteractionHandler::Workspace::bears_as_high(const Candidates& out, const HeldNode& h) const {
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(h.node)])];
   for (const auto& [node, i] : contacts_of(h.node)) {
     if (!(dot(dim, &out.normal[dim * i], h.normal) > alike)) continue;
+    if (for_bonds && carrier[out.contactor_b[i]] != carrier[h.side]) continue;
     const RimSeat over{h.node, out.contactor_b[i], 0};
     const auto at = std::lower_bound(out.seats.begin(), out.seats.end(), over);
     if (at == out.seats.end() || at->node != over.node || at->side != over.side) continue;
