@@ -1,3 +1,8 @@
+# Folders from the ground up: a folder includes files of its own and of those before it, and compiles with no others.
+set(CAIRN_LAYERS
+  base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings
+  strategies plugs api
+)
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
   api/files.cpp

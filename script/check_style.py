@@ -14,10 +14,7 @@ WIDTHS = {".f90": 132, ".cpp": 120, ".hpp": 120, ".h": 120, ".py": 130}
 FOREIGN = re.compile(r"(?<![\w.$}<])/(?:work|tmp|root|home)/[\w.]")
 
 # Folders of cxx from the ground up: a file includes files of its own folder and of those before it.
-LAYERS = (
-    "base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings"
-    " strategies plugs api"
-).split()
+LAYERS = re.search(r"set\(CAIRN_LAYERS\n([^)]*)\)", (ROOT / "cxx" / "sources.cmake").read_text(encoding="utf-8"))[1].split()
 INCLUDE = re.compile(r'#include "(\.\./[^"]+)"')
 # Headers of parts that only the sources of their class include.
 PRIVATE = {

@@ -20,7 +20,7 @@ struct PairKind {
 };
 constexpr PairKind pair_kinds[] = {
 #define CAIRN_PAIR(name, a, b, most) {Shape::a, Shape::b, cairn_pair_##name},
-#include "../../core_f90/detection/pairs.def"
+#include "../../../core_f90/detection/pairs.def"
 #undef CAIRN_PAIR
 };
 

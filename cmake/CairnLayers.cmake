@@ -1,0 +1,62 @@
+# Folders of cxx as targets. A folder compiles in a tree of links, <build>/cxx/layers/FOLDER/cxx, that holds its own files and the headers
+# of the folders below it: an include that points upward finds no file. The links are of files, because the compiler takes `..` of a linked
+# folder for the parent of its target.
+
+# Links <tree>/<file> to <source>/<file> for each file given, and removes every other file of the tree.
+function(cairn_link_tree tree source)
+  foreach(file IN LISTS ARGN)
+    if(NOT IS_SYMLINK ${tree}/${file})
+      cmake_path(GET file PARENT_PATH folder)
+      file(MAKE_DIRECTORY ${tree}/${folder})
+      file(CREATE_LINK ${source}/${file} ${tree}/${file} SYMBOLIC)
+    endif()
+  endforeach()
+  file(GLOB_RECURSE left LIST_DIRECTORIES false RELATIVE ${tree} ${tree}/*)
+  list(REMOVE_ITEM left ${ARGN})
+  list(TRANSFORM left PREPEND ${tree}/)
+  file(REMOVE ${left})
+endfunction()
+
+# One object library cairn_FOLDER for each folder of CAIRN_LAYERS, from the ground up, of its files among the sources given. ${out}: their objects.
+function(cairn_layers out)
+  set(below)
+  set(objects)
+  foreach(layer IN LISTS CAIRN_LAYERS)
+    file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${layer}/*.hpp ${layer}/*.def)
+    list(APPEND below ${headers})
+    set(sources ${ARGN})
+    list(FILTER sources INCLUDE REGEX "^${layer}/")
+    set(layer_tree ${CMAKE_CURRENT_BINARY_DIR}/layers/${layer})
+    cairn_link_tree(${layer_tree}/cxx ${CMAKE_CURRENT_SOURCE_DIR} ${below} ${sources})
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/core_f90 ${layer_tree}/core_f90 SYMBOLIC)
+    set(units ${sources})
+    list(TRANSFORM units PREPEND ${layer_tree}/cxx/)
+    if(NOT sources) # headers alone: they compile by themselves
+      list(TRANSFORM headers REPLACE "(.+[.]hpp)$" "#include \"cxx/\\1\"\n" OUTPUT_VARIABLE text)
+      list(FILTER text INCLUDE REGEX "^#include")
+      list(JOIN text "" text)
+      set(units ${layer_tree}/${layer}.cpp)
+      file(CONFIGURE OUTPUT ${units} CONTENT "${text}" @ONLY)
+    endif()
+    add_library(cairn_${layer} OBJECT ${units})
+    target_include_directories(cairn_${layer} PRIVATE ${PROJECT_SOURCE_DIR}/core_f90/include ${PROJECT_BINARY_DIR}/include)
+    # debuggers and sanitizers name the sources themselves
+    target_compile_options(cairn_${layer} PRIVATE
+      "$<$<CONFIG:Debug>:-ffile-prefix-map=${layer_tree}/cxx=${CMAKE_CURRENT_SOURCE_DIR}>")
+    if(CAIRN_UNITY)
+      # One unit a folder: what is nameless in a file is not named again in its folder.
+      set_target_properties(cairn_${layer} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+      foreach(source IN LISTS sources)
+        cmake_path(GET source PARENT_PATH folder)
+        string(REPLACE "/" "_" folder ${folder})
+        set_source_files_properties(${layer_tree}/cxx/${source} PROPERTIES UNITY_GROUP ${folder})
+      endforeach()
+    endif()
+    list(APPEND objects $<TARGET_OBJECTS:cairn_${layer}>)
+    list(REMOVE_ITEM ARGN ${sources})
+  endforeach()
+  if(ARGN)
+    message(FATAL_ERROR "no folder of CAIRN_LAYERS (cxx/sources.cmake) holds ${ARGN}")
+  endif()
+  set(${out} ${objects} PARENT_SCOPE)
+endfunction()
