@@ -92,7 +92,7 @@ def test_meshes_have_the_volume_of_their_blocks():
     angle, hexagon = np.pi / 3 * np.arange(6), Blocks(2)
     hexagon.add(np.column_stack((np.cos(angle), np.sin(angle))))
     for blocks in (masonry.panel(2, 2), masonry.arch(radius=5.0, thickness=0.8, voussoirs=5, depth=1.0), masonry.voronoi(
-            (0, 0, 0), (1, 1, 1), 5), hexagon):  # fmt: skip
+            (0, 0, 0), (1, 1, 1), 5, rng=1), hexagon):  # fmt: skip
         meshed = masonry.mesh(blocks, young=1e9, rigid=())
         for k, volume in enumerate(blocks.properties().measure):
             body = cn.ElasticBody(meshed.points[k], meshed.cells[k], young=1.0, poisson=0.0, density=1.0)
