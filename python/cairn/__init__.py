@@ -52,6 +52,7 @@ _LATER = {
     "deformable": "model.meshes",
     "tied": "model.ties",
     "find_equilibrium": "run.equilibrium",
+    "open_series": "post.series",
     "surface": "model.surfaces",
 }
 _LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "model.bulk")
@@ -132,6 +133,7 @@ __all__ = [
     "disks",
     "find_equilibrium",
     "load",
+    "open_series",
     "plug",
     "polygons",
     "polyhedra",

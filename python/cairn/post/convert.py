@@ -7,6 +7,7 @@ from xml.sax.saxutils import quoteattr
 import h5py
 import numpy as np
 
+from ..base import checks
 from ..base.errors import FileError, as_file_error
 from .load import load
 from .shape_meshes import surfaces_of
@@ -14,14 +15,19 @@ from .shape_meshes import surfaces_of
 AXES = "xyz"
 
 
-def convert(source, target, what="bodies", step=None, overwrite=False):
+SINGLE = 1e-4  # of the smallest extent of a surface: coordinates whose rounding is below that are written in single precision
+MANY = 500  # balls: more of them are written with half the faces
+
+
+def convert(source, target, what="bodies", step=None, overwrite=False, around=None):
     """Write the run `source` to `target`; its extension chooses the format. Returns the paths written.
 
-    what : of a .csv, "bodies", "nodes" (of meshes), "contacts" or "history". step : only this output, all if None. Raises
-        FileError.
+    what : of a .csv, "bodies", "nodes" (of meshes), "contacts" or "history". step : only this output, all if None. around :
+        faces round a sphere or disk in .vtp, 24, or 12 where a run has more than 500 bodies, if None. Raises FileError.
     """
     target = os.fspath(target)
     kind = os.path.splitext(target)[1].lower()
+    around = None if around is None else checks.count("around", around, 4)
     writers = {".csv": _csv, ".npz": _npz, ".h5": _hdf5, ".vtp": _vtk, ".vtu": _vtk}
     if kind not in writers:
         raise FileError(target, f"the format {kind or '(none)'} is not known", f"choose one of {', '.join(writers)}")
@@ -32,6 +38,8 @@ def convert(source, target, what="bodies", step=None, overwrite=False):
         if what == "history" and kind != ".csv":
             raise FileError(target, "the history alone is written as .csv", "choose a name that ends in .csv")
         try:
+            if kind in (".vtp", ".vtu"):
+                return _vtk(run, steps, target, around)
             return writers[kind](run, steps, target, what)
         except OSError as error:
             raise as_file_error(target, error, writing=True) from error
@@ -89,6 +97,10 @@ def _each(run, steps):
             fields = getattr(step, what)
             for name in fields.names:
                 yield f"{step.index:05d}/{what}/{name}", fields[name]
+    found = surfaces_of(steps[0]) if steps and steps[0].index == 0 else None
+    if found is not None:  # of the first output: rigid bodies carry them along
+        points, triangles, rows = found
+        yield from (("surfaces/points", points), ("surfaces/triangles", triangles), ("surfaces/id", steps[0].drawn["id"][rows]))
 
 
 def _npz(run, steps, target, what):
@@ -103,7 +115,7 @@ def _hdf5(run, steps, target, what):
     return [target]
 
 
-def _vtk(run, steps, target, what):
+def _vtk(run, steps, target, around):
     """A file per output and block, and a .pvd per block that gives their times."""
     try:
         from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
@@ -137,14 +149,11 @@ def _vtk(run, steps, target, what):
                 array.SetName(f)
                 grid.GetPointData().AddArray(array)
             path = f"{stem}_{name}_{step.index:04d}{kind}"
-            writer = vtkXMLPolyDataWriter() if kind == ".vtp" else vtkXMLUnstructuredGridWriter()
-            writer.SetFileName(path)
-            writer.SetInputData(grid)
-            if not writer.Write():
-                raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
+            _write(vtkXMLPolyDataWriter() if kind == ".vtp" else vtkXMLUnstructuredGridWriter(), grid, path)
             listed.append((step.time_detection if name == "contacts" else step.time, path))
             paths.append(path)
-        mesh = surfaces_of(step) if kind == ".vtp" else None
+        round_faces = around or (24 if len(step.bodies) <= MANY else 12)
+        mesh = surfaces_of(step, round_faces) if kind == ".vtp" else None
         if mesh is not None:
             path = f"{stem}_surfaces_{step.index:04d}{kind}"
             _write_shapes(path, step, *mesh)
@@ -163,8 +172,9 @@ def _write_shapes(path, step, points, triangles, rows):
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     at, cells, grid = vtkPoints(), vtkCellArray(), vtkPolyData()
-    at.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    at.SetData(numpy_to_vtk(np.ascontiguousarray(_short(points, triangles)), deep=True))
     cells.SetData(3, numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
+    cells.ConvertTo32BitStorage()
     grid.SetPoints(at)
     grid.SetPolys(cells)
     for name in step.drawn.names:
@@ -174,9 +184,24 @@ def _write_shapes(path, step, points, triangles, rows):
         array = numpy_to_vtk(np.ascontiguousarray(value[rows]), deep=True)
         array.SetName(name)
         grid.GetCellData().AddArray(array)
-    writer = vtkXMLPolyDataWriter()
+    _write(vtkXMLPolyDataWriter(), grid, path)
+
+
+def _short(points, triangles):
+    """Points in single precision where that is finer than a picture shows."""
+    size = np.linalg.norm(points[triangles[:, 1]] - points[triangles[:, 0]], axis=1) if len(triangles) else np.ones(1)
+    smallest = np.min(size[size > 0], initial=np.inf)
+    fine = np.finfo(np.float32).eps * np.max(np.abs(points), initial=0.0) <= SINGLE * smallest
+    return points.astype(np.float32) if fine else points
+
+
+def _write(writer, grid, path):
+    """Writes a dataset, its arrays compressed and in binary behind the header."""
     writer.SetFileName(path)
     writer.SetInputData(grid)
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()
+    writer.SetCompressorTypeToZLib()
     if not writer.Write():
         raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
 

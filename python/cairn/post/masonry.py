@@ -224,12 +224,16 @@ class Structure:
             turned = rotate(r1[block], rotate(conjugate(r0[block]), local))
         return p1[block] + turned
 
+    def joints(self):
+        """Joints of the blocks at the start, found once."""
+        if self._joints is None:
+            self._joints = self.blocks.joints()
+        return self._joints
+
     def openings(self):
         """How the joints of the start have opened: a dict of arrays. blocks (k, 2); opening (k,) [m], the largest normal
         separation of two corners that were one; slip (k,) [m], the largest along the joint."""
-        if self._joints is None:
-            self._joints = self.blocks.joints()
-        j = self._joints
+        j = self.joints()
         joint = np.repeat(np.arange(len(j.area)), [len(p) for p in j.polygon])
         points = np.concatenate([*j.polygon, np.empty((0, self.dim))])
         a, b = j.blocks[joint].T

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from .drawing import COMPRESSION, PALE, _pyplot
+from .drawing import PALE, TENSION, _pyplot
+
+THRUST = TENSION  # blue, since blocks are coloured from yellow to red
 
 
 def outlines(structure, axes=(0, 2)):
@@ -32,10 +34,11 @@ def hull_2d(points):
     return np.array(half(p) + half(p[::-1]))
 
 
-def draw(structure, ax=None, what="stress", axes=(0, 2), forces=True, thrust=None, title=None, largest=None):
+def draw(structure, ax=None, what="stress", axes=(0, 2), forces=None, thrust=None, title=None, largest=None,
+         label=None):  # fmt: skip
     """Draws blocks, coloured by "stress" (the largest compression [MPa]), "displacement" [mm], an array (n,) or nothing
-    (None), with joint forces as lines whose width is their size. thrust: chain of blocks whose thrust line is drawn;
-    largest: value at the end of the colours. Returns the Axes."""
+    (None), with joint forces as lines whose width is their size, unless a thrust line is drawn or forces=False. thrust: chain of
+    blocks, or list of chains, whose thrust lines are drawn, with a dot in each joint; largest: value at the end of the colours; label: of an array. Returns the Axes."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     plt = _pyplot()
@@ -45,7 +48,8 @@ def draw(structure, ax=None, what="stress", axes=(0, 2), forces=True, thrust=Non
         ratio = (high - low)[1] / (high - low)[0]
         ax = plt.subplots(figsize=(14.0, float(np.clip(14 * ratio + 0.8, 3, 12))), layout="constrained")[1]
     free = ~structure.held
-    values, label = field(structure, what)
+    values, told = field(structure, what)
+    label = told if label is None else label
     ax.add_collection(PolyCollection([s for s, h in zip(shapes, structure.held) if h], facecolors="#8a8578", linewidths=0))
     front = [k for k in front_to_back(structure, axes) if free[k]]
     line = min(0.4, 40.0 / np.sqrt(len(shapes)) / 10)
@@ -54,12 +58,10 @@ def draw(structure, ax=None, what="stress", axes=(0, 2), forces=True, thrust=Non
         patches.set(array=values[front], cmap="YlOrRd", clim=(0.0, largest or float(np.quantile(values[free], 0.995)) or 1.0))
         ax.figure.colorbar(patches, ax=ax, label=label, shrink=0.7, pad=0.01)
     ax.add_collection(patches)
-    if forces:
+    if forces if forces is not None else thrust is None:
         draw_forces(structure, ax, LineCollection, axes)
     if thrust is not None:
-        t = structure.thrust_line(thrust)
-        t = t if structure.dim == 2 else t[:, list(axes)]
-        ax.plot(*t.T, "-", color=COMPRESSION, linewidth=1.8)
+        draw_thrust(structure, ax, thrust, axes)
     room = 0.02 * np.max(high - low)
     names = [f"{'xyz'[k]} [m]" for k in (axes if structure.dim == 3 else (0, 1))]
     ax.set(aspect="equal", xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room), title=title)
@@ -84,6 +86,19 @@ def field(structure, what):
     if what == "stress":
         return -np.linalg.eigvalsh(structure.stress())[:, 0] / 1e6, "largest compression [MPa]"
     raise ValueError(f'what is {what!r}: give "stress", "displacement", an array or None')
+
+
+def draw_thrust(structure, ax, chains, axes):
+    """Thrust lines on a white border, so that they are seen on every colour, with a dot where they cross a joint."""
+    from matplotlib import patheffects
+
+    chains = list(chains) if np.ndim(chains[0]) else [chains]
+    for chain in chains:
+        t = structure.thrust_line(chain)
+        t = t if structure.dim == 2 else t[:, list(axes)]
+        border = [patheffects.Stroke(linewidth=4.5, foreground="white"), patheffects.Normal()]
+        ax.plot(*t.T, "-", color=THRUST, linewidth=2.0, path_effects=border, zorder=4)
+        ax.plot(*t.T, "o", color=THRUST, markersize=4.5, markeredgecolor="white", markeredgewidth=0.8, zorder=5)
 
 
 def draw_forces(structure, ax, collection, axes):

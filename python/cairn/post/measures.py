@@ -291,6 +291,108 @@ def force_distribution(forces, bins=50, largest=6.0):
     return 0.5 * (edges[1:] + edges[:-1]), counts / (len(forces) * np.diff(edges))
 
 
+def lacey_index(positions, marked, sample, low=None, high=None, weights=None):
+    """Gives Lacey's mixing index of two components, from the spread of their shares over equal cells.
+
+    Parameters
+    ----------
+    positions : array_like (n, dim)
+        Centres of the bodies [m].
+    marked : array_like (n,) of bool
+        Which bodies are of the first component.
+    sample : float or array_like (dim,)
+        Sides of the cells [m], several bodies wide.
+    low, high : array_like (dim,), optional
+        Box that is divided into cells [m]; that round all positions when not given.
+    weights : array_like (n,), optional
+        Weight of each body, as its mass; 1 when not given.
+
+    Returns
+    -------
+    float
+        M = (s0^2 - s^2) / (s0^2 - sr^2), s^2 the variance of the share of the first component over cells, weighted by their
+        contents, s0^2 = p (1 - p) of separate components, sr^2 = s0^2 / n of a random mixture with n bodies in a cell: 0
+        separate, 1 mixed at random. NaN where there is one component alone, or one body in a cell.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, or the sample is not above 0.
+
+    Notes
+    -----
+    Source: Lacey (1954). With bodies of different weights n is the number of equal bodies that would have the same spread,
+    (sum w)^2 / sum w^2 (Kish 1965).
+    """
+    positions = checks.real_array("positions", positions, (None, None))
+    count, dim = positions.shape
+    marked = np.asarray(marked)
+    if marked.shape != (count,) or marked.dtype != bool:
+        raise ValueError(f"marked has shape {marked.shape} of {marked.dtype}: give ({count},) of bool, material == 1 say")
+    weights = np.ones(count) if weights is None else checks.positive_array("weights", weights)
+    if weights.shape != (count,):
+        raise ValueError(f"weights has shape {weights.shape}: give one for each of the {count} bodies")
+    sample = checks.positive_array("sample", np.broadcast_to(np.asarray(sample, float), (dim,)).copy())
+    low = positions.min(axis=0) if low is None else checks.real_array("low", low, (dim,))
+    high = positions.max(axis=0) if high is None else checks.real_array("high", high, (dim,))
+    inside = np.all((positions >= low) & (positions <= high), axis=1)
+    cells = np.maximum(np.ceil((high - low) / sample - 1e-9).astype(int), 1)
+    at = np.minimum(((positions[inside] - low) / sample).astype(int), cells - 1)
+    cell = np.unique(np.ravel_multi_index(at.T, cells), return_inverse=True)[1].ravel()
+    w, first = weights[inside], marked[inside]
+    if not len(w) or first.all() or not first.any():
+        return float("nan")
+    total, ours, square = (np.bincount(cell, x) for x in (w, w * first, w * w))
+    p = ours.sum() / total.sum()
+    spread = np.sum(total * (ours / total - p) ** 2) / total.sum()
+    # a random mixture has s0^2 / n_c in a cell of n_c bodies; weighted by contents, the mean over the cells
+    share = np.sum(total * square / total**2) / total.sum()
+    return float((p * (1 - p) - spread) / (p * (1 - p) * (1 - share))) if share < 1 - 1e-12 else float("nan")
+
+
+def segregation(heights, marked, weights=None):
+    """Gives how far a component has gathered on top of the other, by ranks of height.
+
+    Parameters
+    ----------
+    heights : array_like (n,)
+        Coordinates along the direction in which components may part [m]; distances from an axis for radial segregation.
+    marked : array_like (n,) of bool
+        Which bodies are of the first component.
+    weights : array_like (n,), optional
+        Weight of each body, as its volume; 1 when not given.
+
+    Returns
+    -------
+    float
+        1 if all of the first component lies above the other, -1 if below, about 0 if mixed: the probability that a pair of one
+        each has the first above, less that it has it below. NaN where there is one component alone.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
+
+    Notes
+    -----
+    Source: Somers (1962), for pairs weighted by the product of their weights.
+    """
+    heights = checks.real_array("heights", heights, (None,))
+    marked = np.asarray(marked)
+    if marked.shape != heights.shape or marked.dtype != bool:
+        raise ValueError(f"marked has shape {marked.shape} of {marked.dtype}: give {heights.shape} of bool, material == 1 say")
+    weights = np.ones(len(heights)) if weights is None else checks.positive_array("weights", weights)
+    if weights.shape != heights.shape:
+        raise ValueError(f"weights has shape {weights.shape}: give one for each of the {len(heights)} bodies")
+    if not len(heights) or marked.all() or not marked.any():
+        return float("nan")
+    level = np.unique(heights, return_inverse=True)[1].ravel()
+    ours, theirs = np.bincount(level, weights * marked), np.bincount(level, weights * ~marked)
+    below = np.cumsum(theirs) - theirs
+    above = theirs.sum() - below - theirs
+    return float(np.sum(ours * (below - above)) / (ours.sum() * theirs.sum()))
+
+
 def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=None):
     """Gives all measures of one output.
 

@@ -68,6 +68,58 @@ class Run(StoredRun):
             edges = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
             return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
 
+    def graph(self, i=-1, **options):
+        """Makes a networkx graph of the bodies and contacts of an output.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        **options : optional
+            Options of cairn.post.contact_graphs.contact_graph: loaded, dt.
+
+        Returns
+        -------
+        networkx.Graph
+            A node for each body, an edge for each pair in contact.
+
+        Raises
+        ------
+        FileError
+            If the file is damaged.
+        """
+        from .contact_graphs import contact_graph
+
+        step = self[i]
+        with _from_fields_of(step):
+            return contact_graph(step, **options)
+
+    def force_chains(self, i=-1, **options):
+        """Finds the force chains of an output.
+
+        Parameters
+        ----------
+        i : int, default -1
+            Number of the output.
+        **options : optional
+            Options of cairn.post.contact_graphs.force_chains: share, along, least, dt.
+
+        Returns
+        -------
+        list of networkx.Graph
+            Chains, the largest first.
+
+        Raises
+        ------
+        FileError
+            If the file is damaged.
+        """
+        from .contact_graphs import force_chains
+
+        step = self[i]
+        with _from_fields_of(step):
+            return force_chains(step, **options)
+
     def measure(self, i=-1, **options):
         """Measures coordination, solid fraction, fabric, stress and others of an output.
 

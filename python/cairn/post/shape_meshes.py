@@ -33,8 +33,8 @@ def meshes_of(step):
     return np.concatenate(points), np.concatenate(triangles), np.concatenate(rows)
 
 
-def surfaces_of(step):
-    """Surfaces as by meshes_of, with disks and spheres among them, as polygons of 24 corners and as globes."""
+def surfaces_of(step, around=AROUND):
+    """Surfaces as by meshes_of, with disks and spheres among them, as polygons of `around` corners and as globes."""
     from .. import _core
     from ..base.geometry import contactors_of
 
@@ -43,12 +43,12 @@ def surfaces_of(step):
     parts = [part for part in (meshes_of(step),) if part is not None]
     if len(balls):
         if step.dim == 2:
-            angle = 2 * np.pi * np.arange(AROUND) / AROUND
-            x = np.stack([np.cos(angle), np.sin(angle), np.zeros(AROUND)], axis=1)
-            k = np.arange(1, AROUND - 1)
+            angle = 2 * np.pi * np.arange(around) / around
+            x = np.stack([np.cos(angle), np.sin(angle), np.zeros(around)], axis=1)
+            k = np.arange(1, around - 1)
             t = np.stack([np.zeros_like(k), k, k + 1], axis=1)
         else:
-            x, t = _grid(*_turned_outline("capsule", 1.0, 0.0))
+            x, t = _globe(around)
         center = np.zeros((len(balls), 1, 3))
         center[:, 0, : step.dim] = balls.center
         points = (center + balls.radius[:, None, None] * x).reshape(-1, 3)
@@ -59,6 +59,24 @@ def surfaces_of(step):
     first = np.cumsum([0, *(len(p) for p, _, _ in parts[:-1])])
     points, triangles, rows = zip(*parts)
     return np.concatenate(points), np.concatenate([t + f for t, f in zip(triangles, first)]), np.concatenate(rows)
+
+
+def _globe(around):
+    """Points and triangles of a sphere of radius 1, with one point at each pole and one ring at its middle."""
+    if around == AROUND:
+        return _grid(*_turned_outline("capsule", 1.0, 0.0))
+    up = np.pi * np.arange(1, max(around // 2, 2)) / max(around // 2, 2)
+    turn_of = 2 * np.pi * np.arange(around) / around
+    rings = np.stack([np.outer(np.sin(up), np.cos(turn_of)), np.outer(np.sin(up), np.sin(turn_of)),
+                      np.repeat(-np.cos(up)[:, None], around, axis=1)], axis=2).reshape(-1, 3)  # fmt: skip
+    points = np.concatenate([[[0, 0, -1.0]], rings, [[0, 0, 1.0]]])
+    j, n, last = np.arange(around), (np.arange(around) + 1) % around, len(points) - 1
+    triangles = [np.stack([np.zeros_like(j), 1 + n, 1 + j], axis=1)]
+    for k in range(len(up) - 1):
+        a, b = 1 + k * around, 1 + (k + 1) * around
+        triangles += [np.stack([a + j, a + n, b + n], axis=1), np.stack([a + j, b + n, b + j], axis=1)]
+    top = last - around
+    return points, np.concatenate([*triangles, np.stack([top + j, top + n, np.full_like(j, last)], axis=1)])
 
 
 def _faces_of_meshes(step):

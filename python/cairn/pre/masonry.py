@@ -1,9 +1,10 @@
 """Generators of masonry, under one roof: arches, vaults, domes, walls, columns, stairs, bridges, cut volumes, stones.
 
-Each returns cairn.pre.blocks.Blocks; `blocks.sets(material)` makes bodies of them.
+Each returns cairn.pre.blocks.Blocks; `blocks.sets(material)` makes bodies of them, `mesh` deformable ones.
 """
 
 from .arches import arch
+from .block_meshes import MeshedBlocks, mesh
 from .blocks import Blocks, Joints
 from .bridges import Tier, bridge, pont_du_gard
 from .facades import facade
@@ -14,6 +15,7 @@ from .walls import column, panel, stairs, wall
 __all__ = [
     "Blocks",
     "Joints",
+    "MeshedBlocks",
     "Tier",
     "arch",
     "barrel_vault",
@@ -23,6 +25,7 @@ __all__ = [
     "dome",
     "facade",
     "groin_vault",
+    "mesh",
     "panel",
     "pont_du_gard",
     "random_polygons",

@@ -151,19 +151,38 @@ def widened(rectangle, gap):
     return (rectangle[0] - gap, rectangle[1] - gap / 2, rectangle[2] + gap, rectangle[3] + gap / 2)
 
 
-def panel(columns, courses, brick=(1.0, 1.0), bond="running", base=True) -> Blocks:
+def panel(columns, courses, brick=(1.0, 1.0), bond="running", base=True, gap=0.0, filled=False) -> Blocks:
     """A wall in 2D: bricks (l, h) [m] in running or stack bond, halves at the ends of every other course. Parts: "brick",
-    "support"."""
+    "support".
+
+    gap: width of the joints [m], 0 for dry ones that touch; filled: bricks reach to the middle of their joints, so that mortar of
+    no thickness and the joint's own law is between them, as in `wall`.
+    """
     l, h = (checks.positive(f"brick[{k}]", v) for k, v in enumerate(brick))
     columns, courses = checks.count("columns", columns, 1), checks.count("courses", courses, 1)
     if bond not in ("running", "stack"):
         raise ValueError(f'bond is {bond!r}: give "running" or "stack" in 2D')
+    gap = checks.number("gap", gap)
+    if gap < 0:
+        raise ValueError(f"gap is {gap}: give a width >= 0 [m]")
+    if gap >= l:
+        raise ValueError(f"gap is {gap}, not below the length of a brick, {l}: give a narrower joint [m]")
+    half = (l + gap) / 2  # bricks are counted in halves with their joints, so that equal joints are equal numbers
+    length, height = 2 * columns * half - gap, courses * (h + gap) - gap
     blocks = Blocks(2)
+
+    def middle(end, last):
+        return min(max(end - gap / 2, 0.0), last)
+
     for course in range(courses):
         for a, b in pieces(2 * columns, 1 if bond == "running" and course % 2 else 0, 2):
-            blocks.add_box((a * l / 2, course * h), (b * l / 2, (course + 1) * h), "brick")
+            low, high = (a * half, course * (h + gap)), (b * half - gap, (course + 1) * (h + gap) - gap)
+            if filled:  # the same numbers from both sides
+                low = (middle(a * half, length), middle(course * (h + gap), height))
+                high = (middle(b * half, length), middle((course + 1) * (h + gap), height))
+            blocks.add_box(low, high, "brick")
     if base:
-        blocks.add_box((-l, -h), ((columns + 1) * l, 0.0), "support")
+        blocks.add_box((-l, -h), ((columns + 1) * l + columns * gap, 0.0 if filled else 0.0 - gap), "support")
     return blocks
 
 
