@@ -175,6 +175,7 @@ set(CAIRN_CXX_SOURCES
   soe/unit_reaches.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
+  solvers/nlgs/nlgs.cpp
   solvers/problems/admm.cpp
   solvers/problems/auto.cpp
   solvers/problems/block_factors.cpp
@@ -185,7 +186,6 @@ set(CAIRN_CXX_SOURCES
   solvers/problems/lemke.cpp
   solvers/problems/newton.cpp
   solvers/problems/newton_step.cpp
-  solvers/problems/nlgs.cpp
   solvers/problems/nlgs_anderson.cpp
   solvers/problems/nlgs_nesterov.cpp
   solvers/problems/nlgs_problem.cpp
@@ -197,10 +197,8 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/active_set.cpp
   solvers/sweeps/contact_rows.cpp
   solvers/sweeps/contact_system.cpp
-  solvers/sweeps/extrapolation.cpp
   solvers/sweeps/light_error.cpp
   solvers/sweeps/newton_correction.cpp
-  solvers/sweeps/velocity_error.cpp
   solvers/sweeps/solid_correction.cpp
   solvers/sweeps/solid_proximal.cpp
   solvers/sweeps/solid_refinement.cpp

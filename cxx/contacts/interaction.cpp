@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "../base/call.hpp"
-#include "../solvers/sweeps/associated_start.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "../solvers/sweeps/jointed_problem.hpp"

@@ -10,7 +10,7 @@ struct RefinementMemory {
   int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
 };
 
-// Count of the solutions to rounding that steps at rest asked for: see Sweeps in problems/nlgs.cpp.
+// Count of the solutions to rounding that steps at rest asked for: see solvers/nlgs/rest.cpp.
 struct RestMemory {
   int attempts = 0, idle = 0; // in a row after which the next steps were not at rest; steps until the next
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "../../laws/law_info.hpp"
+#include "../solve_report.hpp"
 #include "batch.hpp"
 #include "cairn/core.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "../../base/call.hpp"
-#include "../problems/nlgs.hpp"
+#include "../nlgs/nlgs.hpp"
 #include "../problems/ppa_newton.hpp"
 #include "active_set.hpp"
 #include "batch.hpp"

@@ -9,7 +9,7 @@
 #include "../../meshes/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
-#include "../../solvers/sweeps/extrapolation.hpp"
+#include "../../solvers/nlgs/extrapolation.hpp"
 #include "nscd.hpp"
 
 namespace cairn {

@@ -1,16 +1,12 @@
-// Block nonlinear Gauss-Seidel.
+// Another solver that NLGS in steps asks where sweeps alone take too long.
 #pragma once
 #include <functional>
 
-#include "../refinement_memory.hpp"
-#include "../solve_report.hpp"
-#include "../solver_options.hpp"
 #include "../sweeps/contact_system.hpp"
 #include "../sweeps/refinement.hpp"
 
 namespace cairn {
 
-// Another solver, for where sweeps alone take too long.
 class SweepHelp {
 public:
   virtual ~SweepHelp() = default;
@@ -47,8 +43,5 @@ public:
   // Up to so many unknowns an active set costs less than its first iterations.
   virtual int few_unknowns() const = 0;
 };
-
-SolveReport solve_nlgs(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
-                       SweepHelp* help = nullptr);
 
 } // namespace cairn
