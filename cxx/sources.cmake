@@ -207,6 +207,16 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/jointed_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
+  ranks/colouring.cpp
+  ranks/growth.cpp
+  ranks/mpi_ranks.cpp
+  ranks/part.cpp
+  ranks/partition.cpp
+  ranks/ranked_nscd.cpp
+  ranks/ranked_partition.cpp
+  ranks/ranked_sweeps.cpp
+  ranks/ranked_views.cpp
+  ranks/virtual_ranks.cpp
   simulation/contact_fields.cpp
   strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp
