@@ -2,6 +2,8 @@
 #include "cairn/build.h"
 #include "detection/interaction_handler.hpp"
 
+void bind_ranks(py::module_& m);
+
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Cairn's object layer; defaults and checks of a user's words are in the Python package.";
   static const py::handle error = py::register_exception<cairn::Error>(m, "Error", PyExc_ValueError);
@@ -28,6 +30,7 @@ PYBIND11_MODULE(_core, m) {
   bind_reference(m);
   bind_scene(m);
   bind_simulation(m);
+  bind_ranks(m);
   bind_soe(m);
   bind_meshes(m);
   bind_networks(m);

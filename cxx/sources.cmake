@@ -1,7 +1,7 @@
 # Folders from the ground up: a folder includes files of its own and of those before it, and compiles with no others.
 set(CAIRN_LAYERS
   base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings
-  strategies plugs api
+  strategies ranks plugs api
 )
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
@@ -210,6 +210,16 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/jointed_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
+  ranks/colouring.cpp
+  ranks/growth.cpp
+  ranks/mpi_ranks.cpp
+  ranks/part.cpp
+  ranks/partition.cpp
+  ranks/ranked_nscd.cpp
+  ranks/ranked_partition.cpp
+  ranks/ranked_sweeps.cpp
+  ranks/ranked_views.cpp
+  ranks/virtual_ranks.cpp
   simulation/contact_fields.cpp
   strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp

@@ -41,9 +41,37 @@ void ContactPlan::plan() {
   hub_contacts_.clear();
   late_contacts_.clear();
   rope_contacts_.clear();
+  if (system_.colours > 0) return plan_colours();
   plan_tiles();
   plan_hubs();
   plan_late();
+}
+
+// Contacts by colours that were chosen beside: each is a stage, whose batches threads share by some.
+void ContactPlan::plan_colours() {
+  constexpr std::size_t batches_of_task = 8;
+  const std::int64_t n = in_.candidates->count;
+  const std::size_t rows = in_.laws->laws().size() * kinds * kinds;
+  std::vector<std::int64_t> start(std::size_t(system_.colours) * rows + 1, 0);
+  const auto key = [&](std::int64_t i) {
+    return std::size_t(system_.colour[std::size_t(i)]) * rows + classes_.contact_class[i];
+  };
+  for (std::int64_t i = 0; i < n; ++i)
+    if (classes_.moves(i)) ++start[key(i) + 1];
+  for (std::size_t k = 1; k < start.size(); ++k) start[k] += start[k - 1];
+  sorted_.resize(std::max(sorted_.size(), std::size_t(n)));
+  std::vector<std::int64_t> next(start.begin(), start.end() - 1);
+  for (std::int64_t i = 0; i < n; ++i)
+    if (classes_.moves(i)) sorted_[std::size_t(next[key(i)]++)] = std::int32_t(i);
+  for (std::size_t colour = 0; colour < std::size_t(system_.colours); ++colour) {
+    const std::size_t before = system_.batches.size();
+    for (std::size_t k = colour * rows; k < (colour + 1) * rows; ++k)
+      for (std::int64_t at = start[k]; at < start[k + 1]; at += batch_size)
+        emit(&sorted_[std::size_t(at)], int(std::min<std::int64_t>(batch_size, start[k + 1] - at)), 0);
+    for (std::size_t b = before; b < system_.batches.size(); b += batches_of_task)
+      system_.first_batch.push_back(std::int32_t(std::min(b + batches_of_task, system_.batches.size())));
+    system_.first_task.push_back(std::int32_t(system_.first_batch.size()) - 1);
+  }
 }
 
 // Contacts in runs of the candidates' order: tiles. Tiles that share no body that moves make a stage; within a tile

@@ -22,6 +22,7 @@ public:
 private:
   bool is_hub(std::int32_t contactor) const;
   void plan_tiles();
+  void plan_colours();
   void plan_hubs();
   void plan_late();
   std::int32_t response_rows(const std::int32_t* contacts, int n, const std::int32_t* contactor) const;

@@ -4,6 +4,7 @@
 #define CAIRN_ROWS_H
 #include "cairn/rows/bulk_material.h"
 #include "cairn/rows/conductance.h"
+#include "cairn/rows/contact_terms.h"
 #include "cairn/rows/element.h"
 #include "cairn/rows/integrator.h"
 #include "cairn/rows/law.h"

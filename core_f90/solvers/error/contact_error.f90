@@ -14,7 +14,7 @@ module contact_error
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
-  public :: cairn_contact_scale, cairn_contact_error, cairn_law_misses
+  public :: cairn_contact_scale, cairn_contact_error, cairn_contact_terms, cairn_law_misses
   integer, parameter :: sums_size = 6
 contains
 
@@ -35,6 +35,37 @@ contains
     !< largest (distance outside the cone/|r|)^2, unused
     call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
+
+  !> Error and size of each contact of a batch, for those who add them up in an order of their own.
+  subroutine cairn_contact_terms(schedule, batch, thread, terms) bind(c)
+    type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h; records hold the velocity that the impulses leave
+    integer(c_int32_t), value        :: batch    !< from 0
+    integer(c_int32_t), value        :: thread   !< whose workspace, from 0
+    real(c_double), intent(out)      :: terms(*) !< (n, 2) |F|^2/rho, |r|^2/rho, dummies too [J]
+    type(schedule_view) :: s
+    type(contact_columns) :: at
+    real(c_double), pointer, contiguous :: rho(:), f(:), weight(:)
+    integer(c_int32_t) :: found(max_batch)
+    integer :: n, c, axes
+    call open_schedule(schedule, s)
+    associate (this => s%batch(batch + 1))
+      call find_columns(this, s%side, s%record, s%general, .true., s%work(:, thread + 1), at)
+      n = at%n
+      c = at%c
+      f => at%free(1:c*n)
+      weight => at%free(c*n + 1:2*c*n)
+      call c_f_pointer(this%rho, rho, [n])
+      if (this%relaxes == 0) then
+        call law_residual_of(this, n, c, .true., rho, at, f, weight, found)
+      else
+        axes = merge(2, 3, this%velocities == 3)
+        call cone_map(n, axes, .false., at%mu, rho, at%r, at%u, f)
+        call weights(n, c, axes, rho, weight)
+      end if
+      call energies(n, c, weight, f, terms(1:n))
+      call energies(n, c, weight, at%r, terms(n + 1:2*n))
+    end associate
+  end subroutine cairn_contact_terms
 
   !> Error |F|^2/rho of each contact of a batch whose law has its own local solution.
   subroutine cairn_law_misses(schedule, batch, missed) bind(c)

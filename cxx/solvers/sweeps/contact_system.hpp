@@ -27,6 +27,8 @@ struct ContactSystem {
   std::int64_t bodies = 0;
   std::vector<cairn_batch> batches;
   std::vector<std::int32_t> first_task, first_batch; // of each stage, of each task
+  std::vector<std::int32_t> colour;                  // of each candidate, where ranks chose it: a stage each
+  int colours = 0;                                   // 0: the plan chooses
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
   std::vector<CondensedBody> condensed;              // on which mapped sides rest
   std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them

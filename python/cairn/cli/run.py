@@ -31,6 +31,7 @@ def add_parser(add, commands):
     run.add_argument("--solver", help="contact solver by its name in Python: Default, NLGS, Auto, PPANewton, ...")
     run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
     run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
+    run.add_argument("--ranks", type=int, help="ranks that share the scene, by mpirun where there is one")
     run.add_argument("--quiet", "-q", action="store_true", help="no progress bar, no figures")
 
 
@@ -38,6 +39,8 @@ def main(options):
     """`cairn run`."""
     from ..run import loop as runs
 
+    if options.ranks is not None:
+        return _over_ranks(options)
     if options.what.endswith(".py"):
         import runpy
 
@@ -95,6 +98,18 @@ def main(options):
             print(f"the contact problem of step {dump.written}, error {dump.error:.2e}, is in {dump.path}")
         print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
     return command.status
+
+
+def _over_ranks(options):
+    """Runs the same command without --ranks over ranks."""
+    from ..base import checks
+    from ..run.ranks import launch
+
+    count = checks.count("--ranks", options.ranks, 1, 100_000)
+    arguments = list(sys.argv[1:])
+    at = next(k for k, word in enumerate(arguments) if word == "--ranks" or word.startswith("--ranks="))
+    del arguments[at : at + (2 if arguments[at] == "--ranks" else 1)]
+    return launch(count, arguments)
 
 
 def _strategy(options):

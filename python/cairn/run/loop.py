@@ -219,6 +219,13 @@ class _Recorder:
     def __init__(self, simulation, output, every, checkpoint_every, overwrite, append, probes):
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
         self.checkpoint_path, self.fields = None, {}
+        self.ranks = simulation.ranks  # the first of them writes
+        if output is not None and self.ranks is not None:
+            simulation.gather()
+            if not self.ranks.first:
+                self.checkpoint_path = Path(output).with_suffix(".checkpoint.h5")
+                simulation.follow_rotations()
+                output = None
         if output is not None:
             from ..files.writer import RunWriter
             from .mesh_fields import MeshFields
@@ -274,6 +281,8 @@ class _Recorder:
 
     def record(self, probes):
         sim = self.simulation
+        if self.ranks is not None and self.checkpoint_path and sim.steps % self.every == 0:
+            sim.gather()
         if self.writer is not None:
             told = ("step", "time", "hint", "joint_hint", "mesh_hint", "mesh_within", "mesh_turned", "unjoined")
             row = {k: v for k, v in sim.report.items() if k not in told}
@@ -289,7 +298,12 @@ class _Recorder:
             sim.checkpoint(self.checkpoint_path)
             log.info("checkpoint at step %d, t = %g s: %s", sim.steps, sim.time, self.checkpoint_path)
 
-    def close(self):
+    def close(self, failed=False):
+        if self.ranks is not None and self.checkpoint_path:
+            if failed and self.ranks.count > 1:
+                self.written = self.simulation.steps  # others do not give their part
+            else:
+                self.simulation.gather()
         if self.writer is None:
             return
         if self.simulation.steps % self.every and self.simulation.steps != self.written:
@@ -446,9 +460,14 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))
     log.info("run from step %d, t = %g s, dt = %g s, %d bodies%s", first, simulation.time, simulation.dt, len(simulation.bodies),
              "" if output is None else f", to {output}")  # fmt: skip
+    ranks, failed = simulation.ranks, True
+    if ranks is not None and not ranks.first:
+        progress = False
     try:
         with StopAtSignal() as stop, Progress(total, enabled=progress) as bar:
-            while not stop and (last is None or simulation.steps < last):
+            while last is None or simulation.steps < last:
+                if bool(stop) if ranks is None else ranks.any(bool(stop)):
+                    break
                 # half a step of tolerance, since time is a rounded sum of steps
                 if until is not None and simulation.time + simulation.dt / 2 > until:
                     break
@@ -463,8 +482,9 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                            overlap=simulation._deepest)  # fmt: skip
                 if callback is not None and callback(simulation) is False:
                     break
+        failed = False
     finally:
-        recorder.close()
+        recorder.close(failed)
         log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
     if stop:
         _tell(simulation, stop.signal, output)

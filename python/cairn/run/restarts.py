@@ -32,6 +32,8 @@ class Restarts:
         self.between_steps("checkpoint")
         state = self.get_state()
         opened = {"cracks": state.pop("cracks")} if "cracks" in state else {}
+        if self._ranks is not None and not self._ranks.first:
+            return  # all ranks gave their part of the state
         save(
             path,
             {

@@ -11,6 +11,7 @@ from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, first_overlaps, unmet_shapes, views
+from . import ranks as over
 from .belts import Belts
 from .drives import Drives
 from .info import Info
@@ -37,6 +38,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         Reaction to bodies that overlap at the start by more than overlap_share.
     overlap_share : float, default 0.02
         Share of the smaller radius, or of half the least width of shapes that are not round [-].
+    ranks : int, "mpi" or communicator of mpi4py, optional
+        Ranks that share the scene: a number, in turns in this process; or one a process of MPI. See docs/machines.md.
 
     Raises
     ------
@@ -55,10 +58,13 @@ class Simulation(Reshaping, Restarts, Spelt):
     10
     """
 
-    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
+    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02, ranks=None):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
         given = checked_strategy(NSCD() if strategy is None else strategy)
+        ranks, self._ranks = over.asked(ranks), None
+        if ranks is not None:
+            given = over.solved_by_sweeps(given)
         self._dt = checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
@@ -72,6 +78,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
+        if ranks is not None:
+            self._ranks = over.Ranks(self, ranks)
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
@@ -117,7 +125,8 @@ class Simulation(Reshaping, Restarts, Spelt):
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy")
-        chosen = checked_strategy(value).for_scene(self._core.scene, self._rules, free_masses(self._sets))
+        value = checked_strategy(value) if self._ranks is None else over.solved_by_sweeps(checked_strategy(value))
+        chosen = value.for_scene(self._core.scene, self._rules, free_masses(self._sets))
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()
@@ -194,6 +203,19 @@ class Simulation(Reshaping, Restarts, Spelt):
     def stages(self):
         """The stages of a step, for individual calls; see Stages."""
         return Stages(self, self._core, self._stage)
+
+    @property
+    def ranks(self):
+        """Ranks that share the scene, see Ranks; None without."""
+        return self._ranks
+
+    def gather(self):
+        """Makes contacts of all ranks readable on each, until the next step; bodies always are. All ranks call it.
+
+        Without ranks, or where one process has all of them, nothing has to be done.
+        """
+        if self._ranks is not None:
+            _core.gather_ranks(self._core)
 
     @property
     def meshes(self):

@@ -1,0 +1,116 @@
+// What ranks of one scene tell each other. A step over ranks is written once, as passes over the ranks that a process
+// makes, with these calls between: one rank, several in turns in one process, or one a process of MPI.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace cairn {
+
+using Bytes = std::vector<std::byte>;
+
+// Bytes for a rank, or from one.
+struct Parcel {
+  int rank;
+  Bytes bytes;
+};
+
+// Numbers that a rank and another one exchange again and again, in parts: part k of `out` is from out_first[k] to
+// out_first[k + 1].
+struct Link {
+  int rank;        // the other one
+  int mirror = -1; // place of this link among those of the other rank, where one process makes both
+  std::vector<double> out, in;
+  std::vector<std::int32_t> out_first, in_first;
+};
+using Links = std::vector<std::vector<Link>>; // of each rank that the process makes, by rising rank
+
+struct Traffic {
+  std::int64_t messages = 0, bytes = 0; // from rank to rank
+  std::int64_t sums = 0;                // over all ranks
+};
+
+class Exchange {
+public:
+  virtual ~Exchange() = default;
+  virtual std::string name() const = 0;
+  virtual int ranks() const = 0;
+  const std::vector<int>& local() const { return local_; } // that this process makes, rising
+  bool whole() const { return int(local_.size()) == ranks(); }
+
+  // Parcels of each local rank; those that arrive come by rising rank of their senders.
+  virtual std::vector<std::vector<Parcel>> deliver(std::vector<std::vector<Parcel>> out) = 0;
+  // Part `part` of all links.
+  virtual void pass(Links& links, int part) = 0;
+  // Over processes, number by number.
+  virtual void sum(std::span<std::int64_t> values) = 0;
+  virtual void largest(std::span<double> values) = 0;
+  // Of all processes, by rising rank.
+  virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
+  // Ends all processes at once.
+  [[noreturn]] virtual void abort(int code) = 0;
+
+  // The message of the lowest rank that has one, with its number; empty: none has. fault: of each local rank.
+  std::string agree(const std::vector<std::string>& fault);
+  // Finds the mirror of each link, after they were made.
+  void match(Links& links) const;
+
+  Traffic traffic;
+
+protected:
+  std::vector<int> local_;
+};
+
+// Writes and reads what parcels hold.
+class Packer {
+public:
+  template <class T>
+  void put(const T& value) {
+    const std::size_t at = bytes.size();
+    bytes.resize(at + sizeof(T));
+    std::memcpy(bytes.data() + at, &value, sizeof(T));
+  }
+  template <class T>
+  void put_all(std::span<const T> values) {
+    put(std::int64_t(values.size()));
+    const std::size_t at = bytes.size();
+    bytes.resize(at + values.size_bytes());
+    if (!values.empty()) std::memcpy(bytes.data() + at, values.data(), values.size_bytes());
+  }
+  Bytes bytes;
+};
+class Unpacker {
+public:
+  explicit Unpacker(const Bytes& from) : from_(from) {}
+  bool more() const { return at_ < from_.size(); }
+  template <class T>
+  T get() {
+    T value;
+    std::memcpy(&value, from_.data() + at_, sizeof(T));
+    at_ += sizeof(T);
+    return value;
+  }
+  template <class T>
+  std::vector<T> get_all() {
+    std::vector<T> values(std::size_t(get<std::int64_t>()));
+    if (!values.empty()) std::memcpy(values.data(), from_.data() + at_, values.size() * sizeof(T));
+    at_ += values.size() * sizeof(T);
+    return values;
+  }
+
+private:
+  const Bytes& from_;
+  std::size_t at_ = 0;
+};
+
+// Ranks in turns in this process; one rank is the serial form.
+std::unique_ptr<Exchange> virtual_ranks(int ranks);
+// One rank a process of MPI, by the library at `path` (cairn_mpi), which is loaded now. communicator: as Fortran has it
+// (MPI_Fint); below 0: MPI_COMM_WORLD. Throws Error if there is no such library.
+std::unique_ptr<Exchange> mpi_ranks(const std::string& path, std::int64_t communicator);
+
+} // namespace cairn

@@ -1,0 +1,127 @@
+// One rank a process of MPI, by the library cairn_mpi.
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+#include "../base/call.hpp"
+#include "exchange.hpp"
+#include "mpi/cairn_mpi.h"
+
+namespace cairn {
+namespace {
+
+const cairn_mpi_calls& load(const std::string& path) {
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
+  if (!library) {
+    const char* why = dlerror();
+    throw Error("ranks over MPI need the library cairn_mpi, and " + path + " cannot be loaded (" +
+                std::string(why ? why : "no reason is told") + "): build Cairn where MPI is found, or give a number "
+                "of ranks in this process");
+  }
+  using Table = const cairn_mpi_calls* (*)();
+  const auto table = reinterpret_cast<Table>(dlsym(library, "cairn_mpi_table"));
+  const cairn_mpi_calls* calls = table ? table() : nullptr;
+  if (!calls || calls->version != cairn_mpi_version)
+    throw Error(path + " is of another version of Cairn: build it anew");
+  return *calls;
+}
+
+class MpiRanks final : public Exchange {
+public:
+  MpiRanks(const std::string& path, std::int64_t communicator) : calls_(load(path)) {
+    std::int32_t rank = 0;
+    check(calls_.open(communicator, &rank, &ranks_));
+    local_ = {rank};
+  }
+  std::string name() const override { return "mpi"; }
+  int ranks() const override { return ranks_; }
+
+  std::vector<std::vector<Parcel>> deliver(std::vector<std::vector<Parcel>> out) override {
+    std::vector<std::int64_t> to(std::size_t(ranks_), -1), from(to); // -1: nothing, not even nothing
+    std::vector<cairn_mpi_message> sent, received;
+    for (Parcel& parcel : out[0]) {
+      to[std::size_t(parcel.rank)] = std::int64_t(parcel.bytes.size());
+      sent.push_back({parcel.rank, 1, parcel.bytes.data(), std::int64_t(parcel.bytes.size())});
+      count(std::int64_t(parcel.bytes.size()));
+    }
+    ++traffic.sums;
+    check(calls_.share_counts(to.data(), from.data()));
+    std::vector<std::vector<Parcel>> in(1);
+    for (int rank = 0; rank < ranks_; ++rank)
+      if (from[std::size_t(rank)] >= 0) in[0].push_back({rank, Bytes(std::size_t(from[std::size_t(rank)]))});
+    for (Parcel& parcel : in[0])
+      received.push_back({parcel.rank, 1, parcel.bytes.data(), std::int64_t(parcel.bytes.size())});
+    check(calls_.exchange(sent.data(), std::int64_t(sent.size()), received.data(), std::int64_t(received.size())));
+    return in;
+  }
+
+  void pass(Links& links, int part) override {
+    const auto k = std::size_t(part);
+    sent_.clear();
+    received_.clear();
+    for (Link& link : links[0]) {
+      const std::int32_t out = link.out_first[k], in = link.in_first[k];
+      const std::int64_t n_out = 8 * std::int64_t(link.out_first[k + 1] - out),
+                         n_in = 8 * std::int64_t(link.in_first[k + 1] - in);
+      if (n_out > 0) sent_.push_back({link.rank, 2, link.out.data() + out, n_out});
+      if (n_in > 0) received_.push_back({link.rank, 2, link.in.data() + in, n_in});
+      if (n_out > 0) count(n_out);
+    }
+    check(calls_.exchange(sent_.data(), std::int64_t(sent_.size()), received_.data(), std::int64_t(received_.size())));
+  }
+
+  void sum(std::span<std::int64_t> values) override {
+    ++traffic.sums;
+    check(calls_.sum(values.data(), std::int64_t(values.size())));
+  }
+  void largest(std::span<double> values) override {
+    ++traffic.sums;
+    check(calls_.largest(values.data(), std::int64_t(values.size())));
+  }
+
+  std::vector<Bytes> gather(const Bytes& mine) override {
+    ++traffic.sums;
+    std::vector<std::int64_t> counts(std::size_t(ranks_), 0);
+    counts[std::size_t(local_[0])] = std::int64_t(mine.size());
+    check(calls_.sum(counts.data(), ranks_));
+    std::int64_t total = 0;
+    for (const std::int64_t n : counts) total += n;
+    Bytes all(static_cast<std::size_t>(total));
+    check(calls_.gather(mine.data(), std::int64_t(mine.size()), counts.data(), all.data()));
+    std::vector<Bytes> out;
+    auto at = all.begin();
+    for (const std::int64_t n : counts) {
+      out.emplace_back(at, at + n);
+      at += n;
+    }
+    return out;
+  }
+
+  [[noreturn]] void abort(int code) override {
+    calls_.abort(code);
+    std::_Exit(code);
+  }
+
+private:
+  static void check(std::int32_t code) {
+    if (code != 0) throw Error("a call of MPI failed with code " + std::to_string(code));
+  }
+  void count(std::int64_t bytes) {
+    ++traffic.messages;
+    traffic.bytes += bytes;
+  }
+
+  const cairn_mpi_calls& calls_;
+  std::int32_t ranks_ = 1;
+  std::vector<cairn_mpi_message> sent_, received_;
+};
+
+} // namespace
+
+std::unique_ptr<Exchange> mpi_ranks(const std::string& path, std::int64_t communicator) {
+  return std::make_unique<MpiRanks>(path, communicator);
+}
+
+} // namespace cairn

@@ -1,0 +1,128 @@
+#include "part.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+
+namespace cairn {
+namespace {
+
+// f(field of one, same field of the other) for all rows of fields.def of two holders of a kind.
+template <class Holder, class F>
+void each_pair(Holder& one, Holder& other, F&& f) {
+  std::vector<void*> fields;
+  one.for_each_field([&](auto& field) { fields.push_back(&field); });
+  std::size_t k = 0;
+  other.for_each_field([&](auto& field) {
+    using Same = std::remove_reference_t<decltype(field)>;
+    f(*static_cast<Same*>(fields[k++]), field);
+  });
+}
+
+template <class T>
+void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Field<T>& to) {
+  to.active = from.active;
+  if (!from.active) {
+    to.values.clear();
+    return;
+  }
+  to.values.resize(rows.size() * std::size_t(from.components));
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    std::copy_n(from[rows[i]], from.components, to.values.data() + i * std::size_t(from.components));
+}
+
+// Numbers of a step alone: each part makes its own.
+bool made_in_step(std::string_view name) {
+  return name == "velocity_free" || name == "inverse_inertia" || name.ends_with("_begin");
+}
+
+// What a step leaves, and others read.
+bool left_by_step(std::string_view name, std::string_view stage) {
+  return !made_in_step(name) && stage != "insertion" && name != "inverse_mass";
+}
+
+} // namespace
+
+Part make_part(const Simulation& whole, const Nscd& model, int rank, std::vector<std::int32_t> bodies) {
+  auto& from = const_cast<Simulation&>(whole); // fields are gone through, and not changed
+  Part part;
+  part.rank = rank;
+  part.bodies = std::move(bodies);
+  auto strategy = model.fresh();
+  part.nscd = static_cast<Nscd*>(strategy.get());
+  part.nscd->settings.renumber_every = std::numeric_limits<int>::max(); // the whole is, and parts with it
+  part.simulation = std::make_unique<Simulation>(Scene(whole.scene.dim), whole.laws, std::move(strategy));
+  Scene& scene = part.simulation->scene;
+  scene.gravity = whole.scene.gravity;
+  scene.origin = whole.scene.origin;
+  scene.cell = whole.scene.cell;
+  scene.next_body_id = whole.scene.next_body_id;
+  scene.next_contactor_id = whole.scene.next_contactor_id;
+  each_pair(from.scene.bodies, scene.bodies, [&](auto& of_whole, auto& own) { copy_rows(of_whole, part.bodies, own); });
+  std::vector<std::int32_t> local(std::size_t(whole.scene.bodies.count), -1), contactors;
+  for (std::size_t i = 0; i < part.bodies.size(); ++i) local[std::size_t(part.bodies[i])] = std::int32_t(i);
+  const Contactors& c = whole.scene.contactors;
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (local[std::size_t(*c.body[k])] >= 0) contactors.push_back(std::int32_t(k));
+  each_pair(from.scene.contactors, scene.contactors,
+            [&](auto& of_whole, auto& own) { copy_rows(of_whole, contactors, own); });
+  for (std::int32_t& body : scene.contactors.body.values) body = local[std::size_t(body)];
+  scene.contactors.hulls = c.hulls;
+  scene.fields_restored({});
+  const double* x = scene.bodies.position.values.data();
+  part.position_then.assign(x, x + scene.bodies.position.values.size());
+  return part;
+}
+
+void bring(const Simulation& whole, Part& part) {
+  auto& from = const_cast<Simulation&>(whole);
+  Simulation& s = *part.simulation;
+  s.scene.gravity = whole.scene.gravity;
+  s.scene.cell = whole.scene.cell;
+  s.steps = whole.steps;
+  s.time = whole.time;
+  each_pair(from.scene.bodies, s.scene.bodies, [&](auto& of_whole, auto& own) {
+    if (!made_in_step(own.name) || own.active != of_whole.active) copy_rows(of_whole, part.bodies, own);
+  });
+}
+
+void take(const Part& part, Simulation& whole) {
+  each_pair(part.simulation->scene.bodies, whole.scene.bodies, [&](auto& own, auto& of_whole) {
+    if (!of_whole.active || !own.active || !left_by_step(own.name, own.stage)) return;
+    for (std::size_t i = 0; i < part.bodies.size(); ++i)
+      if (part.own[i]) std::copy_n(own[std::int64_t(i)], own.components, of_whole[part.bodies[i]]);
+  });
+}
+
+void pack_own(const Part& part, Packer& packer) {
+  std::vector<std::int32_t> rows, places;
+  for (std::size_t i = 0; i < part.bodies.size(); ++i)
+    if (part.own[i]) {
+      rows.push_back(std::int32_t(i));
+      places.push_back(part.bodies[i]);
+    }
+  packer.put_all(std::span<const std::int32_t>(places));
+  part.simulation->scene.bodies.for_each_field([&](auto& field) {
+    using T = typename std::decay_t<decltype(field)>::value_type;
+    if (!field.active || !left_by_step(field.name, field.stage)) return;
+    std::vector<T> numbers;
+    for (const std::int32_t row : rows) numbers.insert(numbers.end(), field[row], field[row] + field.components);
+    packer.put_all(std::span<const T>(numbers));
+  });
+}
+
+void take_packed(const Bytes& bytes, Simulation& whole) {
+  Unpacker from(bytes);
+  while (from.more()) {
+    const std::vector<std::int32_t> places = from.get_all<std::int32_t>();
+    whole.scene.bodies.for_each_field([&](auto& field) {
+      using T = typename std::decay_t<decltype(field)>::value_type;
+      if (!field.active || !left_by_step(field.name, field.stage)) return;
+      const std::vector<T> numbers = from.get_all<T>();
+      for (std::size_t i = 0; i < places.size(); ++i)
+        std::copy_n(numbers.data() + i * std::size_t(field.components), field.components, field[places[i]]);
+    });
+  }
+}
+
+} // namespace cairn

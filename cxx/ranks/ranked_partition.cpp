@@ -1,0 +1,351 @@
+// Bodies to ranks: owners by the curve and counted costs, ghosts by places, memory of contacts to who owns them now.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "../base/call.hpp"
+#include "../contactors/shapes.hpp"
+#include "ranked_nscd.hpp"
+
+namespace cairn {
+namespace {
+
+// Radius of a ball about the centre of each body that holds its contactors; infinite where one has no bound [m].
+std::vector<double> radii_of(const Simulation& s) {
+  std::vector<double> radius(std::size_t(s.scene.bodies.count), 0);
+  const Contactors& c = s.scene.contactors;
+  const int dim = s.scene.dim;
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const Shape shape = Shape(*c.shape[k]);
+    double size = info(shape).bounded ? *c.radius[k] : std::numeric_limits<double>::infinity();
+    if (shape == Shape::segment) size += c.direction[k][dim];
+    double square = 0;
+    for (int d = 0; d < dim && c.offset.active; ++d) square += c.offset[k][d] * c.offset[k][d];
+    double& of_body = radius[std::size_t(*c.body[k])];
+    of_body = std::max(of_body, size + std::sqrt(square));
+  }
+  return radius;
+}
+
+// 1: contacts do not move the body in any way.
+std::vector<std::uint8_t> fixed_bodies(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  std::vector<std::uint8_t> fixed(std::size_t(b.count), 0);
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    const unsigned driven = b.driven.active ? *b.driven[i] : 0;
+    bool moves = false;
+    for (int k = 0; k < b.dofs(); ++k) {
+      if (driven >> k & 1) continue;
+      const bool turns = k >= s.scene.dim;
+      const double inertia = turns ? b.inertia[i][b.inertia.components == 1 ? 0 : k - s.scene.dim] : *b.mass[i];
+      moves = moves || std::isfinite(inertia);
+    }
+    fixed[std::size_t(i)] = !moves;
+  }
+  return fixed;
+}
+
+// Bodies with sides decide about contacts by what is beside them, so that neighbours of ghosts are needed as well.
+bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& everywhere) {
+  const Contactors& c = s.scene.contactors;
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (!everywhere[std::size_t(*c.body[k])] && !info(Shape(*c.shape[k])).ball()) return true;
+  return false;
+}
+
+} // namespace
+
+bool RankedNscd::must_partition(const Simulation& s) const {
+  constexpr double most_imbalance = 1.2;
+  constexpr std::int64_t least_steps = 50;
+  if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_) return true;
+  return exchange_->ranks() > 1 && imbalance_ > most_imbalance && since_partition_ >= least_steps;
+}
+
+// Costs of bodies, with those of the contacts of the last step on them.
+std::vector<std::int64_t> RankedNscd::costs(const Simulation& s) const {
+  std::vector<std::int64_t> cost(std::size_t(s.scene.bodies.count), 0);
+  for (const Part& part : parts_) {
+    const ContactMemory& m = part.simulation->interactions.memory();
+    for (const ContactKey& key : m.keys)
+      for (const std::int64_t id : {key.contactor_a, key.contactor_b})
+        if (const std::int32_t contactor = s.contactor(id); contactor >= 0)
+          cost[std::size_t(*s.scene.contactors.body[contactor])] += cost_of_contact / 2;
+  }
+  exchange_->sum(cost);
+  for (std::int64_t& of_body : cost) of_body += cost_of_body;
+  return cost;
+}
+
+void RankedNscd::partition(Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const int ranks = exchange_->ranks();
+  const std::vector<double> radius = radii_of(s);
+  fixed_ = fixed_bodies(s);
+  std::vector<std::int64_t> cost = costs(s);
+  everywhere_ = bodies_everywhere(radius, fixed_);
+  for (std::size_t i = 0; i < cost.size(); ++i) // their contacts are where the others are
+    if (everywhere_[i]) cost[i] = cost_of_body;
+  owner_ = cut_curve(cost, ranks);
+
+  double widest = 0, fastest = 0, law = 0, middle = 0;
+  std::int64_t roaming = 0;
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    if (everywhere_[std::size_t(i)]) continue;
+    double square = 0;
+    for (int k = 0; k < s.scene.dim; ++k) square += b.velocity[i][k] * b.velocity[i][k];
+    widest = std::max(widest, radius[std::size_t(i)]);
+    middle += radius[std::size_t(i)];
+    fastest = std::max(fastest, square);
+    ++roaming;
+  }
+  for (int e = 0; e < s.laws.entries(); ++e)
+    law = std::max(law, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
+  const double h = s.report.h > 0 ? s.report.h : 0, given = model_->settings.margin;
+  const double margin = law + (std::isnan(given) ? 0.05 * widest : given / 2);
+  reach_ = 2 * (margin + reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) +
+                                          2 * h * std::sqrt(fastest)));
+
+  Surroundings around;
+  around.dim = s.scene.dim;
+  around.count = b.count;
+  around.position = b.position.values.data();
+  around.radius = radius.data();
+  around.everywhere = everywhere_.data();
+  around.owner = owner_.data();
+  around.cell = s.scene.cell;
+  around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
+  const auto ghosts = find_ghosts(around, exchange_->local());
+
+  std::vector<ContactMemory> memory;
+  for (const Part& part : parts_) memory.push_back(part.simulation->interactions.memory());
+  parts_.clear();
+  for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
+    const int rank = exchange_->local()[l];
+    std::vector<std::int32_t> bodies = ghosts[l];
+    for (std::int64_t i = 0; i < b.count; ++i)
+      if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
+    std::sort(bodies.begin(), bodies.end());
+    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies)));
+    for (const std::int32_t body : part.bodies) {
+      part.own.push_back(owner_[std::size_t(body)] == rank);
+      part.owner.push_back(owner_[std::size_t(body)]);
+      part.fixed.push_back(fixed_[std::size_t(body)]);
+    }
+  }
+  give_memory(s, memory);
+  link_ghosts();
+  order_seen_ = s.scene.order_version();
+  anew_ = false;
+  since_partition_ = 0;
+  imbalance_ = 1;
+  ++partitions_;
+}
+
+namespace {
+
+// Some rows of a memory.
+ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& rows) {
+  ContactMemory some;
+  some.h = m.h;
+  some.contactors_seen = m.contactors_seen;
+  some.impulse_components = m.impulse_components;
+  some.state_components = m.state_components;
+  for (const std::size_t i : rows) {
+    some.keys.push_back(m.keys[i]);
+    const auto copy = [i](const std::vector<double>& from, int n, std::vector<double>& to) {
+      to.insert(to.end(), from.begin() + std::ptrdiff_t(i) * n, from.begin() + std::ptrdiff_t(i + 1) * n);
+    };
+    copy(m.impulses, m.impulse_components, some.impulses);
+    copy(m.states, m.state_components, some.states);
+  }
+  return some;
+}
+
+void pack(const ContactMemory& m, Packer& packer) {
+  packer.put(m.h);
+  packer.put(m.contactors_seen);
+  packer.put(m.impulse_components);
+  packer.put(m.state_components);
+  packer.put_all(std::span<const ContactKey>(m.keys));
+  packer.put_all(std::span<const double>(m.impulses));
+  packer.put_all(std::span<const double>(m.states));
+}
+
+void add_packed(const Bytes& bytes, ContactMemory& to) {
+  Unpacker from(bytes);
+  while (from.more()) {
+    to.h = from.get<double>();
+    to.contactors_seen = std::max(to.contactors_seen, from.get<std::int64_t>());
+    const int impulses = from.get<int>(), states = from.get<int>();
+    const auto keys = from.get_all<ContactKey>();
+    const auto r = from.get_all<double>(), x = from.get_all<double>();
+    if (to.keys.empty()) to.impulse_components = impulses, to.state_components = states;
+    if (keys.empty()) continue;
+    if (impulses != to.impulse_components || states != to.state_components)
+      throw Error("ranks disagree about what contacts remember");
+    to.keys.insert(to.keys.end(), keys.begin(), keys.end());
+    to.impulses.insert(to.impulses.end(), r.begin(), r.end());
+    to.states.insert(to.states.end(), x.begin(), x.end());
+  }
+}
+
+void put_in_order(ContactMemory& m) {
+  std::vector<std::size_t> order(m.keys.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return m.keys[a] < m.keys[b]; });
+  const ContactMemory sorted = rows_of(m, order);
+  m.keys = sorted.keys;
+  m.impulses = sorted.impulses;
+  m.states = sorted.states;
+}
+
+} // namespace
+
+// What contacts remember goes to who owns them now. Where memory came from elsewhere all ranks have it whole.
+void RankedNscd::give_memory(const Simulation& s, const std::vector<ContactMemory>& memory) {
+  const auto heir = [&](const ContactKey& key) {
+    const std::int32_t one = s.contactor(key.contactor_a), two = s.contactor(key.contactor_b);
+    if (one < 0 || two < 0) return -1;
+    const std::int32_t a = *s.scene.contactors.body[one], b = *s.scene.contactors.body[two];
+    const bool roams_a = !everywhere_[std::size_t(a)], roams_b = !everywhere_[std::size_t(b)];
+    std::int32_t owner = key.contactor_a < key.contactor_b ? a : b;
+    if (roams_a != roams_b)
+      owner = roams_a ? a : b;
+    else if (fixed_[std::size_t(a)] != fixed_[std::size_t(b)])
+      owner = fixed_[std::size_t(a)] ? b : a;
+    return int(owner_[std::size_t(owner)]);
+  };
+  std::vector<std::vector<Parcel>> out;
+  for (const ContactMemory& m : memory) {
+    std::map<int, std::vector<std::size_t>> rows;
+    for (std::size_t i = 0; i < m.keys.size(); ++i)
+      if (const int rank = heir(m.keys[i]); rank >= 0) rows[rank].push_back(i);
+    auto& parcels = out.emplace_back();
+    for (const auto& [rank, of_rank] : rows) {
+      Packer packer;
+      pack(rows_of(m, of_rank), packer);
+      parcels.push_back({rank, std::move(packer.bytes)});
+    }
+  }
+  std::vector<std::vector<Parcel>> in(parts_.size());
+  if (!memory.empty()) in = exchange_->deliver(std::move(out));
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    ContactMemory own;
+    for (const Parcel& parcel : in[l]) add_packed(parcel.bytes, own);
+    if (!memory.empty()) own.h = memory[0].h, own.contactors_seen = memory[0].contactors_seen;
+    if (!pending_.keys.empty()) {
+      std::vector<std::size_t> rows;
+      for (std::size_t i = 0; i < pending_.keys.size(); ++i)
+        if (heir(pending_.keys[i]) == parts_[l].rank) rows.push_back(i);
+      own = rows_of(pending_, rows);
+    }
+    put_in_order(own);
+    parts_[l].simulation->interactions.restore(std::move(own));
+  }
+  pending_ = {};
+}
+
+// Ranks tell owners which of their bodies they follow.
+void RankedNscd::link_ghosts() {
+  ghost_links_.clear();
+  ghosts_out_.clear();
+  ghosts_in_.clear();
+  ghosts_ = 0;
+  std::vector<std::vector<Parcel>> out;
+  std::vector<std::map<int, std::vector<std::int32_t>>> wanted;
+  for (const Part& part : parts_) {
+    auto& by_owner = wanted.emplace_back();
+    for (std::size_t i = 0; i < part.bodies.size(); ++i)
+      if (!part.own[i] && !part.fixed[i]) by_owner[part.owner[i]].push_back(std::int32_t(i));
+    auto& parcels = out.emplace_back();
+    for (const auto& [rank, bodies] : by_owner) {
+      std::vector<std::int64_t> ids;
+      for (const std::int32_t i : bodies) ids.push_back(*part.simulation->scene.bodies.id[i]);
+      Packer packer;
+      packer.put_all(std::span<const std::int64_t>(ids));
+      parcels.push_back({rank, std::move(packer.bytes)});
+      ghosts_ += std::int64_t(bodies.size());
+    }
+  }
+  const auto asked = exchange_->deliver(std::move(out));
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const Scene& scene = parts_[l].simulation->scene;
+    const int n = scene.bodies.dofs();
+    std::map<int, std::array<std::vector<std::int32_t>, 2>> by_rank; // out, in
+    for (const auto& [rank, bodies] : wanted[l]) by_rank[rank][1] = bodies;
+    for (const Parcel& parcel : asked[l]) {
+      Unpacker from(parcel.bytes);
+      for (const std::int64_t id : from.get_all<std::int64_t>())
+        by_rank[parcel.rank][0].push_back(scene.internal(id));
+    }
+    auto& links = ghost_links_.emplace_back();
+    auto& bodies_out = ghosts_out_.emplace_back();
+    auto& bodies_in = ghosts_in_.emplace_back();
+    for (auto& [rank, bodies] : by_rank) {
+      Link link;
+      link.rank = rank;
+      link.out.resize(bodies[0].size() * std::size_t(n));
+      link.in.resize(bodies[1].size() * std::size_t(n));
+      link.out_first = {0, std::int32_t(link.out.size())};
+      link.in_first = {0, std::int32_t(link.in.size())};
+      links.push_back(std::move(link));
+      bodies_out.push_back(std::move(bodies[0]));
+      bodies_in.push_back(std::move(bodies[1]));
+    }
+  }
+  exchange_->match(ghost_links_);
+}
+
+// The memory of all contacts, in the order of their keys: the same whatever the number of ranks. All ranks call it.
+ContactMemory RankedNscd::memory(const Simulation&) const {
+  if (parts_.empty() || !pending_.keys.empty()) return pending_;
+  Packer mine;
+  for (const Part& part : parts_) pack(part.simulation->interactions.memory(), mine);
+  ContactMemory all;
+  for (const Bytes& bytes : exchange_->gather(mine.bytes)) add_packed(bytes, all);
+  put_in_order(all);
+  return all;
+}
+
+void RankedNscd::restore(Simulation& s, ContactMemory memory) {
+  Interactions check(s.scene.dim); // throws where sizes do not agree
+  check.restore(memory);
+  pending_ = std::move(memory);
+  parts_.clear();
+  anew_ = true;
+  s.contacts_known = false;
+  shown_.reset();
+}
+
+std::vector<std::int32_t> RankedNscd::owners(const Simulation& s) const {
+  std::vector<std::int32_t> out;
+  if (owner_.size() != std::size_t(s.scene.bodies.count) || order_seen_ != s.scene.order_version()) return out;
+  for (const std::int32_t i : s.scene.insertion_order()) out.push_back(owner_[std::size_t(i)]);
+  return out;
+}
+
+std::vector<std::int64_t> RankedNscd::bytes_of_ranks() const {
+  std::vector<std::int64_t> out;
+  for (const Part& part : parts_) {
+    const auto [bodies, contacts] = part.simulation->bytes();
+    out.push_back(bodies + contacts);
+  }
+  return out;
+}
+
+std::int64_t RankedNscd::body_bytes() const {
+  std::int64_t sum = 0;
+  for (const Part& part : parts_) sum += part.simulation->bytes().first;
+  return sum;
+}
+
+std::int64_t RankedNscd::contact_bytes() const {
+  std::int64_t sum = 0;
+  for (const Part& part : parts_) sum += part.simulation->bytes().second;
+  return sum;
+}
+
+} // namespace cairn

@@ -1,0 +1,395 @@
+#include "ranked_sweeps.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "../solvers/sweeps/batch.hpp"
+#include "../solvers/sweeps/light_error.hpp"
+#include "../solvers/sweeps/step_error.hpp"
+#include "cairn/rows/contact_terms.h"
+
+namespace cairn {
+namespace {
+
+constexpr int plain_sweeps = 9;      // before others are extrapolated or over-relaxed
+constexpr int astray = 128;          // sweeps after which extrapolated sweeps of clumps may cycle
+constexpr double most_ratio = 0x1p20; // of masses, up to which sweeps are extrapolated
+
+// True where a side that moves rests on a face: plain sweeps stay near the answer that the step begins with.
+bool faced(const cairn_batch& b) {
+  return (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b));
+}
+
+} // namespace
+
+void add_over_ranks(std::span<ExactSum> sums, Exchange& exchange) {
+  constexpr std::size_t words = ExactSum::words + 1;
+  std::vector<std::int64_t> all(words * sums.size());
+  for (std::size_t k = 0; k < sums.size(); ++k) sums[k].write({all.data() + words * k, words});
+  exchange.sum(all);
+  for (std::size_t k = 0; k < sums.size(); ++k) sums[k].read({all.data() + words * k, words});
+}
+
+RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int colours, Exchange& exchange,
+                           const SolverOptions& options)
+    : parts_(parts), links_(links), colours_(colours), exchange_(exchange), options_(options) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  std::int64_t counts[] = {0, 0}; // contacts, those on faces
+  double other_shapes[] = {0};
+  for (Part& part : parts) {
+    ContactSystem& system = part.simulation->interactions.system();
+    const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
+    shares_.push_back({&system, &part.simulation->scene.bodies, system.schedule(threads), {}, {}, {}, {}});
+    shares_.back().schedule.softening_relaxation = options.softening_relaxation;
+    for (const cairn_batch& b : system.batches) {
+      counts[0] += b.contacts;
+      if (faced(b)) counts[1] += b.contacts;
+    }
+    if (!system.batches.empty() && !system.clumps) other_shapes[0] = 1;
+    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+      if (!part.own[i] || part.fixed[i]) continue;
+      const double* inverse = part.simulation->scene.bodies.inverse_mass[std::int64_t(i)];
+      const double light = *std::max_element(inverse, inverse + system.dim);
+      if (light > 0) least = std::min(least, light), most = std::max(most, light);
+    }
+  }
+  exchange.sum(counts);
+  exchange.largest(other_shapes);
+  double ends[] = {-least, most};
+  exchange.largest(ends);
+  contacts_ = counts[0];
+  mass_ratio_ = ends[1] > 0 ? ends[1] / -ends[0] : 1;
+  const bool on_faces = other_shapes[0] > 0 && 2 * counts[1] > counts[0];
+  extrapolates_ = options.extrapolates && mass_ratio_ <= most_ratio && !on_faces;
+  clumps_ = !(other_shapes[0] > 0);
+}
+
+// kernel(schedule) on the contacts of each colour, and the velocities that it changed to those who share them.
+template <class Kernel>
+void RankedSweeps::by_colours(Kernel&& kernel) {
+  if (exchange_.ranks() == 1) return kernel(shares_[0].schedule, *shares_[0].system);
+  for (int colour = 0; colour < colours_; ++colour) {
+    for (Share& share : shares_) {
+      if (share.system->batches.empty()) continue;
+      cairn_schedule of_colour = share.schedule;
+      of_colour.stages = 1;
+      of_colour.first_task += colour;
+      if (of_colour.first_task[0] < of_colour.first_task[1]) kernel(of_colour, *share.system);
+    }
+    tell(colour);
+  }
+}
+
+void RankedSweeps::tell(int colour) {
+  const auto k = std::size_t(colour);
+  const int n = shares_[0].system->velocities();
+  const auto each = [&](bool out, auto&& f) {
+    for (std::size_t l = 0; l < shares_.size(); ++l)
+      for (std::size_t j = 0; j < links_.links[l].size(); ++j) {
+        Link& link = links_.links[l][j];
+        const auto& first = out ? link.out_first : link.in_first;
+        for (std::int32_t at = first[k]; at < first[k + 1]; at += n)
+          f(shares_[l].system->record[std::size_t((out ? links_.out : links_.in)[l][j][std::size_t(at / n)])].x,
+            (out ? link.out : link.in).data() + at);
+      }
+  };
+  each(true, [n](const double* x, double* numbers) { std::copy_n(x, n, numbers); });
+  exchange_.pass(links_.links, colour);
+  each(false, [n](double* x, const double* numbers) { std::copy_n(numbers, n, x); });
+}
+
+void RankedSweeps::give_impulses() {
+  for (Share& share : shares_) share.system->load({share.bodies->velocity_free});
+  by_colours([](const cairn_schedule& schedule, ContactSystem&) { cairn_add_impulses(&schedule); });
+}
+
+// f(impulses, their number, lanes of a row, place of the first lane, batch) for every row of impulses in memory.
+template <class F>
+void RankedSweeps::each_row(Share& share, F&& f) const {
+  for (const cairn_batch& b : share.system->batches) {
+    const auto lanes = std::size_t(b.count), components = std::size_t(b.components);
+    if (!b.pack) f(b.r, lanes * components, lanes, std::size_t(0), b);
+    for (std::size_t first = 0; b.pack && first < lanes; first += 8)
+      f(b.r + first * std::size_t(b.pack), 8 * components, std::size_t(8), first, b);
+  }
+}
+
+// Begins beyond the last sweep (Nesterov 1983): velocities follow, since they are linear in the impulses.
+void RankedSweeps::extrapolate(double factor) {
+  const int n = shares_[0].system->velocities();
+  for (Share& share : shares_) {
+    ContactSystem& system = *share.system;
+    share.before.resize(std::size_t(n) * std::size_t(system.bodies));
+    double* before = share.before.data();
+    for (std::int64_t b = 0; b < system.bodies; ++b)
+      for (int k = 0; k < n; ++k, ++before) {
+        double& v = system.record[std::size_t(b)].x[k];
+        const double now = v;
+        if (factor > 0) v = now + factor * (now - *before);
+        *before = now;
+      }
+    std::size_t at = 0;
+    each_row(share, [&](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      if (share.r_before.size() < at + count) share.r_before.resize(at + count), share.r_start.resize(at + count);
+      for (std::size_t k = 0; k < count; ++k, ++at) {
+        const double now = r[k];
+        if (factor > 0) r[k] = now + factor * (now - share.r_before[at]);
+        share.r_before[at] = now;
+        share.r_start[at] = r[k];
+      }
+    });
+  }
+}
+
+// Tells whether the extrapolation still points along the sweeps (O'Donoghue & Candes 2015).
+void RankedSweeps::follow_sweep() {
+  ExactSum sums[2]; // of changes, and of those against the way
+  for (Share& share : shares_) {
+    std::size_t at = 0;
+    each_row(share, [&](const double* r, std::size_t count, std::size_t lanes, std::size_t first, const cairn_batch& b) {
+      for (std::size_t k = 0; k < count; ++k, ++at) {
+        const std::size_t lane = first + k % lanes;
+        if (lane >= std::size_t(b.contacts)) continue;
+        const double change = r[k] - share.r_start[at];
+        if (!(change < 0 || change > 0)) continue;
+        sums[0].add(change * change / b.rho[lane]);
+        sums[1].add(-change * (r[k] - share.r_before[at]) / b.rho[lane]);
+      }
+    });
+  }
+  add_over_ranks(sums, exchange_);
+  sequence_.follow(sums[0].value(), sums[1].value());
+}
+
+void RankedSweeps::sweep() {
+  const bool extrapolates = extrapolates_ && iterations_ >= plain_sweeps;
+  if (extrapolates) extrapolate(sequence_.factor());
+  for (Share& share : shares_) share.schedule.relaxation = extrapolates ? 1 : relaxation_;
+  by_colours([](const cairn_schedule& schedule, ContactSystem& system) {
+    cairn_nlgs_sweep(1, &schedule, system.change.data());
+  });
+  if (extrapolates) follow_sweep();
+  ++iterations_;
+}
+
+// Rounding of the relative velocity of contacts, by what is known of the velocities of their bodies.
+void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
+  const ContactSystem& system = *share.system;
+  const int dim = system.dim, n = system.velocities();
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (const bool a : {true, false}) {
+        const double* v = system.record[std::size_t((a ? b.body_a : b.body_b)[lane])].x;
+        double speed = 0, spin = 0, arm = 0;
+        for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
+        for (int k = dim; k < n; ++k) spin += v[k] * v[k];
+        for (int k = 0; k < sides()[a ? b.side_a : b.side_b].lever; ++k) {
+          const double x = at(b, a ? b.lever_a : b.lever_b, lane, k);
+          arm += x * x;
+        }
+        sum.add(b.rho[lane] * (speed + spin * arm));
+      }
+}
+
+// Scale of the error, from records that hold the free velocity.
+void RankedSweeps::measure_free() {
+  ExactSum sums[2];
+  for (Share& share : shares_) {
+    ContactSystem& system = *share.system;
+    system.load({share.bodies->velocity_free});
+    cairn_contact_scale(&share.schedule, system.sums.data());
+    for (const cairn_batch& b : system.batches)
+      for (int lane = 0; lane < b.contacts; ++lane) sums[0].add(b.scale[lane]);
+    add_rounding(share, sums[1]);
+  }
+  add_over_ranks(sums, exchange_);
+  constexpr double some = 16 * std::numeric_limits<double>::epsilon();
+  free_energy_ = sums[0].value();
+  rounding_ = some * some * sums[1].value();
+}
+
+RankedSweeps::Error RankedSweeps::measure() {
+  ExactSum sums[2]; // of errors, of sizes
+  double wrong[] = {0};
+  for (Share& share : shares_) {
+    const ContactSystem& system = *share.system;
+    for (std::size_t k = 0; k < system.batches.size(); ++k) {
+      const cairn_batch& b = system.batches[k];
+      double terms[2 * 128];
+      cairn_contact_terms(&share.schedule, std::int32_t(k), 0, terms);
+      for (int lane = 0; lane < b.contacts; ++lane) {
+        sums[0].add(terms[lane]);
+        sums[1].add(terms[b.count + lane]);
+      }
+    }
+    for (const cairn_record& r : system.record)
+      if (!std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5])) wrong[0] = 1;
+  }
+  add_over_ranks(sums, exchange_);
+  exchange_.largest(wrong);
+  ++checks_;
+  const double residual = sums[0].value(), size = sums[1].value(), scale = std::max(size, free_energy_);
+  Error error;
+  error.finite = std::isfinite(residual) && std::isfinite(scale) && std::isfinite(free_energy_) && !(wrong[0] > 0);
+  error.square = residual > rounding_ && scale > 0 ? residual / scale : 0;
+  if (!error.finite) error.square = std::numeric_limits<double>::infinity();
+  return error;
+}
+
+// Sweeps until the next error is worth its cost, by how the last ones fell.
+int RankedSweeps::sweeps_to_check(double square, double wanted) {
+  const int since = std::max(iterations_ - last_check_, 1);
+  double to_come = std::max(4, iterations_ / 8);
+  if (last_square_ > square && square > 0 && last_check_ > 0) {
+    const double rate = std::log(last_square_ / square) / since;
+    to_come = std::clamp(0.6 * std::log(square / wanted) / rate, 1.0, double(std::max(4, iterations_ / 4)));
+  } else if (iterations_ < plain_sweeps) {
+    to_come = 2;
+  }
+  last_check_ = iterations_;
+  last_square_ = square;
+  return int(to_come);
+}
+
+// Projected over-relaxation where sweeps are not extrapolated (Cryer 1971), less where an error did not fall.
+void RankedSweeps::relax(double square) {
+  constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
+  if (extrapolates_) return;
+  if (!relaxes_ && iterations_ >= plain_sweeps) {
+    relaxes_ = true;
+    relaxation_ = first;
+  } else if (!(square < least_fall * relaxed_square_)) {
+    relaxation_ = std::max(1.0, relaxation_ - decrement);
+  }
+  relaxed_square_ = std::min(relaxed_square_, square);
+}
+
+void RankedSweeps::keep_best(double square) {
+  if (!(square < least_square_)) return;
+  least_square_ = square;
+  for (Share& share : shares_) {
+    std::size_t at = 0;
+    each_row(share, [&](const double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      if (share.best.size() < at + count) share.best.resize(at + count);
+      std::copy_n(r, count, share.best.begin() + std::ptrdiff_t(at));
+      at += count;
+    });
+  }
+}
+
+bool RankedSweeps::give_back(double square) {
+  if (!(least_square_ < square)) return false;
+  for (Share& share : shares_) {
+    std::size_t at = 0;
+    each_row(share, [&](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      std::copy_n(share.best.begin() + std::ptrdiff_t(at), count, r);
+      at += count;
+    });
+  }
+  give_impulses();
+  return true;
+}
+
+// True of a dense pack, as in the sweeps of one rank: many contacts press, and most of them did in the last step.
+bool RankedSweeps::persists() {
+  constexpr std::int64_t many = 100;
+  std::int64_t counts[] = {0, 0}; // that press, that did in the last step too
+  for (const Share& share : shares_)
+    for (const cairn_batch& b : share.system->batches)
+      for (int lane = 0; lane < b.contacts; ++lane) {
+        const bool presses = at(b, b.r, lane, 0) > 0;
+        counts[0] += presses;
+        counts[1] += presses && b.status[lane] != 0;
+      }
+  exchange_.sum(counts);
+  return counts[0] >= many && 2 * counts[1] > counts[0];
+}
+
+SolveReport RankedSweeps::solve() {
+  SolveReport report;
+  report.contacts = contacts_;
+  double depth[] = {0, 0};
+  for (const Share& share : shares_) {
+    depth[0] = std::max(depth[0], share.system->penetration);
+    depth[1] = std::max(depth[1], share.system->drift);
+  }
+  exchange_.largest(depth);
+  report.penetration = depth[0];
+  report.drift = depth[1];
+  if (contacts_ == 0) {
+    for (Share& share : shares_) share.system->load({share.bodies->velocity_free});
+    return report;
+  }
+  const bool may_end_early = options_.enough > options_.tolerance;
+  for (Share& share : shares_)
+    for (const cairn_batch& b : share.system->batches)
+      for (int lane = 0; lane < b.contacts && may_end_early; ++lane) b.status[lane] = at(b, b.r, lane, 0) > 0;
+  measure_free();
+  give_impulses();
+  double wanted = options_.tolerance * options_.tolerance;
+  int next = std::max(options_.min_iterations, 1);
+  while (iterations_ < options_.max_iterations) {
+    if (clumps_ && iterations_ >= astray) extrapolates_ = false;
+    sweep();
+    if (iterations_ < next && iterations_ < options_.max_iterations) continue;
+    const Error error = measure();
+    if (!error.finite) {
+      if (extrapolates_ && give_back(error.square)) {
+        extrapolates_ = false;
+        continue;
+      }
+      report.status = SolveStatus::diverged;
+      for (Share& share : shares_)
+        each_row(share, [](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+          std::fill_n(r, count, 0.0);
+        });
+      break;
+    }
+    if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
+    if (error.square <= wanted && iterations_ >= options_.min_iterations) break;
+    keep_best(error.square);
+    relax(error.square);
+    next = iterations_ + sweeps_to_check(error.square, wanted);
+    if (may_end_early && iterations_ < options_.patience) next = std::min(next, options_.patience);
+  }
+  finish(wanted, report);
+  return report;
+}
+
+void RankedSweeps::finish(double wanted, SolveReport& report) {
+  constexpr double differs = 900; // light bodies between heavy ones would feel the rounding of impulses
+  const bool keeps = mass_ratio_ > differs && report.status != SolveStatus::diverged;
+  if (!keeps) give_impulses();
+  Error end = measure();
+  if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure();
+  const double least_scale = 0x1p-40 * free_energy_ / double(contacts_);
+  double largest[] = {0, 0}; // error of a contact, distance outside the cone
+  for (Share& share : shares_) {
+    ContactSystem& system = *share.system;
+    cairn_contact_error(&share.schedule, 1, least_scale, system.sums.data());
+    for (std::size_t b = 0; b < system.batches.size(); ++b) {
+      largest[0] = std::max(largest[0], system.sums[6 * b + 2]);
+      largest[1] = std::max(largest[1], system.sums[6 * b + 4]);
+    }
+  }
+  exchange_.largest(largest);
+  report.iterations = iterations_;
+  report.checks = checks_;
+  report.error = std::sqrt(end.square);
+  report.worst_error = std::sqrt(largest[0]);
+  report.cone_distance = std::sqrt(largest[1]);
+  SolverOptions asked = options_;
+  asked.tolerance = std::sqrt(wanted);
+  char hint[200];
+  std::snprintf(hint, sizeof hint,
+                "error %.2e after %d iterations over %d ranks, tol is %.2e: allow more iterations, a larger tol or a "
+                "smaller dt",
+                report.error, report.iterations, exchange_.ranks(), options_.tolerance);
+  conclude(report, {end.square, end.finite}, asked, hint);
+}
+
+} // namespace cairn

@@ -1,0 +1,79 @@
+// Sweeps of NLGS over ranks: colour by colour, with the velocities of shared bodies told after each. All that decides
+// how they go on is a sum over contacts or bodies that is exact, so that no bit depends on which rank has which.
+#pragma once
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "../solvers/solve_report.hpp"
+#include "../solvers/solver_options.hpp"
+#include "../solvers/sweeps/contact_system.hpp"
+#include "../solvers/sweeps/nesterov_sequence.hpp"
+#include "colouring.hpp"
+#include "exact_sum.hpp"
+#include "part.hpp"
+
+namespace cairn {
+
+// Totals over all ranks of sums that each part adds to.
+void add_over_ranks(std::span<ExactSum> sums, Exchange& exchange);
+
+class RankedSweeps {
+public:
+  RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int colours, Exchange& exchange,
+               const SolverOptions& options);
+  // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
+  // on.
+  SolveReport solve();
+
+private:
+  struct Share { // of a part
+    ContactSystem* system;
+    const Bodies* bodies;
+    cairn_schedule schedule;
+    Array<double> before;                  // velocities when the last sweep began [m/s]
+    std::vector<double> r_before, r_start; // impulses when the last sweep began, and this one [N s]
+    std::vector<double> best;              // impulses of the smallest error
+  };
+  struct Error {
+    double square = 0;
+    bool finite = true;
+  };
+
+  template <class Kernel>
+  void by_colours(Kernel&& kernel);
+  void tell(int colour);
+  void give_impulses();
+  void sweep();
+  void extrapolate(double factor);
+  void follow_sweep();
+  void measure_free();
+  Error measure();
+  static void add_rounding(const Share& share, ExactSum& sum);
+  int sweeps_to_check(double square, double wanted);
+  void relax(double square);
+  void keep_best(double square);
+  bool give_back(double square);
+  bool persists();
+  void finish(double wanted, SolveReport& report);
+  template <class F>
+  void each_row(Share& share, F&& f) const;
+
+  std::vector<Share> shares_;
+  std::vector<Part>& parts_;
+  ColourLinks& links_;
+  int colours_;
+  Exchange& exchange_;
+  const SolverOptions& options_;
+  std::int64_t contacts_ = 0;
+  double free_energy_ = 0, rounding_ = 0, mass_ratio_ = 1;
+  double relaxation_ = 1;
+  double relaxed_square_ = std::numeric_limits<double>::infinity(); // the smallest that was measured
+  double least_square_ = std::numeric_limits<double>::infinity();   // that of the impulses that were kept
+  bool relaxes_ = false, extrapolates_ = true, clumps_ = false;
+  NesterovSequence sequence_;
+  int iterations_ = 0, checks_ = 0, last_check_ = 0;
+  double last_square_ = 0;
+};
+
+} // namespace cairn

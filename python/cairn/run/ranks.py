@@ -1,0 +1,172 @@
+"""A simulation over several ranks: in turns in this process, or one a process of MPI."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from dataclasses import replace
+from pathlib import Path
+
+from .. import _core
+from ..base import checks
+from ..options.strategies import NLGS, NSCD, TOL, Default
+
+VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script
+
+
+def asked(ranks):
+    """What a simulation is to run over: `ranks` as it was given, or what `cairn run --ranks` says; None for no ranks.
+
+    Raises
+    ------
+    ValueError
+        If it is neither a number, "mpi" nor a communicator of mpi4py.
+    """
+    if ranks is None:
+        text = os.environ.get(VARIABLE, "")
+        ranks = int(text) if text.isdecimal() else text or None
+    if ranks is None or ranks == "mpi" or hasattr(ranks, "py2f"):
+        return ranks
+    if isinstance(ranks, str) or isinstance(ranks, bool):
+        raise ValueError(f'ranks is {ranks!r}: give a number of ranks in this process, "mpi", or a communicator of mpi4py')
+    return checks.count("ranks", ranks, 1, 100_000)
+
+
+def solved_by_sweeps(strategy):
+    """The strategy with NLGS in place of the solver that is chosen by the scene: over ranks sweeps solve contacts."""
+    if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
+        of = strategy.solver
+        return replace(strategy, solver=NLGS(tol=of.tol or TOL, min_iter=of.min_iter, max_iter=of.max_iter))
+    return strategy
+
+
+def library():
+    """Path of the library cairn_mpi: beside the compiled module, or what the variable CAIRN_MPI names."""
+    return os.environ.get("CAIRN_MPI") or str(Path(_core.__file__).with_name("libcairn_mpi.so"))
+
+
+class Ranks:
+    """Ranks that a simulation runs over.
+
+    Attributes
+    ----------
+    count : int
+        Number of ranks.
+    rank : int
+        The rank of this process; 0 where it has all of them.
+    kind : {"serial", "virtual", "mpi"}
+        How they run.
+    """
+
+    def __init__(self, simulation, ranks):
+        self._simulation = simulation
+        if ranks == "mpi" or hasattr(ranks, "py2f"):
+            self._exchange = _core.mpi_ranks(library(), -1 if ranks == "mpi" else ranks.py2f())
+            _end_all_by_errors(self._exchange)
+        else:
+            self._exchange = _core.virtual_ranks(ranks)
+        self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
+        _core.over_ranks(simulation._core, self._exchange)
+
+    @property
+    def first(self):
+        """Whether rank 0 is in this process: it alone writes files and prints."""
+        return self.rank == 0
+
+    @property
+    def owner(self):
+        """Rank of each body, in the order of insertion, (n,); empty before the first step."""
+        return _core.owners_of_bodies(self._simulation._core)
+
+    @property
+    def held_bytes(self):
+        """Bytes that each rank of this process holds for its bodies and contacts, (ranks,)."""
+        return _core.bytes_of_ranks(self._simulation._core)
+
+    def figures(self):
+        """Gives figures of the last step.
+
+        Returns
+        -------
+        dict
+            "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
+            made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" so far.
+        """
+        found = self._simulation._core.figures()
+        return {name: value if name == "imbalance" else int(value) for name, value in found.items()}
+
+    def any(self, value):
+        """Gives whether a value is true on any rank. All ranks call it.
+
+        Parameters
+        ----------
+        value : bool
+            That of this process.
+
+        Returns
+        -------
+        bool
+            True if it is on one.
+        """
+        return bool(self._exchange.any(bool(value)))
+
+    def __repr__(self):
+        return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
+
+
+def _end_all_by_errors(exchange):
+    """An error that nobody catches ends all processes, with one message that names the rank."""
+    before, me, count = sys.excepthook, exchange.local[0], exchange.ranks
+
+    def end(kind, error, trace):
+        everywhere = str(error).startswith("rank ") and f" of {count}: " in str(error)  # all ranks have it
+        if not everywhere or me == 0:
+            lines = traceback.format_exception(kind, error, trace)
+            own = "" if everywhere else f"rank {me} of {count}: "
+            sys.stdout.flush()
+            print("".join(lines).rstrip().replace(str(error), own + str(error)) if own else "".join(lines).rstrip(),
+                  file=sys.stderr, flush=True)  # fmt: skip
+        if everywhere and me != 0:
+            time.sleep(1)  # rank 0 tells it
+        exchange.abort(1)
+
+    sys.excepthook = end
+    return before
+
+
+def launch(count, arguments):
+    """Runs a command of the shell over ranks of MPI, by mpirun; without it, or cairn_mpi, over ranks in one process.
+
+    Parameters
+    ----------
+    count : int
+        Number of ranks.
+    arguments : list of str
+        The arguments of `cairn`.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    import shutil
+    import subprocess
+
+    program = [sys.executable, "-m", "cairn", *arguments]
+    starter = shutil.which("mpirun") or shutil.which("mpiexec")
+    if starter and Path(library()).exists():
+        return subprocess.call([starter, "-n", str(count), *_many_on_few(starter, count), *program],
+                               env={**os.environ, VARIABLE: "mpi"})  # fmt: skip
+    missing = "mpirun" if not starter else "the library cairn_mpi"
+    print(f"cairn: there is no {missing}: {count} ranks take turns in one process", file=sys.stderr)
+    return subprocess.call(program, env={**os.environ, VARIABLE: str(count)})
+
+
+def _many_on_few(starter, count):
+    """Options by which Open MPI starts more processes than there are cores."""
+    import subprocess
+
+    told = subprocess.run([starter, "--version"], capture_output=True, text=True, check=False).stdout
+    return ["--oversubscribe"] if "Open MPI" in told and count > (os.cpu_count() or 1) else []
