@@ -68,6 +68,7 @@ set(CAIRN_CORE_SOURCES
   integrators/linear_scheme.f90
   integrators/rotation.f90
   integrators/verlet_spheres.f90
+  integrators/verlet_uneven.f90
   networks/contact_spot.f90
   networks/oxide_film.f90
   reference/detection_pairs.f90
@@ -81,6 +82,7 @@ set(CAIRN_CORE_SOURCES
   smooth/gear_steps.f90
   smooth/smooth_contacts2.f90
   smooth/smooth_contacts3.f90
+  smooth/smooth_moments.f90
   smooth/smooth_pairs.f90
   smooth/smooth_spheres3.f90
   soe/band_triangles.f90

@@ -249,6 +249,8 @@ set(CAIRN_CXX_SOURCES
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp
   strategies/smooth/neighbours.cpp
+  strategies/smooth/shaped_contacts.cpp
   strategies/smooth/stability.cpp
+  strategies/smooth/uneven_bodies.cpp
   strategies/strategy.cpp
 )

@@ -100,7 +100,7 @@ struct InteractionHandler::Workspace {
   const LawRules* rules = nullptr; // null: all may meet
   const double *position = nullptr, *rotation = nullptr;
   const MappedContactors* mapped = nullptr; // null: none
-  bool for_bonds = false;
+  bool for_bonds = false, hulls_again = false;
   double step = 0; // [s] in which bodies move by their velocities; 0: they do not move
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};

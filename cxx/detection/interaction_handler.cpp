@@ -110,6 +110,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
     if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
   }
   w.for_bonds = configuration.for_bonds;
+  w.hulls_again = configuration.hulls_again;
   w.step = configuration.step;
   w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
@@ -138,6 +139,7 @@ SearchedScene InteractionHandler::Workspace::searched() const {
 // The pairs that may count, of this search or kept from an earlier one.
 const OrderedPairs& InteractionHandler::Workspace::seek(bool keeps) {
   wall_skin = 0;
+  if (hulls_again) return found;
   if (keeps && kept.hold(searched())) {
     kept.used();
     return kept.pairs;

@@ -32,6 +32,8 @@ struct Configuration {
   std::span<const RimSeat> seats{};
   double step = 0;         // [s] in which bodies move by their velocities until the next call; 0: they do not move
   bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
+  // Contacts of hulls alone, among the pairs of the last search, which reached so far that none is missing.
+  bool hulls_again = false;
 };
 
 // A pair that is a candidate whatever its gap (a bond, a wire), by the ids of its contactors in any order.

@@ -19,8 +19,9 @@ constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max(); // of th
 void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates& out) {
   const std::vector<std::int64_t>& kind_end = pairs.kind_end;
   std::int64_t slots = 0, begin = 0;
+  const auto left_alone = [&](int k) { return hulls_again && !pair_kinds[k].hull_contact; };
   for (int k = 0; k < kinds; ++k) {
-    slots += (kind_end[k] - begin) * pair_kinds[k].most;
+    if (!left_alone(k)) slots += (kind_end[k] - begin) * pair_kinds[k].most;
     begin = kind_end[k];
   }
   if (slots > std::numeric_limits<std::int32_t>::max())
@@ -41,7 +42,10 @@ void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates
   spoilt = -1;
   for (int k = 0; k < kinds; ++k) {
     const std::int64_t end = kind_end[k], size = pair_kinds[k].hull_contact ? hull_batch : batch;
-    if (end == begin) continue;
+    if (end == begin || left_alone(k)) {
+      begin = end;
+      continue;
+    }
     if (recalls(pair_kinds[k])) {
       first_recalled = begin;
       recalled.begin(end - begin, a + begin, b + begin, image + begin);

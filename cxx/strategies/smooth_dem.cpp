@@ -5,6 +5,7 @@
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
+#include "cairn/smooth_bodies.h"
 #include "options.hpp"
 #include "smooth/lanes.hpp"
 
@@ -104,8 +105,9 @@ void SmoothDem::begin_step(Simulation& s, double h) {
 void SmoothDem::kick_and_drift(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const std::int64_t n = tiles(s);
+  std::int64_t unsolved = -1;
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) reduction(max : unsolved)
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     const bool plain = !predicts() && plain_tile(s, first, last);
@@ -120,10 +122,15 @@ void SmoothDem::kick_and_drift(Simulation& s) {
                          b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(),
                          &sums_[sums_of_tile * t], dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force),
                          pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
+    begin_uneven(s, t, &sums_[sums_of_tile * t + 1], unsolved);
     if (dim_ == 3 && b.rotation.active)
       cairn_verlet_turn(first, last, h_, b.velocity.values.data(), b.rotation.values.data());
+    turn_uneven(s, t);
     if (records_ && !plain) fill_records(s, first, last);
   }
+  if (unsolved >= 0)
+    throw Error("body " + std::to_string(*b.id[unsolved]) +
+                " turns too fast for its step, and was not turned; give a smaller dt, and go back to a checkpoint");
   double linear = 0, spin = 0;
   for (std::int64_t t = 0; t < n; ++t) {
     linear = std::max(linear, sums_[sums_of_tile * t]);
@@ -131,7 +138,7 @@ void SmoothDem::kick_and_drift(Simulation& s) {
   }
   s.advance_cell(h_);
   if (s.scene.cell.any()) s.wrap_into_cell();
-  moved_ += h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin)) + walls_move(s);
+  moved_ += (has_shaped_ ? farthest_way(s) : h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin))) + walls_move(s);
 }
 
 void SmoothDem::find_neighbours(Simulation& s) {
@@ -146,16 +153,18 @@ void SmoothDem::compute_forces(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const std::int64_t n = tiles(s);
   if (!forces_known_) place_contactors(s);
+  find_shaped(s);
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
   while (int(lanes_.size()) < omp_get_max_threads()) lanes_.push_back(std::make_unique<Lanes>());
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t t = 0; t < n; ++t) tile_forces(s, t, *lanes_[omp_get_thread_num()], h_, &sums_[sums_of_tile * t]);
-#pragma omp parallel for schedule(static) if (list_.others > 0)
-  for (std::int64_t t = 0; t < n; ++t) {
-    const std::int64_t first = list_.tile_incoming[t], last = list_.tile_incoming[t + 1];
-    cairn_smooth_add(b.dofs(), last - first, list_.incoming_body.data() + first, list_.incoming_place.data() + first,
-                     list_.other.data(), b.contact_force.values.data());
-  }
+#pragma omp parallel for schedule(static) if (list_.others + shaped_.others > 0)
+  for (std::int64_t t = 0; t < n; ++t)
+    each_list([&](NeighbourList& list) {
+      const std::int64_t first = list.tile_incoming[t], last = list.tile_incoming[t + 1];
+      cairn_smooth_add(b.dofs(), last - first, list.incoming_body.data() + first, list.incoming_place.data() + first,
+                       list.other.data(), b.contact_force.values.data());
+    });
   forces_known_ = true;
 }
 
@@ -176,6 +185,7 @@ void SmoothDem::kick(Simulation& s) {
       cairn_verlet_end(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
                        b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
                        pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
+    end_uneven(s, t, wrong, terms);
   }
   double corrected = 0;
   for (std::int64_t t = 0; t < n && predicts(); ++t) corrected = std::max(corrected, sums_[sums_of_tile * t + 12]);
@@ -211,6 +221,10 @@ void SmoothDem::begin_balance(Simulation& s) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     s.energy.kinetic +=
         cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
+    const auto uneven = uneven_of(t);
+    if (!uneven.empty())
+      s.energy.kinetic += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
+                                               b.angular_momentum.values.data());
     s.energy.stored += sums_[std::size_t(sums_of_tile * t + 9)];
   }
 }

@@ -12,4 +12,5 @@
 #include "cairn/rows/pose.h"
 #include "cairn/rows/side.h"
 #include "cairn/seams.h"
+#include "cairn/smooth_bodies.h"
 #endif

@@ -23,27 +23,41 @@ void SmoothDem::view(Simulation& s) {
   viewed_.clear();
   for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->clear();
   for (auto* array : {&out.gap, &out.normal, &out.point}) array->clear();
-  for (const NeighbourList::Batch& batch : list_.batches) {
-    batch_geometry(s, batch, w);
-    for (int i = 0; i < batch.count; ++i) {
-      const std::int64_t p = batch.first + i;
-      if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
-      viewed_.push_back(std::int32_t(p));
-      out.contactor_a.push_back(list_.a[p]);
-      out.contactor_b.push_back(list_.b[p]);
-      out.image.push_back(list_.image[p]);
-      out.feature.push_back(0);
-      out.gap.push_back(w.gap[i]);
-      const double* centre =
-          centred_ ? s.scene.bodies.position[list_.body_a[p]] : &centre_[std::int64_t(list_.a[p]) * dim_];
-      for (int k = 0; k < dim_; ++k) {
-        out.normal.push_back(w.normal[k * batch.count + i]);
-        out.point.push_back(centre[k] + w.point[k * batch.count + i]);
-      }
-    }
-  }
+  std::int64_t number = 0; // of the first pair of the list
+  each_list([&](NeighbourList& list) {
+    for (const NeighbourList::Batch& batch : list.batches) view_batch(s, list, batch, number, w);
+    number += list.pairs;
+  });
   out.count = std::int64_t(viewed_.size());
   s.contacts_known = true;
+}
+
+void SmoothDem::view_batch(Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                           std::int64_t number, Lanes& w) {
+  Candidates& out = s.candidates;
+  batch_geometry(s, list, batch, w);
+  for (int i = 0; i < batch.count; ++i) {
+    const std::int64_t p = batch.first + i;
+    if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
+    viewed_.push_back(std::int32_t(number + p));
+    out.contactor_a.push_back(list.a[p]);
+    out.contactor_b.push_back(list.b[p]);
+    out.image.push_back(list.image[p]);
+    out.feature.push_back(key_of(list, p).feature);
+    out.gap.push_back(w.gap[i]);
+    const double* centre =
+        centred_ ? s.scene.bodies.position[list.body_a[p]] : &centre_[std::int64_t(list.a[p]) * dim_];
+    for (int k = 0; k < dim_; ++k) {
+      out.normal.push_back(w.normal[k * batch.count + i]);
+      out.point.push_back(centre[k] + w.point[k * batch.count + i]);
+    }
+  }
+}
+
+// The list of a pair that is viewed, and its place there.
+std::pair<const NeighbourList*, std::int64_t> SmoothDem::viewed(std::size_t i) const {
+  const std::int64_t p = viewed_[i];
+  return p < list_.pairs ? std::pair(&list_, p) : std::pair(&shaped_, p - list_.pairs);
 }
 
 bool SmoothDem::has(const ContactFieldInfo& field) const {
@@ -56,10 +70,14 @@ void SmoothDem::read(Simulation& s, std::string_view field, int components, doub
   if (field == "relative_velocity") return relative_velocity(s, out);
   if (field == "moment") {
     std::fill_n(out, n, 0.0);
+    for (std::size_t i = 0; turns_ && i < viewed_.size(); ++i) {
+      const auto [list, p] = viewed(i);
+      for (int k = 0; k < components; ++k) out[i * components + k] = s.report.h * list->moment[p * components + k];
+    }
     return;
   }
   if (field == "dissipated") {
-    for (const std::int32_t p : viewed_) *out++ = list_.loss[p];
+    for (std::size_t i = 0; i < viewed_.size(); ++i) out[i] = viewed(i).first->loss[viewed(i).second];
     return;
   }
   if (field == "impulse_local")
@@ -70,12 +88,12 @@ void SmoothDem::read(Simulation& s, std::string_view field, int components, doub
 }
 
 void SmoothDem::force_space(double* out) const {
-  for (const std::int32_t p : viewed_) out = std::copy_n(&list_.force[std::int64_t(p) * dim_], dim_, out);
+  for (std::size_t i = 0; i < viewed_.size(); ++i) out = std::copy_n(force_of(i), dim_, out);
 }
 
 void SmoothDem::force_local(const Simulation& s, double* out) const {
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
-    const double *n = &s.candidates.normal[i * dim_], *f = &list_.force[std::int64_t(viewed_[i]) * dim_];
+    const double *n = &s.candidates.normal[i * dim_], *f = force_of(i);
     to_local(n, f, out + i * dim_);
   }
 }
@@ -99,14 +117,14 @@ void SmoothDem::to_local(const double* n, const double* v, double* out) const {
 void SmoothDem::relative_velocity(const Simulation& s, double* out) const {
   const Bodies& b = s.scene.bodies;
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
-    const std::int64_t p = viewed_[i];
+    const auto [list, p] = viewed(i);
     double u[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, jump[3] = {0, 0, 0};
     if (s.scene.cell.any()) {
-      image_shift(s.scene.cell, list_.image[p], shift);
-      image_velocity(s.scene.cell, list_.image[p], jump);
+      image_shift(s.scene.cell, list->image[p], shift);
+      image_velocity(s.scene.cell, list->image[p], jump);
     }
     for (const int side : {1, -1}) {
-      const std::int32_t body = side > 0 ? list_.body_a[p] : list_.body_b[p];
+      const std::int32_t body = side > 0 ? list->body_a[p] : list->body_b[p];
       const double *v = b.velocity[body], *x = b.position[body];
       double arm[3] = {0, 0, 0};
       for (int k = 0; k < dim_; ++k) arm[k] = s.candidates.point[i * dim_ + k] - x[k] - (side < 0 ? shift[k] : 0);
@@ -129,11 +147,11 @@ void SmoothDem::relative_velocity(const Simulation& s, double* out) const {
 // A contact slips where its tangential force is as large as the law's friction allows.
 void SmoothDem::status(Simulation& s, std::int32_t* out) {
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
-    const std::int64_t p = viewed_[i];
-    const int entry = s.laws.find(*s.scene.contactors.material[list_.a[p]], *s.scene.contactors.material[list_.b[p]]);
+    const auto [list, p] = viewed(i);
+    const int entry = s.laws.find(*s.scene.contactors.material[list->a[p]], *s.scene.contactors.material[list->b[p]]);
     const LawInfo& law = law_infos()[std::size_t(s.laws.entry(entry).law)];
     double local[3] = {0, 0, 0}, mu = 0;
-    to_local(&s.candidates.normal[i * dim_], &list_.force[p * dim_], local);
+    to_local(&s.candidates.normal[i * dim_], &list->force[p * dim_], local);
     for (std::size_t k = 0; k < law.parameters.size(); ++k)
       if (law.parameters[k].name == "mu") mu = s.laws.entry(entry).params[k];
     const double tangential = std::hypot(local[1], local[2]);

@@ -1,5 +1,6 @@
 // From places to forces: a batch of pairs goes through its narrow phase, its law, and onto its bodies.
 #include "../../contacts/surface_motion.hpp"
+#include "cairn/smooth_bodies.h"
 #include "lanes.hpp"
 
 namespace cairn {
@@ -22,13 +23,15 @@ void SmoothDem::place_contactors(Simulation& s) {
                                rotation, direction_.data());
 }
 
-void SmoothDem::batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const {
+void SmoothDem::batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                               Lanes& w) const {
+  if (batch.kind < 0) return shaped_geometry(s, list, batch, w);
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const std::int64_t p = batch.first;
   const SmoothPairKind& kind = smooth_pair_kinds()[batch.kind];
   const double* centre = centred_ ? b.position.values.data() : centre_.data();
-  cairn_pair_gather(dim_, batch.count, &list_.a[p], &list_.b[p], &list_.image[p], centre, c.radius.values.data(),
+  cairn_pair_gather(dim_, batch.count, &list.a[p], &list.b[p], &list.image[p], centre, c.radius.values.data(),
                     info(kind.b).directed, direction_.data(), s.scene.cell.any(), s.scene.cell.vectors, w.between,
                     w.radius_a, w.radius_b, w.direction_b);
   kind.contact(batch.count, w.between, w.radius_a, w.radius_b, w.direction_b, w.gap, w.normal, w.point, w.status);
@@ -43,94 +46,104 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
-int SmoothDem::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
+                             double* sums) {
   const std::int64_t p = batch.first;
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   std::int32_t count = 0, m = 0;
   const double* force = s.scene.bodies.contact_force.values.data();
-  for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list_.pairs); ++q) {
-    const std::int64_t body = list_.body_b[q]; // of the next batch: on its way while this one is computed
+  for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list.pairs); ++q) {
+    const std::int64_t body = list.body_b[q]; // of the next batch: on its way while this one is computed
     __builtin_prefetch(&record_[16 * body]);
     __builtin_prefetch(&record_[16 * body + 8]);
     __builtin_prefetch(&force[6 * body]);
   }
-  cairn_sphere_gather(batch.count, &list_.body_a[p], &list_.body_b[p], record_.data(), entries_[batch.entry].reach, h,
-                      &list_.state[3 * p], &list_.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
+  cairn_sphere_gather(batch.count, &list.body_a[p], &list.body_b[p], record_.data(), entries_[batch.entry].reach, h,
+                      &list.state[3 * p], &list.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
                       w.geometry, w.state);
   if (count <= 0) return count;
   const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
-  cairn_sphere_scatter(batch.count, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.frame, w.arm, w.f, w.state,
-                       &list_.state[3 * p], &list_.force[3 * p], s.scene.bodies.contact_force.values.data(),
-                       batch.other < 0 ? nullptr : &list_.other[batch.other * 6]);
+  cairn_sphere_scatter(batch.count, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, w.arm, w.f, w.state,
+                       &list.state[3 * p], &list.force[3 * p], s.scene.bodies.contact_force.values.data(),
+                       batch.other < 0 ? nullptr : &list.other[batch.other * 6]);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
-  if (energy) keep_loss(batch, count, m, w);
+  if (energy) keep_loss(list, batch, count, m, w);
   return count;
 }
 
-void SmoothDem::keep_loss(const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w) {
+void SmoothDem::keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w) {
   for (std::int32_t i = 0; i < count; ++i)
-    list_.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
+    list.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
 }
 
 // sums: see sums_of_tile
-void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
+                             double* sums) {
   Bodies& b = s.scene.bodies;
   const std::int64_t p = batch.first;
   const int n = batch.count, nd = b.dofs();
   const EntryShape& shape = entries_[batch.entry];
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
-  double* other = batch.other < 0 ? nullptr : &list_.other[batch.other * nd];
+  double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
   if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
-  const bool belts = has_belts(s, batch);
-  if (records_ && batch.spheres && !belts && sphere_forces(s, batch, w, h, sums) >= 0) return;
-  batch_geometry(s, batch, w);
+  const bool belts = has_belts(s, list, batch);
+  if (records_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
+  batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
-  cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list_.state[p * states_], &list_.active[p], w.lane,
+  cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list.state[p * states_], &list.active[p], w.lane,
                      &count, &m);
   if (count == 0) return;
-  cairn_smooth_sides(dim_, n, &list_.a[p], &list_.b[p], &list_.body_a[p], &list_.body_b[p], grain_.data(), w.between,
+  cairn_smooth_sides(dim_, n, &list.a[p], &list.b[p], &list.body_a[p], &list.body_b[p], grain_.data(), w.between,
                      w.point, s.scene.contactors.offset.active, centre_.data(), b.position.values.data(), w.lever_a,
                      w.lever_b, w.grain_a, w.grain_b);
+  if (batch.kind < 0) shaped_grains(s, list, batch, w);
   const bool sheared = s.scene.cell.any();
   if (sheared)
     for (int i = 0; i < n; ++i) {
       double jump[3];
-      image_velocity(s.scene.cell, list_.image[p + i], jump);
+      image_velocity(s.scene.cell, list.image[p + i], jump);
       for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
     }
-  if (belts) add_belts(s, batch, count, !sheared, w);
-  double* stored = &list_.state[p * states_];
+  if (belts) add_belts(s, list, batch, count, !sheared, w);
+  double* stored = &list.state[p * states_];
   (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
-      n, m, w.lane, &list_.body_a[p], &list_.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
+      n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
       sheared || belts ? w.jump : nullptr);
   const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
-  law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
+  if (shape.turns)
+    cairn_smooth_spins(dim_, n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.frame,
+                       &w.u[dim_ * m]);
+  const int components = shape.turns ? nd : dim_;
+  law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
-      n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
-      shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);
+      n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
+      shape.vectors, w.state, stored, &list.force[p * dim_], b.contact_force.values.data(), other);
+  if (shape.turns)
+    cairn_smooth_moments(dim_, n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, &w.f[dim_ * m],
+                         &list.moment[p * (nd - dim_)], b.contact_force.values.data(), other);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
   for (int i = 0; belts && i < count; ++i)
     for (int k = 0; k < dim_; ++k)
-      sums[13] += h * list_.force[(p + w.lane[i] - 1) * dim_ + k] * w.belt[k * n + w.lane[i] - 1];
-  if (energy) keep_loss(batch, count, m, w);
+      sums[13] += h * list.force[(p + w.lane[i] - 1) * dim_ + k] * w.belt[k * n + w.lane[i] - 1];
+  if (energy) keep_loss(list, batch, count, m, w);
 }
 
-bool SmoothDem::has_belts(const Simulation& s, const NeighbourList::Batch& batch) const {
+bool SmoothDem::has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const {
   const auto& field = s.scene.bodies.surface_velocity;
   const auto moves = [](double v) { return v < 0 || v > 0; };
   for (std::int64_t q = batch.first; field.active && q < batch.first + batch.count; ++q)
-    for (const double* own : {field[list_.body_a[q]], field[list_.body_b[q]]})
+    for (const double* own : {field[list.body_a[q]], field[list.body_b[q]]})
       if (std::any_of(own, own + field.components, moves)) return true;
   return false;
 }
 
 // Adds the velocities of surfaces, B less A, to those of the images of B.
-void SmoothDem::add_belts(const Simulation& s, const NeighbourList::Batch& batch, int count, bool first,
-                          Lanes& w) const {
+void SmoothDem::add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                          bool first, Lanes& w) const {
   const int n = batch.count;
   if (first) std::fill_n(w.jump, dim_ * n, 0.0);
   for (int i = 0; i < count; ++i) {
@@ -140,7 +153,7 @@ void SmoothDem::add_belts(const Simulation& s, const NeighbourList::Batch& batch
     for (int k = 0; k < dim_; ++k) normal[k] = w.normal[k * n + l];
     for (const int side : {0, 1}) {
       for (int k = 0; k < dim_; ++k) arm[k] = (side ? w.lever_b : w.lever_a)[k * n + l];
-      const std::int32_t body = (side ? list_.body_b : list_.body_a)[q];
+      const std::int32_t body = (side ? list.body_b : list.body_a)[q];
       if (!belt_velocity(s.scene.bodies, dim_, body, arm, normal, own)) continue;
       for (int k = 0; k < dim_; ++k) jump[k] += side ? own[k] : -own[k];
     }
@@ -156,12 +169,14 @@ void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h
   const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
   std::fill(b.contact_force[first], b.contact_force[last], 0.0);
   std::fill_n(sums, sums_of_tile, 0.0);
-  if (const auto& batches = list_.tile_batches; counts_loss_ && batches[tile] < batches[tile + 1]) {
-    const auto &one = list_.batches[batches[tile]], &end = list_.batches[batches[tile + 1] - 1];
-    std::fill(&list_.loss[one.first], &list_.loss[end.first] + end.count, 0.0);
-  }
-  for (std::int64_t k = list_.tile_batches[tile]; k < list_.tile_batches[tile + 1]; ++k)
-    batch_forces(s, list_.batches[k], w, h, sums);
+  each_list([&](NeighbourList& list) {
+    const auto& batches = list.tile_batches;
+    if (counts_loss_ && batches[tile] < batches[tile + 1]) {
+      const auto &one = list.batches[batches[tile]], &end = list.batches[batches[tile + 1] - 1];
+      std::fill(&list.loss[one.first], &list.loss[end.first] + end.count, 0.0);
+    }
+    for (std::int64_t k = batches[tile]; k < batches[tile + 1]; ++k) batch_forces(s, list, list.batches[k], w, h, sums);
+  });
 }
 
 } // namespace cairn

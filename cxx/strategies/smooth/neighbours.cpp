@@ -16,11 +16,17 @@ int row_of(Shape a, Shape b) {
   const std::span<const SmoothPairKind> kinds = smooth_pair_kinds();
   for (std::size_t k = 0; k < kinds.size(); ++k)
     if (kinds[k].a == a && kinds[k].b == b) return int(k);
-  throw Error("SmoothDEM knows no contact of these shapes yet; use disks, spheres, walls and clumps of them, or NSCD");
+  return -1; // a contact of shapes, which is found anew in each step
 }
 
-// 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow.
-double curvature(Shape shape, double radius) { return info(shape).round == 0 ? 0 : info(shape).round / radius; }
+// 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow, a
+// capsule and a superquadric are round with half of their least width.
+double curvature(const Contactors& c, std::int32_t k) {
+  const ShapeInfo& shape = info(Shape(*c.shape[k]));
+  const bool round = shape.is_hull() && !shape.faced && shape.hull != Hulls::Form::facet;
+  if (round) return 1 / c.size(k);
+  return shape.round == 0 || shape.is_hull() ? 0 : shape.round / *c.radius[k];
+}
 
 } // namespace
 
@@ -50,13 +56,7 @@ std::int64_t SmoothDem::tiles(const Simulation& s) const {
 }
 
 void SmoothDem::check_bodies(const Simulation& s) const {
-  const Bodies& b = s.scene.bodies;
-  if (!b.angular_momentum.active) return;
-  for (std::int64_t i = 0; i < b.count; ++i)
-    if (std::isfinite(*b.mass[i]) && (b.inertia[i][0] < b.inertia[i][1] || b.inertia[i][1] < b.inertia[i][0] ||
-                                      b.inertia[i][1] < b.inertia[i][2] || b.inertia[i][2] < b.inertia[i][1]))
-      throw Error("inertia of body " + std::to_string(*b.id[i]) +
-                  " differs from axis to axis, which SmoothDEM does not turn; use NSCD, or bodies of equal moments");
+  if (s.scene.bodies.angular_momentum.active) check_uneven(s);
 }
 
 // True if the list must be rebuilt: a gap may have closed by twice the largest displacement of a body.
@@ -101,11 +101,14 @@ double SmoothDem::walls_move(const Simulation& s) const {
 void SmoothDem::read_laws(const Simulation& s) {
   entries_.assign(s.laws.entries(), {});
   states_ = 0;
+  turns_ = false;
   for (int e = 0; e < s.laws.entries(); ++e) {
     const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
     EntryShape& shape = entries_[e];
     for (const std::string& name : law.state) ++(name.back() == '*' ? shape.vectors : shape.scalars);
     states_ = std::max(states_, shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3));
+    shape.turns = (dim_ == 2 ? law.components2 : law.components3) > dim_;
+    turns_ = turns_ || shape.turns;
     const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
     double k[3];
     law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
@@ -154,7 +157,7 @@ void SmoothDem::make_list(Simulation& s) {
   centred_ = !c.offset.active && c.count == b.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
-    grain_[2 * k] = curvature(shape, *c.radius[k]);
+    grain_[2 * k] = curvature(c, std::int32_t(k));
     centred_ = centred_ && *c.body[k] == k;
     if (info(shape).ball()) widest_ = std::max(widest_, *c.radius[k]);
     if (info(shape).directed) directed_.push_back(std::int32_t(k));
@@ -167,14 +170,16 @@ void SmoothDem::make_list(Simulation& s) {
     }
     arm_ = std::max(arm_, arm);
   }
+  look_at_shapes(s);
+  list_uneven(s);
   weigh_grains(s);
   read_laws(s);
-  records_ = dim_ == 3 && centred_ && states_ == 3 && !s.scene.cell.any();
+  records_ = dim_ == 3 && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
   if (records_) {
     record_.resize(16 * b.count);
     body_radius_.assign(b.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k)
-      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[k] = *c.radius[k];
+      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
     for (std::int64_t t = 0; t < tiles(s); ++t)
       fill_records(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count));
   }
@@ -183,8 +188,11 @@ void SmoothDem::make_list(Simulation& s) {
   Margin margin{};
   margin.constant = reach + skin();
   s.handler.declared().clear();
-  s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
-  lay_out(s);
+  if (has_shaped_)
+    search_shapes(s, margin);
+  else
+    s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
+  lay_out(s, found_, false, list_);
   recall(s);
   for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
     if (walls_.size() && std::isfinite(*b.mass[i / dim_]))
@@ -200,110 +208,136 @@ void SmoothDem::make_list(Simulation& s) {
   moved_ = 0;
   ++lists_made_;
   place_contactors(s);
+  find_shaped(s);
   pair_limit_ = pair_limit(s);
 }
 
 // Pairs by tile of A, what stays in the tile first, then by pair of shapes and law; within that in the order of
-// detection.
-void SmoothDem::lay_out(Simulation& s) {
+// detection. Contacts of shapes are laid out alike, for one step.
+void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) {
   const Contactors& c = s.scene.contactors;
-  const std::int64_t n = found_.count, nt = tiles(s);
-  const int entries = s.laws.entries(), kinds = int(smooth_pair_kinds().size()), groups = 2 * kinds * entries;
-  std::vector<std::int64_t> start(nt * groups + 1, 0);
-  std::vector<std::int64_t> slot(n);
+  const std::int64_t n = found.count, nt = tiles(s);
+  const int entries = s.laws.entries(), kinds = shaped ? 1 : int(smooth_pair_kinds().size());
+  const int groups = 2 * kinds * entries;
+  list.start.assign(nt * groups + 1, 0);
+  list.slot.assign(n, -1);
+  std::int64_t pairs = 0;
   for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t a = found_.contactor_a[i], b = found_.contactor_b[i];
+    const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
     const int entry = s.laws.find(*c.material[a], *c.material[b]);
     if (entry < 0)
       throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +
                   "; give one with Scene.interact");
     const std::int64_t tile = *c.body[a] / NeighbourList::tile, apart = tile != *c.body[b] / NeighbourList::tile;
-    const int kind = row_of(Shape(*c.shape[a]), Shape(*c.shape[b]));
-    slot[i] = tile * groups + apart * (kinds * entries) + kind * entries + entry;
-    ++start[slot[i] + 1];
+    const int row = row_of(Shape(*c.shape[a]), Shape(*c.shape[b])), kind = shaped ? 0 : row;
+    if (shaped != (row < 0)) continue;
+    list.slot[i] = tile * groups + apart * (kinds * entries) + kind * entries + entry;
+    ++list.start[list.slot[i] + 1];
+    ++pairs;
   }
-  for (std::size_t k = 1; k < start.size(); ++k) start[k] += start[k - 1];
-  const std::vector<std::int64_t> begin = start;
-  for (auto* array : {&list_.a, &list_.b, &list_.body_a, &list_.body_b, &list_.image}) array->resize(n);
-  list_.pairs = n;
+  for (std::size_t k = 1; k < list.start.size(); ++k) list.start[k] += list.start[k - 1];
+  list.begin = list.start;
+  for (auto* array : {&list.a, &list.b, &list.body_a, &list.body_b, &list.image}) array->resize(pairs);
+  list.source.resize(shaped ? pairs : 0);
+  list.pairs = pairs;
   for (std::int64_t i = 0; i < n; ++i) {
-    const std::int64_t to = start[slot[i]]++;
-    list_.a[to] = found_.contactor_a[i];
-    list_.b[to] = found_.contactor_b[i];
-    list_.body_a[to] = *c.body[found_.contactor_a[i]];
-    list_.body_b[to] = *c.body[found_.contactor_b[i]];
-    list_.image[to] = found_.image[i];
+    if (list.slot[i] < 0) continue;
+    const std::int64_t to = list.start[list.slot[i]]++;
+    list.a[to] = found.contactor_a[i];
+    list.b[to] = found.contactor_b[i];
+    list.body_a[to] = *c.body[found.contactor_a[i]];
+    list.body_b[to] = *c.body[found.contactor_b[i]];
+    list.image[to] = found.image[i];
+    if (shaped) list.source[to] = std::int32_t(i);
   }
-  list_.state.assign(n * states_, 0);
-  list_.force.assign(n * dim_, 0);
-  list_.active.assign(n, 0);
-  list_.loss.assign(counts_loss_ ? n : 0, 0);
-  list_.batches.clear();
-  list_.tile_batches.assign(1, 0);
-  list_.others = 0;
+  list.state.assign(pairs * states_, 0);
+  list.force.assign(pairs * dim_, 0);
+  list.moment.assign(turns_ ? pairs * (2 * dim_ - 3) : 0, 0);
+  list.active.assign(pairs, 0);
+  list.loss.assign(counts_loss_ ? pairs : 0, 0);
+  cut_batches(s, shaped, kinds, list);
+}
+
+void SmoothDem::cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const {
+  const std::int64_t nt = tiles(s);
+  const int entries = s.laws.entries(), groups = 2 * kinds * entries;
+  list.batches.clear();
+  list.tile_batches.assign(1, 0);
+  list.others = 0;
   for (std::int64_t tile = 0; tile < nt; ++tile) {
     for (int g = 0; g < groups; ++g) {
-      const std::int64_t end = begin[tile * groups + g + 1];
-      for (std::int64_t first = begin[tile * groups + g]; first < end; first += NeighbourList::lanes) {
+      const std::int64_t end = list.begin[tile * groups + g + 1];
+      for (std::int64_t first = list.begin[tile * groups + g]; first < end; first += NeighbourList::lanes) {
         NeighbourList::Batch batch;
         batch.first = first;
         batch.count = std::int32_t(std::min<std::int64_t>(NeighbourList::lanes, end - first));
-        batch.kind = g % (kinds * entries) / entries;
+        batch.kind = shaped ? -1 : g % (kinds * entries) / entries;
         batch.entry = g % entries;
-        batch.spheres = smooth_pair_kinds()[batch.kind].a == Shape::sphere &&
+        batch.spheres = !shaped && smooth_pair_kinds()[batch.kind].a == Shape::sphere &&
                         smooth_pair_kinds()[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
-                        entries_[batch.entry].vectors == 1;
+                        entries_[batch.entry].vectors == 1 && !entries_[batch.entry].turns;
         if (g >= kinds * entries) {
-          batch.other = list_.others;
-          list_.others += batch.count;
+          batch.other = list.others;
+          list.others += batch.count;
         }
-        list_.batches.push_back(batch);
+        list.batches.push_back(batch);
       }
     }
-    list_.tile_batches.push_back(std::int64_t(list_.batches.size()));
+    list.tile_batches.push_back(std::int64_t(list.batches.size()));
   }
-  list_.other.resize(list_.others * s.scene.bodies.dofs());
-  list_.tile_incoming.assign(nt + 1, 0);
-  list_.incoming_body.resize(list_.others);
-  list_.incoming_place.resize(list_.others);
+  list.other.resize(list.others * s.scene.bodies.dofs());
+  list.tile_incoming.assign(nt + 1, 0);
+  list.incoming_body.resize(list.others);
+  list.incoming_place.resize(list.others);
   const auto each_other = [&](auto&& f) {
-    for (const NeighbourList::Batch& batch : list_.batches)
-      for (int i = 0; i < batch.count && batch.other >= 0; ++i) f(list_.body_b[batch.first + i], batch.other + i);
+    for (const NeighbourList::Batch& batch : list.batches)
+      for (int i = 0; i < batch.count && batch.other >= 0; ++i) f(list.body_b[batch.first + i], batch.other + i);
   };
-  each_other([&](std::int32_t body, std::int64_t) { ++list_.tile_incoming[body / NeighbourList::tile + 1]; });
-  for (std::int64_t t = 0; t < nt; ++t) list_.tile_incoming[t + 1] += list_.tile_incoming[t];
-  std::vector<std::int64_t> place(list_.tile_incoming.begin(), list_.tile_incoming.end());
+  each_other([&](std::int32_t body, std::int64_t) { ++list.tile_incoming[body / NeighbourList::tile + 1]; });
+  for (std::int64_t t = 0; t < nt; ++t) list.tile_incoming[t + 1] += list.tile_incoming[t];
+  list.start.assign(list.tile_incoming.begin(), list.tile_incoming.end());
   each_other([&](std::int32_t body, std::int64_t other) {
-    const std::int64_t to = place[body / NeighbourList::tile]++;
-    list_.incoming_body[to] = body;
-    list_.incoming_place[to] = std::int32_t(other);
+    const std::int64_t to = list.start[body / NeighbourList::tile]++;
+    list.incoming_body[to] = body;
+    list.incoming_place[to] = std::int32_t(other);
   });
 }
 
 // States of pairs that act, by key: what a list leaves to the next, or to a file.
 ContactMemory SmoothDem::memory(const Simulation&) const {
-  if (list_.pairs == 0) return memory_;
+  if (list_.pairs == 0 && shaped_.pairs == 0) return memory_;
   ContactMemory m;
   m.h = h_;
   m.impulse_components = dim_; // force on A
   m.state_components = states_;
-  for (std::int64_t p = 0; p < list_.pairs; ++p) {
-    if (!list_.active[p]) continue;
-    m.keys.push_back({list_.contactor_id[list_.a[p]], list_.contactor_id[list_.b[p]], 0, list_.image[p]});
-    m.impulses.insert(m.impulses.end(), &list_.force[p * dim_], &list_.force[p * dim_] + dim_);
-    m.states.insert(m.states.end(), &list_.state[p * states_], &list_.state[p * states_] + states_);
-  }
+  add_memory(list_, m);
+  add_memory(shaped_, m);
   return m;
 }
 
+void SmoothDem::add_memory(const NeighbourList& list, ContactMemory& m) const {
+  for (std::int64_t p = 0; p < list.pairs; ++p) {
+    if (!list.active[p]) continue;
+    m.keys.push_back(key_of(list, p));
+    m.impulses.insert(m.impulses.end(), &list.force[p * dim_], &list.force[p * dim_] + dim_);
+    m.states.insert(m.states.end(), &list.state[p * states_], &list.state[p * states_] + states_);
+  }
+}
+
+ContactKey SmoothDem::key_of(const NeighbourList& list, std::int64_t p) const {
+  return {list_.contactor_id[list.a[p]], list_.contactor_id[list.b[p]],
+          list.source.empty() ? 0 : shaped_found_.feature[list.source[p]], list.image[p]};
+}
+
 void SmoothDem::remember(Simulation& s) {
-  if (list_.pairs == 0) return;
+  if (list_.pairs == 0 && shaped_.pairs == 0) return;
   memory_ = memory(s);
   lost_.clear();
-  for (std::int64_t p = 0; p < std::int64_t(list_.loss.size()); ++p)
-    if (list_.active[p]) lost_.push_back(list_.loss[p]);
-  list_.pairs = 0;
-  list_.valid = false;
+  for (const NeighbourList* list : {&list_, &shaped_})
+    for (std::int64_t p = 0; p < std::min(list->pairs, std::int64_t(list->loss.size())); ++p)
+      if (list->active[p]) lost_.push_back(list->loss[p]);
+  list_.pairs = shaped_.pairs = 0;
+  list_.valid = shaped_.valid = false;
 }
 
 void SmoothDem::recall(const Simulation& s) {
@@ -327,18 +361,25 @@ void SmoothDem::recall(const Simulation& s) {
 void SmoothDem::restore(Simulation&, ContactMemory memory) {
   memory_ = std::move(memory);
   lost_.clear();
-  list_.pairs = 0;
-  list_.valid = false;
+  list_.pairs = shaped_.pairs = 0;
+  list_.valid = shaped_.valid = false;
   forces_known_ = true;
 }
 
+// Pairs of shapes are sought anew then: detection keeps their images.
 void SmoothDem::move_images(const Simulation&, const std::vector<std::array<int, 3>>& moved) {
-  for (std::int64_t p = 0; p < list_.pairs; ++p)
-    list_.image[p] = image_after_move(list_.image[p], moved[list_.body_a[p]].data(), moved[list_.body_b[p]].data());
+  each_list([&](NeighbourList& list) {
+    for (std::int64_t p = 0; p < list.pairs; ++p)
+      list.image[p] = image_after_move(list.image[p], moved[list.body_a[p]].data(), moved[list.body_b[p]].data());
+  });
+  if (has_shaped_) list_.valid = false;
 }
 
 void SmoothDem::lean_images(int k, int i, int cells) {
-  for (std::int64_t p = 0; p < list_.pairs; ++p) list_.image[p] = image_after_lean(list_.image[p], k, i, cells);
+  each_list([&](NeighbourList& list) {
+    for (std::int64_t p = 0; p < list.pairs; ++p) list.image[p] = image_after_lean(list.image[p], k, i, cells);
+  });
+  if (has_shaped_) list_.valid = false;
 }
 
 std::int64_t SmoothDem::body_bytes() const {

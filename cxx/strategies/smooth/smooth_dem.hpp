@@ -26,7 +26,10 @@ struct NeighbourList {
   Array<double> state; // (states, pairs), vectors in space axes
   Array<double> force; // (dim, pairs) on A [N]
   Array<double> loss;  // (pairs) to damping and friction in the step, if anyone asks for it [J]
+  Array<double> moment; // (1 | 3, pairs) on A, where laws have one [N m]
   Array<std::int8_t> active;
+  Array<std::int32_t> source;    // of contacts of shapes: their numbers among those that were found
+  std::vector<std::int64_t> start, begin, slot; // of groups of pairs, as they are laid out
   std::vector<Batch> batches;
   std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
   Array<std::int32_t> incoming_body, incoming_place;     // what other tiles exert, in their order
@@ -98,28 +101,67 @@ private:
   static constexpr int sums_of_tile = 16;
   struct EntryShape {
     int scalars = 0, vectors = 0;
+    bool turns = false; // the law sees relative spins and gives moments
     double reach = 0; // gap at which the force of the law begins [m]
   };
   void read_laws(const Simulation& s);
   void make_list(Simulation& s);
-  void lay_out(Simulation& s);
+  void lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list);
+  void cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const;
+  void add_memory(const NeighbourList& list, ContactMemory& m) const;
+  ContactKey key_of(const NeighbourList& list, std::int64_t p) const;
   void remember(Simulation& s);
   void recall(const Simulation& s);
   bool list_is_old(const Simulation& s) const;
   double walls_move(const Simulation& s) const;
   void place_contactors(Simulation& s);
-  void batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const;
+  void batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                      Lanes& w) const;
+  // Contacts of polygons, polyhedra, surfaces and round shapes: see shaped_contacts.cpp.
+  void look_at_shapes(const Simulation& s);
+  void find_shaped(Simulation& s);
+  void search_shapes(Simulation& s, const Margin& margin);
+  void pass_on_springs(const ContactMemory& before);
+  double farthest_way(const Simulation& s) const;
+  void shaped_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                       Lanes& w) const;
+  void shaped_grains(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w) const;
+  double flat_curvature(const Simulation& s, std::int32_t contactor) const;
+  double arm_of(const Simulation& s, std::int64_t contactor) const;
+  template <class F>
+  void each_list(F&& f) {
+    f(list_);
+    if (has_shaped_) f(shaped_);
+  }
+  // Bodies of unequal moments of inertia: see uneven_bodies.cpp.
+  void list_uneven(Simulation& s);
+  void check_uneven(const Simulation& s) const;
+  std::span<const std::int64_t> uneven_of(std::int64_t tile) const;
+  void begin_uneven(Simulation& s, std::int64_t tile, double* fastest, std::int64_t& unsolved);
+  void turn_uneven(Simulation& s, std::int64_t tile);
+  void end_uneven(Simulation& s, std::int64_t tile, std::int64_t& wrong, double* terms);
   void fill_records(const Simulation& s, std::int64_t first, std::int64_t last);
   double stiffness_over_mass(const Simulation& s, const double k[3], std::int64_t body, double arm) const;
+  double inverse_inertia(const Simulation& s, std::int64_t body) const;
   bool held(const Simulation& s, std::int64_t body) const;
   void follow_drives(const Simulation& s);
   bool weigh_grains(const Simulation& s);
-  int sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
-  bool has_belts(const Simulation& s, const NeighbourList::Batch& batch) const;
-  void add_belts(const Simulation& s, const NeighbourList::Batch& batch, int count, bool first, Lanes& w) const;
-  void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
-  void keep_loss(const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w);
+  int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
+  bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
+  void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                 bool first, Lanes& w) const;
+  void batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
+                    double* sums);
+  void keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m,
+                 const Lanes& w);
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);
+  void view_batch(Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, std::int64_t number,
+                  Lanes& w);
+  std::pair<const NeighbourList*, std::int64_t> viewed(std::size_t i) const;
+  const double* force_of(std::size_t i) const {
+    const auto [list, p] = viewed(i);
+    return &list->force[p * dim_];
+  }
   void to_local(const double* n, const double* v, double* out) const;
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
   void begin_balance(Simulation& s);
@@ -148,9 +190,23 @@ private:
   Array<double> lost_;      // of its contacts [J]
   bool counts_loss_ = true; // dissipation of contacts is recorded, for the balance or a network of heat
   std::vector<EntryShape> entries_;
-  int states_ = 0; // numbers of a pair
+  int states_ = 0;     // numbers of a pair
+  bool turns_ = false; // some law gives moments
+  bool has_shaped_ = false, lone_spheres_ = false; // lone: each sphere is the only contactor of its body, at its centre
+  Array<double> body_arm_;                         // from a body to its farthest point, beside lone balls [m]
+  ContactMemory shaped_before_;
+  NeighbourList shaped_;
+  Candidates shaped_found_;
+  Array<std::int32_t> shaped_place_;
+  Scratch shaped_scratch_;
+  InteractionHandler shapes_handler_;                       // keeps the pairs of shapes from one list to the next
+  std::vector<std::pair<std::int64_t, std::int32_t>> ids_;  // of contactors, rising, with their bodies
+  std::vector<std::pair<std::int64_t, std::int32_t>> ends_; // contacts that have ended, by the id of A
+  std::vector<std::uint8_t> ended_;
+  Array<std::int64_t> uneven_, uneven_start_; // bodies, and the first of each tile
+  Array<double> turned_;                      // their orientations after the step
   Array<double> grain_, centre_, direction_, margins_, sums_;
-  Array<std::int32_t> directed_, viewed_;
+  Array<std::int32_t> directed_, viewed_; // viewed_: pairs of the list, then of the contacts of shapes
   std::vector<std::int32_t> walls_;
   bool centred_ = true;  // contactor i is on the centre of body i
   bool records_ = false; // spheres have records, see smooth_spheres3.f90

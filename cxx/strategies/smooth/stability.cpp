@@ -20,8 +20,10 @@ double SmoothDem::stiffness_over_mass(const Simulation& s, const double k[3], st
   const int spins = dim_ == 2 ? 4 : 56;
   const double inverse_mass = held(s, body) ? 0 : b.inverse_mass[body][0];
   const bool turns = !b.driven.active || (*b.driven[body] & spins) != spins;
-  const double inverse_inertia = turns ? b.inverse_mass[body][dim_] : 0;
-  return std::max(k[0] * inverse_mass, k[1] * (inverse_mass + arm * arm * inverse_inertia));
+  const double spin_gives = turns ? arm * arm * inverse_inertia(s, body) : 0;
+  // away from its centre a body gives way to the normal force by its spin, too
+  const bool off_centre = has_shaped_ ? body_arm_[body] > 0 : !uneven_.empty();
+  return std::max(k[0] * (inverse_mass + (off_centre ? spin_gives : 0)), k[1] * (inverse_mass + spin_gives));
 }
 
 // Critical time step for a collision of any body with its like, at the overlap of the options; no contact need exist
@@ -32,14 +34,15 @@ double SmoothDem::pair_limit(const Simulation& s) const {
   double limit = std::numeric_limits<double>::infinity();
   std::vector<int> entries_of(s.laws.materials());
   for (std::int64_t i = 0; i < c.count; ++i) {
-    const double radius = 0.5 * *c.radius[i], overlap = settings.overlap * radius;
+    const bool shaped = has_shaped_ && *c.hull[i] >= 0;
+    const double radius = 0.5 * (shaped ? c.size(std::int32_t(i)) : *c.radius[i]), overlap = settings.overlap * radius;
     if (!(b.inverse_mass[*c.body[i]][0] > 0) || !(radius > 0)) continue;
     const int entry = s.laws.find(*c.material[i], *c.material[i]);
     if (entry < 0) continue;
     double k[3], reach;
     law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
                                                                 &reach);
-    const double rate = 2 * stiffness_over_mass(s, k, *c.body[i], 2 * radius);
+    const double rate = 2 * stiffness_over_mass(s, k, *c.body[i], shaped || !uneven_.empty() ? arm_of(s, i) : 2 * radius);
     if (rate > 0) limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
   }
   return limit * limit_share();
@@ -55,21 +58,32 @@ double SmoothDem::contact_limit(Simulation& s) {
   Array<double>& rate = margins_;
   rate.assign(s.scene.bodies.count, 0);
   double damping = 0;
-  for (const NeighbourList::Batch& batch : list_.batches) {
-    batch_geometry(s, batch, w);
+  const auto add = [&](const NeighbourList& list, const NeighbourList::Batch& batch) {
+    batch_geometry(s, list, batch, w);
+    for (int i = 0; i < batch.count; ++i) {
+      w.grain_a[i] = grain_[2 * list.a[batch.first + i]];
+      w.grain_b[i] = grain_[2 * list.b[batch.first + i]];
+    }
+    if (batch.kind < 0) shaped_grains(s, list, batch, w);
     const LawTable::Entry& entry = s.laws.entry(batch.entry);
     for (int i = 0; i < batch.count; ++i) {
       if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
       const std::int64_t p = batch.first + i;
-      const double radius = 1 / (grain_[2 * list_.a[p]] + grain_[2 * list_.b[p]]);
+      const double radius = 1 / (w.grain_a[i] + w.grain_b[i]);
       const double overlap = std::max(-w.gap[i], settings.overlap * radius);
       double k[3], reach;
       law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
       damping = std::max(damping, k[2]);
-      for (const std::int32_t body : {list_.body_a[p], list_.body_b[p]})
-        rate[body] += stiffness_over_mass(s, k, body, body == list_.body_a[p] ? w.radius_a[i] : w.radius_b[i]);
+      for (const std::int32_t body : {list.body_a[p], list.body_b[p]}) {
+        const bool first = body == list.body_a[p];
+        const double arm = uneven_.empty() ? (first ? w.radius_a : w.radius_b)[i] : arm_of(s, (first ? list.a : list.b)[p]);
+        rate[body] += stiffness_over_mass(s, k, body, arm);
+      }
     }
-  }
+  };
+  each_list([&](NeighbourList& list) {
+    for (const NeighbourList::Batch& batch : list.batches) add(list, batch);
+  });
   double greatest = 0;
   for (const double r : rate) greatest = std::max(greatest, r);
   const double limit =

@@ -1,0 +1,195 @@
+!> Contact of elastic grains put together from parts, as other codes for grains offer them: a normal force and its dashpot
+!> (granular_normal.f90), a tangential spring and slider, and resistance to rolling and twisting (spin_springs.f90).
+module granular_contact
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use law_context, only: cairn_law_context
+  use granular_normal, only: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, hooke, jkr_contact
+  use spring_slider, only: damp, slide, damping_of
+  use spin_springs, only: roll, constant_torque
+  implicit none
+  private
+  public :: cairn_law_granular_contact_force, cairn_law_granular_contact_stiffness
+  integer, parameter :: own = 17, columns = 4
+  integer, parameter :: p_model = 1, p_young = 2, p_poisson = 3, p_work = 4, p_damping = 5, p_value = 6, p_slip = 7, p_ratio = 8, &
+                        p_mu = 9, p_roll = 10, p_rolling = 11, p_roll_ratio = 12, p_roll_damping = 13, p_twist = 14, &
+                        p_twisting = 15, p_limited = 16, p_slip_damping = 17
+  integer, parameter :: s_touched = 1, s_radius = 2, s_stored = 3, s_twist = 4 !< state: scalars; then springs of slip and rolling
+  integer, parameter :: no_history = 0, linear = 1, mindlin = 2, rescaled = 3
+  integer, parameter :: torque = 1, spring_dashpot = 2, by_coefficient = 1, marshall = 2
+contains
+
+  !> Components of u and f: n, t [, s], then spins: in 2D one, in 3D about n, t, s. The energy of springs is told as it was in the last
+  !> step, so that a stiffness that changes with the normal force spends or gives it, and the balance closes.
+  subroutine cairn_law_granular_contact_force(n, c, context, gap, u, params, state, f, energy) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components: 3 in 2D, 6 in 3D
+    type(cairn_law_context), intent(in) :: context        !< step, geometry
+    real(c_double), intent(in)          :: gap(n)         !< [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s, rad/s]
+    real(c_double), intent(in)          :: params(own)    !< see laws.def
+    real(c_double), intent(inout)       :: state(n, columns + 2*(merge(2, 3, c == 3) - 1)) !< see above [m, rad]
+    real(c_double), intent(out)         :: f(n, c)        !< on A [N, N m]
+    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and tearing, by friction [J]
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    real(c_double) :: a(n), k(n), stored(n), dashpot(n), elastic(n), limit(n), springs(n), spent(n), was(n)
+    logical :: touched(n), before(n)
+    integer :: axes
+    integer, parameter :: slip = columns + 1
+    call c_f_pointer(context%geometry, geometry, [n, 3])
+    axes = merge(2, 3, c == 3)
+    before = state(:, s_touched) > 0
+    touched = gap < 0
+    if (nint(params(p_model)) == jkr_contact) &
+      touched = touched .or. (before .and. gap <= tear_gap(neck_of(modulus_of(params), params(p_work)), geometry(:, 2)))
+    call normal_force(n, nint(params(p_model)), modulus_of(params), params(p_work), gap, geometry(:, 2), touched, elastic, a, k, &
+                      stored)
+    call damping_coefficient(n, nint(params(p_model)), nint(params(p_damping)), params(p_value), a, k, geometry(:, 3), dashpot)
+    f(:, 1) = elastic
+    call damp(n, context%h, geometry(:, 3), dashpot, u(:, 1), f(:, 1))
+    if (params(p_limited) > 0) f(:, 1) = max(f(:, 1), min(elastic, 0.0_c_double))
+    f(:, 1) = merge(f(:, 1), 0.0_c_double, touched)
+    limit = merge(max(f(:, 1) + 2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), 0.0_c_double, touched)
+    if (nint(params(p_model)) /= jkr_contact) limit = merge(max(f(:, 1) + &
+      2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), 0.0_c_double, touched)
+    was = state(:, s_stored)
+    springs = 0
+    spent = 0
+    call tangential(n, axes, context%h, params, a, k, geometry(:, 3), dashpot, limit, u(:, 1:axes), state(:, s_radius), &
+                    state(:, slip:slip + axes - 2), f(:, 1:axes), springs, spent)
+    call spins(n, axes, context%h, params, a, k, geometry, limit, u(:, axes + 1:c), state(:, s_twist), &
+               state(:, slip + axes - 1:slip + 2*axes - 3), f(:, axes + 1:c), springs, spent)
+    if (present(energy)) then
+      energy(:, 1) = stored + springs
+      energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
+      if (nint(params(p_model)) >= 2) energy(:, 2) = energy(:, 2) + made_and_torn(n, params, gap, geometry(:, 2), stored, before, touched)
+      energy(:, 3) = spent - (springs - was)
+    end if
+    state(:, s_stored) = springs
+    state(:, s_touched) = merge(1.0_c_double, 0.0_c_double, touched)
+  end subroutine cairn_law_granular_contact_force
+
+  !> Energy that the surfaces take as they meet, and what is left in a neck that tears [J].
+  pure function made_and_torn(n, params, gap, radius, stored, before, touched) result(spent)
+    integer(c_int32_t), intent(in) :: n
+    real(c_double), intent(in)     :: params(own), gap(n), radius(n), stored(n)
+    logical, intent(in)            :: before(n), touched(n)
+    real(c_double) :: spent(n), left(n), a(n), f(n), k(n)
+    logical :: all_touch(n)
+    all_touch = .true.
+    spent = 0
+    left = 0
+    if (nint(params(p_model)) == jkr_contact) &
+      call normal_force(n, jkr_contact, modulus_of(params), params(p_work), &
+                        min(max(gap, 0.0_c_double), 0.999999_c_double*tear_gap(neck_of(modulus_of(params), params(p_work)), radius)), &
+                        radius, all_touch, f, a, k, left)
+    where (touched .and. .not. before) spent = -stored
+    where (before .and. .not. touched) spent = left
+  end function made_and_torn
+
+  !> Tangential force: a dashpot alone, a linear spring, Mindlin's spring, or that which is made shorter as the contact shrinks
+  !> (Walton 1987; Thornton, Cummins & Cleary 2013).
+  subroutine tangential(n, axes, h, params, a, k, mass, dashpot, limit, u, radius, spring, f, stored, spent)
+    integer(c_int32_t), intent(in) :: n, axes
+    real(c_double), intent(in)     :: h, params(own), a(n), k(n), mass(n), dashpot(n), limit(n), u(n, axes)
+    real(c_double), intent(inout)  :: radius(n), spring(n, axes - 1), f(n, axes), stored(n), spent(n)
+    real(c_double) :: stiffness(n), damping(n), energy(n, 3)
+    integer :: i, model
+    model = nint(params(p_slip))
+    select case (model)
+    case (no_history)
+      stiffness = 0
+    case (linear)
+      stiffness = params(p_ratio)*merge(k, shear_of(params)*a, nint(params(p_model)) == hooke)
+    case default
+      stiffness = shear_of(params)*a
+    end select
+    if (model == rescaled) then
+      do i = 1, n
+        if (a(i) < radius(i)) spring(i, :) = spring(i, :)*(a(i)/radius(i))
+      end do
+    end if
+    radius = a
+    if (params(p_slip_damping) >= 0) then
+      damping = params(p_slip_damping)*dashpot
+    else if (nint(params(p_model)) == hooke) then
+      damping = sqrt(params(p_ratio))*dashpot
+    else
+      damping = sqrt(merge(shear_of(params)/(2*modulus_of(params)), 0.0_c_double, modulus_of(params) > 0))*dashpot
+    end if
+    energy = 0
+    call slide(n, axes, h, stiffness, damping, limit, u, spring, f, energy)
+    stored = stored + energy(:, 1)
+    do i = 1, n
+      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes))
+    end do
+    if (any(mass < 0)) stored = 0 ! masses are never negative
+  end subroutine tangential
+
+  !> Moments against rolling and twisting. The spring of rolling has k_r = ratio k_n (mu_r R)^2 (Ai et al. 2011: 3 in 2D, Iwashita & Oda:
+  !> 2.25), its dashpot is the share of the critical damping of a sphere of 7/5 m R^2 on a wall. That of twisting is half of the tangential
+  !> one times a^2, within the limit that is given, or two thirds of mu f_n a (Marshall 2009).
+  subroutine spins(n, axes, h, params, a, k, geometry, limit, w, twist, rolled, moment, stored, spent)
+    integer(c_int32_t), intent(in) :: n, axes
+    real(c_double), intent(in)     :: h, params(own), a(n), k(n), geometry(n, 3), limit(n), w(n, 2*axes - 3)
+    real(c_double), intent(inout)  :: twist(n), rolled(n, axes - 1), stored(n), spent(n)
+    real(c_double), intent(out)    :: moment(n, 2*axes - 3)
+    real(c_double) :: stiffness(n), most(n), damping(n), angle(n, 1), turn(n, 1), one(n, 1)
+    integer :: first
+    moment = 0
+    first = merge(1, 2, axes == 2)
+    most = params(p_rolling)*geometry(:, 2)*limit
+    if (nint(params(p_roll)) == torque) call constant_torque(n, axes - 1, h, most, w(:, first:), moment(:, first:), spent)
+    if (nint(params(p_roll)) == spring_dashpot) then
+      stiffness = params(p_roll_ratio)*k*(params(p_rolling)*geometry(:, 2))**2
+      damping = 2*params(p_roll_damping)*sqrt(1.4_c_double*geometry(:, 3)*stiffness)*geometry(:, 2)
+      call roll(n, axes - 1, h, stiffness, damping, most, w(:, first:), rolled, moment(:, first:), stored, spent)
+    end if
+    if (axes == 2 .or. nint(params(p_twist)) == 0) return
+    most = params(p_twisting)*geometry(:, 2)*limit
+    if (nint(params(p_twist)) == marshall) most = 2*params(p_mu)*limit*a/3
+    stiffness = 0.5_c_double*a**2*merge(params(p_ratio)*k, shear_of(params)*a, nint(params(p_model)) == hooke)
+    damping = 0
+    angle(:, 1) = twist
+    one(:, 1) = w(:, 1)
+    call roll(n, 1_c_int32_t, h, stiffness, damping, most, one, angle, turn, stored, spent)
+    moment(:, 1) = turn(:, 1)
+    twist = angle(:, 1)
+  end subroutine spins
+
+  !> E* of two like bodies; of linear springs the stiffness itself.
+  pure function modulus_of(params) result(modulus)
+    real(c_double), intent(in) :: params(own)
+    real(c_double) :: modulus
+    modulus = params(p_young)
+    if (nint(params(p_model)) /= hooke) modulus = params(p_young)/(2*(1 - params(p_poisson)**2))
+  end function modulus_of
+
+  !> 8 G*.
+  pure function shear_of(params) result(shear)
+    real(c_double), intent(in) :: params(own)
+    real(c_double) :: shear
+    shear = 2*params(p_young)/((2 - params(p_poisson))*(1 + params(p_poisson)))
+  end function shear_of
+
+  !> Stiffness at an overlap, damping ratio, and the gap at which the force begins or ends.
+  subroutine cairn_law_granular_contact_stiffness(n, overlap, radius, params, k, reach) bind(c)
+    integer(c_int32_t), value   :: n           !< contacts
+    real(c_double), intent(in)  :: overlap(n)  !< [m]
+    real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
+    real(c_double), intent(in)  :: params(own) !< as for the force
+    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: reach(n)    !< [m]
+    real(c_double) :: f(n), a(n), stored(n)
+    logical :: touched(n)
+    touched = .true.
+    call normal_force(n, nint(params(p_model)), modulus_of(params), params(p_work), -max(overlap, 0.0_c_double), radius, touched, &
+                      f, a, k(:, 1), stored)
+    k(:, 2) = shear_of(params)*a
+    if (nint(params(p_model)) == hooke) k(:, 2) = params(p_ratio)*k(:, 1)
+    if (nint(params(p_slip)) == no_history .or. .not. params(p_mu) > 0) k(:, 2) = 0
+    k(:, 3) = 0
+    if (nint(params(p_damping)) <= 1) k(:, 3) = damping_of(params(p_value))
+    reach = 0
+    if (nint(params(p_model)) == jkr_contact) reach = 1.5_c_double*tear_gap(neck_of(modulus_of(params), params(p_work)), radius)
+  end subroutine cairn_law_granular_contact_stiffness
+end module granular_contact

@@ -1,0 +1,28 @@
+/* Kernels of smooth scenes with bodies of unequal moments of inertia, and with laws that give moments. */
+#ifndef CAIRN_SMOOTH_BODIES_H
+#define CAIRN_SMOOTH_BODIES_H
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+void cairn_uneven_begin(int64_t n, const int64_t* body, double h, const double* inertia, const double* contact_force,
+                        const double* rotation, double* velocity, double* angular_momentum, double* turned,
+                        double* fastest, int64_t* unsolved, const double* force, const double* damping,
+                        const int8_t* driven);
+void cairn_uneven_end(int64_t n, const int64_t* body, double h, const double* inertia, const double* contact_force,
+                      const double* rotation, const double* turned, double* velocity, double* angular_momentum,
+                      int64_t* wrong, const double* force, const double* damping, const int8_t* driven,
+                      double* reaction, double* terms);
+double cairn_uneven_kinetic(int64_t n, const int64_t* body, const double* velocity, const double* angular_momentum);
+void cairn_smooth_spins(int32_t dim, int32_t n, int32_t m, const int32_t* lane, const int32_t* body_a,
+                        const int32_t* body_b, const double* velocity, const double* frame, double* spin);
+void cairn_smooth_moments(int32_t dim, int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
+                          const int32_t* body_b, const double* frame, const double* moment, double* lane_moment,
+                          double* force, double* other);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
