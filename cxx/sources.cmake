@@ -170,7 +170,9 @@ set(CAIRN_CXX_SOURCES
   soe/unit_reaches.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
+  solvers/nlgs/newton_help.cpp
   solvers/nlgs/nlgs.cpp
+  solvers/nlgs/solid_help.cpp
   solvers/problems/admm.cpp
   solvers/problems/auto.cpp
   solvers/problems/block_factors.cpp
@@ -203,6 +205,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/held_rows.cpp
   solvers/sweeps/jointed_blocks.cpp
   solvers/sweeps/jointed_problem.cpp
+  solvers/sweeps/step_by_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   simulation/contact_fields.cpp
