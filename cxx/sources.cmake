@@ -219,12 +219,16 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/own_conditions.cpp
   strategies/nscd/histories.cpp
   strategies/nscd/joints.cpp
+  strategies/nscd/last_views.cpp
   strategies/nscd/mesh_contacts.cpp
   strategies/nscd/nested_meshes.cpp
+  strategies/nscd/plugged_body_forces.cpp
   strategies/nscd/projection.cpp
+  strategies/nscd/search_margins.cpp
   strategies/nscd/seat_joints.cpp
-  strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp
+  strategies/nscd/step_begin.cpp
+  strategies/nscd/step_energy.cpp
   strategies/nscd/stiff_joints.cpp
   strategies/options.cpp
   simulation/report.cpp
