@@ -175,7 +175,9 @@ set(CAIRN_CXX_SOURCES
   soe/unit_reaches.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
+  solvers/nlgs/newton_help.cpp
   solvers/nlgs/nlgs.cpp
+  solvers/nlgs/solid_help.cpp
   solvers/problems/admm.cpp
   solvers/problems/auto.cpp
   solvers/problems/block_factors.cpp
@@ -208,6 +210,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/held_rows.cpp
   solvers/sweeps/jointed_blocks.cpp
   solvers/sweeps/jointed_problem.cpp
+  solvers/sweeps/step_by_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
@@ -231,12 +234,16 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/own_conditions.cpp
   strategies/nscd/histories.cpp
   strategies/nscd/joints.cpp
+  strategies/nscd/last_views.cpp
   strategies/nscd/mesh_contacts.cpp
   strategies/nscd/nested_meshes.cpp
+  strategies/nscd/plugged_body_forces.cpp
   strategies/nscd/projection.cpp
+  strategies/nscd/search_margins.cpp
   strategies/nscd/seat_joints.cpp
-  strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp
+  strategies/nscd/step_begin.cpp
+  strategies/nscd/step_energy.cpp
   strategies/nscd/stiff_joints.cpp
   strategies/options.cpp
   simulation/report.cpp

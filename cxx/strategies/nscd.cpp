@@ -14,7 +14,7 @@
 namespace cairn {
 
 const StepReport& Nscd::step(Simulation& s, double h) {
-  if (in_parts_)
+  if (attempt_ == Attempt::in_parts)
     throw Error("a step was asked for while a step is made in parts, by what gives its parts their loads: make it when "
                 "this one is made");
   s.report.sub_steps = 1;
@@ -37,7 +37,7 @@ void Nscd::make_step(Simulation& s, double h) {
       s.timed("solve_contacts", [&] { solve_contacts(s); });
       if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
     }
-    if (in_parts_ && s.report.solve.status == SolveStatus::diverged)
+    if (attempt_ == Attempt::in_parts && s.report.solve.status == SolveStatus::diverged)
       throw StepTooLong("the contact solver diverged in step " + std::to_string(s.steps + 1) + ": give a smaller dt");
     s.timed("update_velocity", [&] { update_velocity(s); });
     s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
@@ -173,14 +173,6 @@ ContactMemory Nscd::memory(const Simulation& s) const { return s.interactions.me
 void Nscd::restore(Simulation& s, ContactMemory memory) {
   if (memory.gaps_of_bonds) read_gaps_of_bonds(s, memory);
   s.interactions.restore(std::move(memory));
-}
-
-void Nscd::move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) {
-  if (projector_) projector_->restore(s.after_move(projector_->memory(), moved));
-}
-
-void Nscd::lean_images(int k, int i, int cells) {
-  if (projector_) projector_->restore(after_lean(projector_->memory(), k, i, cells));
 }
 
 Nscd& stages_of(Simulation& s) {

@@ -68,7 +68,7 @@ public:
       pass.sweeps = std::min(pass.sweeps, plain_sweeps - done);
   }
 
-  // Of the work some is done where most is left to do.
+  // Sweeps, some of whose work is done where most is left to do.
   int sweep(int sweeps) override {
     if (s_.changed) sequence_.restart(); // they begin from impulses and velocities as they are
     s_.changed = false;

@@ -10,6 +10,11 @@
 
 namespace cairn {
 
+// A row NAME of parts.def: adds its part if it is of use in this step.
+#define CAIRN_NLGS_PART(name, meaning) void add_##name(NlgsState&, NlgsParts&);
+#include "parts.def"
+#undef CAIRN_NLGS_PART
+
 NlgsState::NlgsState(ContactSystem& of, const Velocities& free_velocity, const SolverOptions& with, SweepHelp* by,
                      SolveReport& to)
     : system(of), velocity_free(free_velocity), options(with), help(by), report(to),

@@ -8,5 +8,9 @@ namespace cairn {
 
 SolveReport solve_nlgs(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
                        SweepHelp* help = nullptr);
+// With other solvers for where sweeps take too long: proximal points around Newton's method; Newton's method over
+// bodies, where laws have a local solution of their own.
+SolveReport solve_nlgs_and_newton(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
+SolveReport solve_nlgs_and_bodies(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 
 } // namespace cairn

@@ -75,7 +75,7 @@ public:
   virtual int sweep(int sweeps) { return sweeps; }
   // After each pass. No error is known, and none may be measured.
   virtual void swept() {}
-  // An error was measured: a smaller one where it is above the wanted one.
+  // Brings the error that was just measured down, if it is above the wanted one.
   virtual void measured(StepError&) {}
   // The error is small enough: whether that is all.
   virtual Verdict judge(StepError&) { return Verdict::none; }
@@ -117,11 +117,6 @@ private:
   std::array<NlgsPart*, most> parts_;
   std::size_t count_ = 0;
 };
-
-// A row NAME of parts.def: adds its part where it is of use in this step.
-#define CAIRN_NLGS_PART(name, meaning) void add_##name(NlgsState&, NlgsParts&);
-#include "parts.def"
-#undef CAIRN_NLGS_PART
 
 // Sweeps without acceleration at the beginning: few contacts are solved by then, good impulses stay as they are.
 inline constexpr int plain_sweeps = 9;

@@ -1,4 +1,6 @@
 // Pairs that laws keep begin where bodies stand when they come in, before anything moves.
+#include "bonds.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,7 +8,6 @@
 #include <string>
 
 #include "../../solvers/sweeps/batch.hpp"
-#include "nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -31,38 +32,8 @@ double warp(const MeshModel& m, std::int64_t part, const double* place) {
   return square > 0 ? std::abs(off) / (4 * std::sqrt(square)) : 0;
 }
 
-} // namespace
-
-// Converts memory read from old files, in which the state of a bond was its gap, huge where there was none.
-void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
-  m.gaps_of_bonds = false;
-  if (m.state_components == 0) return;
-  widen(m.states, m.state_components, 2, m.keys.size(), no_state);
-  const Contactors& c = s.scene.contactors;
-  for (std::size_t k = 0; k < m.keys.size(); ++k) {
-    const std::int32_t a = s.contactor(m.keys[k].contactor_a), b = s.contactor(m.keys[k].contactor_b);
-    const int entry = a < 0 || b < 0 ? -1 : s.laws.find(*c.material[a], *c.material[b]);
-    if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].holds) continue;
-    double* state = &m.states[k * std::size_t(m.state_components)];
-    const double gap = state[0];
-    state[0] = gap < no_state ? 2 : 0;
-    state[1] = gap < no_state ? gap : 0;
-  }
-}
-
-void Nscd::measure_anchored(Simulation& s) {
-  const ContactMemory& m = s.interactions.memory();
-  fit(anchored_, 2 * m.anchors.size());
-  for (std::size_t k = 0; k < m.anchors.size(); ++k) {
-    anchored_[2 * k] = s.contactor(m.keys[k].contactor_a);
-    anchored_[2 * k + 1] = s.contactor(m.keys[k].contactor_b);
-  }
-  s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, anchored_, s.candidates,
-                                  &s.meshes, &s.scene.nodes);
-}
-
 // The two ends of each joint that came in have a material of their own.
-void Nscd::declare_joints(Simulation& s) {
+void declare_joints(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   std::vector<DeclaredPair>& declared = s.handler.declared();
   declared.clear();
@@ -90,12 +61,42 @@ void Nscd::declare_joints(Simulation& s) {
   }
 }
 
-void Nscd::make_bonds(Simulation& s) {
-  find_bonds(s);
+} // namespace
+
+// Converts memory read from old files, in which the state of a bond was its gap, huge where there was none.
+void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
+  m.gaps_of_bonds = false;
+  if (m.state_components == 0) return;
+  widen(m.states, m.state_components, 2, m.keys.size(), no_state);
+  const Contactors& c = s.scene.contactors;
+  for (std::size_t k = 0; k < m.keys.size(); ++k) {
+    const std::int32_t a = s.contactor(m.keys[k].contactor_a), b = s.contactor(m.keys[k].contactor_b);
+    const int entry = a < 0 || b < 0 ? -1 : s.laws.find(*c.material[a], *c.material[b]);
+    if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].holds) continue;
+    double* state = &m.states[k * std::size_t(m.state_components)];
+    const double gap = state[0];
+    state[0] = gap < no_state ? 2 : 0;
+    state[1] = gap < no_state ? gap : 0;
+  }
+}
+
+void AnchoredContacts::measure(Simulation& s) {
+  const ContactMemory& m = s.interactions.memory();
+  fit(contactors_, 2 * m.anchors.size());
+  for (std::size_t k = 0; k < m.anchors.size(); ++k) {
+    contactors_[2 * k] = s.contactor(m.keys[k].contactor_a);
+    contactors_[2 * k + 1] = s.contactor(m.keys[k].contactor_b);
+  }
+  s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, contactors_, s.candidates,
+                                  &s.meshes, &s.scene.nodes);
+}
+
+void NewBonds::make(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
+  find(s, step, free_velocity);
   s.report.unjoined = unjoined_step_ == s.steps ? unjoined_ : std::string();
 }
 
-void Nscd::find_bonds(Simulation& s) {
+void NewBonds::find(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
   constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
   s.interactions.measure_from(s.scene.origin);
@@ -129,14 +130,13 @@ void Nscd::find_bonds(Simulation& s) {
     }
     Margin margin{};
     margin.per_contactor = margins_.data();
-    s.contacts_known = shows_kept_ = false;
-    compute_free_velocity(s); // detection leaves out pairs that nothing moves
+    free_velocity();
     s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
     declare_joints(s);
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates,
                      {.mapped = &s.meshes.mapped(), .for_bonds = true}, &s.interactions.scratch(), &s.laws.rules());
-    unjoined_ = s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes,
-                                    &s.scene.nodes);
+    unjoined_ = s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, step.h, step.law_share(),
+                                    &s.meshes, &s.scene.nodes);
     unjoined_step_ = s.steps;
     s.candidates.count = 0;
   }

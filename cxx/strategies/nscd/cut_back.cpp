@@ -51,7 +51,7 @@ struct Nscd::Whole {
   std::int64_t rotations = 0;
   double newton_error = 0;
   SolveReport worst; // of the parts
-  Shown shown;       // of the step before
+  LastViews views;   // of the step before
 };
 
 namespace {
@@ -91,27 +91,27 @@ void Nscd::take_part(Simulation& s, double from, double share, int cuts, Whole& 
 
 const StepReport& Nscd::step_in_parts(Simulation& s, double h) {
   const StepReport before = s.report;
-  const bool kept = in_parts_;
-  in_parts_ = true;
+  const Attempt kept = attempt_;
+  attempt_ = Attempt::in_parts;
   try {
     make_step(s, h);
-    in_parts_ = kept;
+    attempt_ = kept;
     return s.report;
   } catch (const StepTooLong&) { // in halves
   } catch (...) {
-    in_parts_ = kept;
+    attempt_ = kept;
     throw;
   }
-  Whole whole{s.time, h, s.steps, {}, 0, 0, 0, 0, {}, shown_};
+  Whole whole{s.time, h, s.steps, {}, 0, 0, 0, 0, {}, views_};
   const StoredValue begin = state_of(s);
   for (const MeshBody& mesh : s.meshes.meshes) whole.loads.push_back(loads_of(mesh));
   const auto back = [&] {
-    in_parts_ = kept;
+    attempt_ = kept;
     take_state(s, begin);
     s.follow_meshes();
     for (std::size_t k = 0; k < whole.loads.size(); ++k) take_loads(s.meshes.meshes[k], whole.loads[k], 0, 1);
-    shown_ = whole.shown; // forgotten with the contacts
-    show_again(s, shown_);
+    views_ = whole.views; // forgotten with the contacts
+    views_.show(s);
     s.report = before;
   };
   try {
@@ -125,7 +125,7 @@ const StepReport& Nscd::step_in_parts(Simulation& s, double h) {
     back();
     throw;
   }
-  in_parts_ = kept;
+  attempt_ = kept;
   if (!s.before_part)
     for (std::size_t k = 0; k < whole.loads.size(); ++k) take_loads(s.meshes.meshes[k], whole.loads[k], 0, 1);
   s.report.time = s.time = whole.begin + h;

@@ -1,8 +1,8 @@
-// Integrators that keep derivatives of the displacement beyond the velocity: their initial values and their update.
+#include "histories.hpp"
+
 #include <algorithm>
 
 #include "../../networks/network.hpp"
-#include "nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -17,19 +17,18 @@ void forget_driven(Bodies& b, int histories) {
 
 } // namespace
 
-// Initial histories, from the present forces, of bodies that came in or were set from outside.
-void Nscd::start_histories(Simulation& s) {
-  started_ = false;
-  if (scheme_.histories == 0) return;
+bool Histories::start(Simulation& s, const StepScheme& step) {
+  const cairn_scheme& scheme = step.scheme;
+  if (scheme.histories == 0) return false;
   Bodies& b = s.scene.bodies;
   const Need needs[] = {Need::acceleration, Need::jerk, Need::snap, Need::crackle};
-  for (int k = 0; k < scheme_.histories; ++k) s.scene.activate(needs[k]);
+  for (int k = 0; k < scheme.histories; ++k) s.scene.activate(needs[k]);
   Nodes& nodes = s.scene.nodes;
-  forget_driven(b, scheme_.histories);
+  forget_driven(b, scheme.histories);
   const auto all = [](Field<std::uint8_t>& of) {
     return std::find(of.values.begin(), of.values.end(), 0) == of.values.end();
   };
-  if (all(b.history_known) && all(nodes.history_known)) return;
+  if (all(b.history_known) && all(nodes.history_known)) return false;
   cairn_history_start(s.scene.dim, b.dofs(), b.count, bits(b.history_known), s.scene.gravity.data(),
                       b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
@@ -37,43 +36,51 @@ void Nscd::start_histories(Simulation& s) {
   for (MeshBody& mesh : s.meshes.meshes)
     if (*nodes.history_known[mesh.first_node()] == 0) {
       mesh.loads.time = s.time;
-      mesh.start_history(nodes, s.scene.gravity.data(), scheme_);
+      mesh.start_history(nodes, s.scene.gravity.data(), scheme);
     }
   for (auto* known : {&b.history_known.values, &nodes.history_known.values})
     std::fill(known->begin(), known->end(), std::uint8_t(1));
-  started_ = true;
+  return true;
 }
 
-// Change of the smooth dynamics over the step, contacts excluded, and the displacement beyond that of the velocities at
-// both ends.
-void Nscd::measure_histories(Simulation& s) {
-  if (scheme_.histories == 0) return;
+void Histories::measure(Simulation& s, const StepScheme& step) {
+  const cairn_scheme& scheme = step.scheme;
+  if (scheme.histories == 0) return;
   Bodies& b = s.scene.bodies;
   change_.resize(b.velocity.values.size());
   way_.resize(b.velocity.values.size());
-  cairn_smooth_change(s.scene.dim, b.dofs(), b.count, &scheme_, s.scene.gravity.data(), b.mass.values.data(),
+  cairn_smooth_change(s.scene.dim, b.dofs(), b.count, &scheme, s.scene.gravity.data(), b.mass.values.data(),
                       b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), change_.data(),
                       b.history(0), b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping),
                       bits(b.driven));
-  cairn_history_way(b.dofs(), b.count, &scheme_, b.velocity_begin.values.data(), b.velocity.values.data(),
+  cairn_history_way(b.dofs(), b.count, &scheme, b.velocity_begin.values.data(), b.velocity.values.data(),
                     change_.data(), way_.data(), b.history(0), b.history(1), b.history(2), b.history(3));
   Nodes& nodes = s.scene.nodes;
   if (nodes.count == 0) return;
   node_change_.resize(nodes.velocity.values.size());
   node_way_.resize(nodes.velocity.values.size());
   for (MeshBody& mesh : s.meshes.meshes) mesh.smooth_change(nodes, node_change_.data());
-  cairn_history_way(nodes.dim, nodes.count, &scheme_, nodes.velocity_begin.values.data(), nodes.velocity.values.data(),
+  cairn_history_way(nodes.dim, nodes.count, &scheme, nodes.velocity_begin.values.data(), nodes.velocity.values.data(),
                     node_change_.data(), node_way_.data(), nodes.history(0), nodes.history(1), nodes.history(2),
                     nodes.history(3));
   for (MeshBody& mesh : s.meshes.meshes) mesh.turn_way(nodes, node_way_.data());
 }
 
-// Drops histories and views that belong to former positions, velocities or another integrator.
-void Nscd::changed(Simulation& s, bool places) {
-  if (!places) {
-    shows_kept_ = shown_.contacts_known = false;
-    return;
-  }
+void Histories::update(Simulation& s, const StepScheme& step) {
+  const cairn_scheme& scheme = step.scheme;
+  if (scheme.histories == 0) return;
+  Bodies& b = s.scene.bodies;
+  cairn_theta_advance(s.scene.dim, b.dofs(), b.count, 1, way_.data(), b.position.values.data(),
+                      s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  cairn_history_update(s.scene.dim, b.dofs(), b.count, &scheme, change_.data(), b.inertia.values.data(), b.history(0),
+                       b.history(1), b.history(2), b.history(3));
+  Nodes& nodes = s.scene.nodes;
+  cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, 1, node_way_.data(), nodes.position.values.data(), nullptr);
+  cairn_history_update(nodes.dim, nodes.dim, nodes.count, &scheme, node_change_.data(), nullptr, nodes.history(0),
+                       nodes.history(1), nodes.history(2), nodes.history(3));
+}
+
+void forget_histories(Simulation& s) {
   for (auto* known : {&s.scene.bodies.history_known.values, &s.scene.nodes.history_known.values})
     std::fill(known->begin(), known->end(), std::uint8_t(0));
 }

@@ -1,11 +1,11 @@
 // Joint error at the configuration in which the next step detects (see joint_flight.cpp): further solutions correct the
 // drift of the last one until it is small or decreases no more. Where tension swings light bodies faster than steps
 // follow, a whole correction overshoots: then a share of it is taken, from the best solution so far.
+#include "joints.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -25,11 +25,11 @@ std::string hint_of(const JointMiss& left, const std::string& joint, double h, d
 
 } // namespace
 
-void Nscd::hold_joints(Simulation& s, int spent) {
+void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent) {
   constexpr int most = 12;
   constexpr double least_share = 1.0 / 64;
   SolveReport& report = s.report.solve;
-  SolverOptions options = settings.solver;
+  SolverOptions options = solver;
   int last = report.iterations;
   const auto again = [&](int limit) {
     const int before = report.iterations;
@@ -40,7 +40,7 @@ void Nscd::hold_joints(Simulation& s, int spent) {
     last = report.iterations;
     report.iterations += before;
   };
-  const double tolerance = settings.solver.tolerance;
+  const double tolerance = solver.tolerance;
   JointMiss best, miss;
   double share = 1;
   bool settled = false, at_best = true;
@@ -58,14 +58,14 @@ void Nscd::hold_joints(Simulation& s, int spent) {
     } else {
       share /= 4;
     }
-    const int limit = settings.solver.max_iterations - spent - report.iterations;
+    const int limit = solver.max_iterations - spent - report.iterations;
     if (limit < std::max(last, options.min_iterations)) break;
     s.interactions.correct_joints(share);
     again(limit);
     at_best = false;
   }
   const auto limit = [&] {
-    return std::max(settings.solver.max_iterations - spent - report.iterations, options.min_iterations);
+    return std::max(solver.max_iterations - spent - report.iterations, options.min_iterations);
   };
   if (report.status == SolveStatus::converged && !settled && !at_best) {
     miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
@@ -80,7 +80,7 @@ void Nscd::hold_joints(Simulation& s, int spent) {
   report.joint_gap = miss.gap;
   report.joint_contact = miss.contact;
   if (miss.small || miss.error <= tolerance) return;
-  report.joint_hint = hint_of(miss, s.interactions.name_of_joint(miss.contact), h_, tolerance);
+  report.joint_hint = hint_of(miss, s.interactions.name_of_joint(miss.contact), h, tolerance);
   if (report.status != SolveStatus::converged) return;
   report.status = SolveStatus::iteration_limit;
   report.hint = report.joint_hint;

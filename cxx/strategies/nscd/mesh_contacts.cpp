@@ -1,13 +1,13 @@
 // Contact errors on meshes that a converged step may hide: initial overlaps too deep to be pushed out, contacts that
 // move by more than a cell in a step and may tunnel, and contacts that did tunnel.
+#include "mesh_contacts.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>
 #include <utility>
-
-#include "nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -106,15 +106,15 @@ double depth_before(const Simulation& s, std::int64_t i, double ahead) {
 } // namespace
 
 // Velocities are evaluated for few candidates: the others have no overlap, or move too slowly for the search margin.
-void Nscd::look_at_meshes(Simulation& s) {
+void look_at_meshes(Simulation& s, const StepScheme& step, const double* margins) {
+  const double h = step.h;
   s.report.mesh_depth = s.report.mesh_way = 0;
   s.report.mesh_hint.clear();
   if (s.meshes.empty()) return;
   const Candidates& c = s.candidates;
   const int dim = s.scene.dim;
-  const bool measured = std::isnan(settings.margin);
   const Contactors& contactors = s.scene.contactors;
-  const double ahead = ahead_; // for which bodies move on before contacts are sought
+  const double ahead = step.ahead; // for which bodies move on before contacts are sought
   std::int64_t deepest = -1, farthest = -1, through = -1;
   double depth = 0, way = 0, beyond = 0, safe = 0;
   for (std::int64_t i = 0; i < c.count; ++i) {
@@ -122,18 +122,18 @@ void Nscd::look_at_meshes(Simulation& s) {
     const double size = s.meshes.cell_size(one, two), gap = c.gap[std::size_t(i)];
     if (!std::isfinite(size)) continue;                                           // of rigid bodies
     const double apart = gap + *contactors.radius[one] + *contactors.radius[two]; // of their middles
-    const double most = measured ? margins_[one] + margins_[two] : std::numeric_limits<double>::infinity();
-    if (!(gap < -s.report.mesh_depth * size) && most <= far_share * size && ahead / h_ * most <= apart) continue;
+    const double most = margins ? margins[one] + margins[two] : std::numeric_limits<double>::infinity();
+    if (!(gap < -s.report.mesh_depth * size) && most <= far_share * size && ahead / h * most <= apart) continue;
     const double* normal = &c.normal[std::size_t(dim * i)];
     const double speed = speed_of(s, i);
     if (gap < -s.report.mesh_depth * size && !holds(s, one, two))
       if (const double deep = depth_before(s, i, ahead); deep > s.report.mesh_depth * size)
         s.report.mesh_depth = deep / size, depth = deep, deepest = i;
-    if (const double moved = h_ * std::abs(speed); moved > std::max(s.report.mesh_way, far_share) * size)
+    if (const double moved = h * std::abs(speed); moved > std::max(s.report.mesh_way, far_share) * size)
       s.report.mesh_way = moved / size, way = moved, farthest = i;
     if (apart > 0 && ahead * speed - apart > beyond && (on_the_side(s, one, normal) || on_the_side(s, two, normal)) &&
         !holds(s, one, two))
-      beyond = ahead * speed - apart, through = i, safe = h_ * (apart - gap) / (ahead * speed);
+      beyond = ahead * speed - apart, through = i, safe = h * (apart - gap) / (ahead * speed);
   }
   char text[160];
   const auto both = [&](std::int64_t i) {
@@ -160,7 +160,7 @@ void Nscd::look_at_meshes(Simulation& s) {
                   static_cast<long long>(s.steps + 1), s.report.mesh_way);
     if (!s.report.mesh_hint.empty()) s.report.mesh_hint += "; ";
     s.report.mesh_hint += one + " and " + two + text + ", and may pass through each other: give dt <= ";
-    std::snprintf(text, sizeof text, "%.2g s", h_ * far_share / s.report.mesh_way);
+    std::snprintf(text, sizeof text, "%.2g s", h * far_share / s.report.mesh_way);
     s.report.mesh_hint += text;
   }
 }

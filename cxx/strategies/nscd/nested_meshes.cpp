@@ -19,7 +19,7 @@
 #include "../../fe/bulk_model.hpp"
 #include "../../fe/elements.hpp"
 #include "../../meshes/closed_surface.hpp"
-#include "nscd.hpp"
+#include "mesh_contacts.hpp"
 
 namespace cairn {
 namespace {
@@ -453,15 +453,15 @@ std::string NestedMeshes::text() {
 
 } // namespace
 
-void Nscd::look_for_nested_meshes(Simulation& s) {
+void NestedMeshLook::look(Simulation& s) {
   s.report.mesh_within.clear();
   if (s.meshes.empty()) return;
-  if (nested_seen_ != s.scene.next_body_id) {
-    nested_hint_ = NestedMeshes(s, nested_seen_).text();
-    nested_seen_ = s.scene.next_body_id;
-    nested_step_ = s.steps;
+  if (seen_ != s.scene.next_body_id) {
+    hint_ = NestedMeshes(s, seen_).text();
+    seen_ = s.scene.next_body_id;
+    step_ = s.steps;
   }
-  if (nested_step_ == s.steps) s.report.mesh_within = nested_hint_;
+  if (step_ == s.steps) s.report.mesh_within = hint_;
 }
 
 } // namespace cairn

@@ -90,7 +90,7 @@ void Nscd::newton_passes(Simulation& s) {
         std::snprintf(text, sizeof text, "%.2g of the balance of the mesh '%.40s' is left after %d passes, most at ",
                       s.report.newton_error, worst->model.name.c_str(), pass);
         const std::string hint = text + worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->remedy();
-        if (in_parts_) throw StepTooLong(hint);
+        if (attempt_ == Attempt::in_parts) throw StepTooLong(hint);
         if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::newton_limit;
         s.report.solve.hint = hint;
         return;

@@ -1,42 +1,45 @@
 // Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens
 // every gap, found by the contact solver itself, with displacement / h in the place of velocity; for meshes the metric
 // is the effective mass of the step, elastic energy included.
+#include "projection.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "../../base/call.hpp"
 #include "../../laws/law_names.hpp"
-#include "nscd.hpp"
+#include "joints.hpp"
 
 namespace cairn {
 
-ContactMemory Nscd::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
+ContactMemory OverlapProjection::memory() const { return interactions_ ? interactions_->memory() : ContactMemory{}; }
 
-void Nscd::restore_projection(const Simulation& s, const ContactMemory& memory) {
-  if (!projector_) projector_.emplace(s.scene.dim);
-  projector_->restore(memory);
+void OverlapProjection::restore(const Simulation& s, const ContactMemory& memory) {
+  if (!interactions_) interactions_.emplace(s.scene.dim);
+  interactions_->restore(memory);
 }
 
 // A condition on the gap at the end, without friction: overlap is pushed back.
-const LawTable& Nscd::projection_laws(const Simulation& s) {
-  if (!projection_laws_ || projection_laws_->materials() < s.laws.materials()) {
+const LawTable& OverlapProjection::laws(const Simulation& s) {
+  if (!laws_ || laws_->materials() < s.laws.materials()) {
     const double mu = 0;
-    projection_laws_.emplace(std::vector<std::string>(std::size_t(s.laws.materials())));
-    projection_laws_->set_default(Law::gap_coulomb, {&mu, 1});
+    laws_.emplace(std::vector<std::string>(std::size_t(s.laws.materials())));
+    laws_->set_default(Law::gap_coulomb, {&mu, 1});
   }
-  return *projection_laws_;
+  return *laws_;
 }
 
-void Nscd::project_positions(Simulation& s) {
+void OverlapProjection::project(Simulation& s, const NscdOptions& settings, const StepScheme& step,
+                                SearchMargins& margins) {
+  const double h = step.h;
   Bodies& b = s.scene.bodies;
   Nodes& nodes = s.scene.nodes;
   const int nd = b.dofs(), dim = s.scene.dim;
   double stored = 0;
-  unstiffen(s);
   for (MeshBody& mesh : s.meshes.meshes) stored -= mesh.stored(nodes), mesh.rest();
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
-  reaction_kept_ = b.reaction.values;
+  reaction_ = b.reaction.values;
   nodes.velocity_begin.values.swap(nodes.velocity.values);
   for (Field<double>* field : {&b.velocity, &b.velocity_free, &nodes.velocity, &nodes.velocity_free})
     std::fill(field->values.begin(), field->values.end(), 0.0);
@@ -46,42 +49,42 @@ void Nscd::project_positions(Simulation& s) {
                           b.inverse_inertia.values.data(), driven);
 
   // Neighbours that a displacement could meet: as far again as the deepest overlap.
-  if (!projector_) projector_.emplace(dim);
+  if (!interactions_) interactions_.emplace(dim);
   Margin margin{};
-  margin.per_contactor = margins_.data();
+  margin.per_contactor = margins.each().data();
   if (std::isnan(settings.margin))
-    measure_margins(s);
+    margins.measure(s, h);
   else
     margin = {settings.margin, nullptr};
-  s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {.mapped = &s.meshes.mapped()},
-                   &projector_->scratch(), &s.laws.rules());
-  s.meshes.weigh_mortar(nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, projection_candidates_);
-  projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
-                       &s.meshes, &nodes);
+  s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, candidates_, {.mapped = &s.meshes.mapped()},
+                   &interactions_->scratch(), &s.laws.rules());
+  s.meshes.weigh_mortar(nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, candidates_);
+  interactions_->assemble(b, s.scene.contactors, candidates_, laws(s), s.scene.cell, h, step.law_share(), &s.meshes,
+                          &nodes);
   SolverOptions options = settings.solver;
   options.accuracy = std::numeric_limits<double>::infinity(); // these velocities move nothing but overlaps
-  const SolveReport solved = projector_->solve(b, options);
-  projector_->update_velocity(b);
-  projector_->commit();
+  const SolveReport solved = interactions_->solve(b, options);
+  interactions_->update_velocity(b);
+  interactions_->commit();
   s.report.projection_error = solved.error;
 
   double potential = 0;
   for (std::int64_t i = 0; i < b.count; ++i)
     if (std::isfinite(*b.mass[i]))
-      for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * s.scene.gravity[d] * h_ * b.velocity[i][d];
+      for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * s.scene.gravity[d] * h * b.velocity[i][d];
   for (std::int64_t i = 0; i < nodes.count; ++i)
-    for (int d = 0; d < dim; ++d) potential -= *nodes.mass[i] * s.scene.gravity[d] * h_ * nodes.velocity[i][d];
-  cairn_theta_advance(dim, dim, nodes.count, h_, nodes.velocity.values.data(), nodes.position.values.data(), nullptr);
-  cairn_theta_advance(dim, nd, b.count, h_, b.velocity.values.data(), b.position.values.data(),
+    for (int d = 0; d < dim; ++d) potential -= *nodes.mass[i] * s.scene.gravity[d] * h * nodes.velocity[i][d];
+  cairn_theta_advance(dim, dim, nodes.count, h, nodes.velocity.values.data(), nodes.position.values.data(), nullptr);
+  cairn_theta_advance(dim, nd, b.count, h, b.velocity.values.data(), b.position.values.data(),
                       dim == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
   if (dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(b.count, h_, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr,
+    cairn_rotate(b.count, h, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr,
                  driven, &unsolved);
   }
   b.velocity_begin.values.swap(b.velocity.values);
   nodes.velocity_begin.values.swap(nodes.velocity.values);
-  b.reaction.values.swap(reaction_kept_);
+  b.reaction.values.swap(reaction_);
   s.scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
   for (MeshBody& mesh : s.meshes.meshes) stored += mesh.stored(nodes);
   s.follow_meshes();
@@ -95,13 +98,13 @@ void Nscd::project_positions(Simulation& s) {
 }
 
 // Where a larger error may end a step, after those alone that it ended, so that what rests stays to the bit.
-void Nscd::part_overlaps(Simulation& s) {
+void OverlapParting::part(Simulation& s, const SolverOptions& solver, double h) {
   const SolveReport& solved = s.report.solve;
-  const bool in_packs = settings.solver.enough > settings.solver.tolerance;
-  const bool early = solved.status == SolveStatus::converged && solved.error > settings.solver.tolerance;
+  const bool in_packs = solver.enough > solver.tolerance;
+  const bool early = solved.status == SolveStatus::converged && solved.error > solver.tolerance;
   if (in_packs && !early && !s.interactions.overlap_adds_up()) return;
   if (solved.status == SolveStatus::diverged ||
-      !s.interactions.part_overlaps(s.scene.bodies, early && in_packs, parting_))
+      !s.interactions.part_overlaps(s.scene.bodies, early && in_packs, velocity_))
     return;
   Bodies& b = s.scene.bodies;
   const int nd = b.dofs(), dim = s.scene.dim;
@@ -109,8 +112,8 @@ void Nscd::part_overlaps(Simulation& s) {
   for (std::int64_t i = 0; i < b.count; ++i)
     if (std::isfinite(*b.mass[i]))
       for (int d = 0; d < dim; ++d)
-        potential -= *b.mass[i] * s.scene.gravity[d] * h_ * parting_[std::size_t(nd * i + d)];
-  move_bodies(s, parting_);
+        potential -= *b.mass[i] * s.scene.gravity[d] * h * velocity_[std::size_t(nd * i + d)];
+  move_bodies(s, velocity_, h);
   s.energy.potential += potential;
   s.energy.work_projection += potential;
   s.energy.turned_over += std::abs(potential);

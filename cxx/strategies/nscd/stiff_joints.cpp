@@ -2,10 +2,10 @@
 //   (I + g h^2 K) (w+ - w-) = h T,   g = (1 - 1/x)/2 for x = h^2 K/I > 1, else 0,
 // T: torques of the step. Axes are those in which K and I are diagonal together (Tournier et al. 2015; Andrews,
 // Teichmann & Kry 2017). The energy of g h^2 K counts as dissipation of the integrator.
+#include "stiff_joints.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -106,7 +106,8 @@ double bound(const double stiffness[6], const double inverse[6]) {
 
 // In place of the inverse inertia and the free spin w of a body that has the spin w_begin: of I + g h^2 K. False: K is
 // slow. added: g h^2 K.
-bool stiffen(const double stiffness[6], double h, double inverse[6], const double* begin, double* w, double added[6]) {
+bool stiffened_inertia(const double stiffness[6], double h, double inverse[6], const double* begin, double* w,
+                       double added[6]) {
   double whole[3][3], k[3][3], v[3][3], soft[3][3], kept[3][3], change[3], y[3], out[3][3], sum[3][3], more[3];
   if (!(h * h * bound(stiffness, inverse) > 1)) return false;
   full(inverse, whole);
@@ -168,7 +169,7 @@ void inverse_of(const Bodies& b, std::int32_t body, double out[6]) {
 
 } // namespace
 
-void Nscd::unstiffen(Simulation& s) {
+void StiffJoints::restore(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const int d = s.scene.dim, n = b.dofs() - d;
   for (const Stiffened& one : stiffened_) {
@@ -179,11 +180,10 @@ void Nscd::unstiffen(Simulation& s) {
   stiffened_.clear();
 }
 
-// By the impulses at hand. True: contacts have to be assembled anew, with other inverse inertias.
-bool Nscd::stiffen_joints(Simulation& s) {
+bool StiffJoints::stiffen(Simulation& s, double h) {
   Bodies& b = s.scene.bodies;
   const bool was = !stiffened_.empty();
-  unstiffen(s);
+  restore(s);
   s.interactions.loads_of_joints(loads_);
   const int d = s.scene.dim, n = b.dofs() - d;
   for (const JointLoad& load : loads_) {
@@ -202,7 +202,7 @@ bool Nscd::stiffen_joints(Simulation& s) {
     double turns[3] = {}, begin[3] = {};
     std::copy_n(spin, n, turns);
     std::copy_n(&b.velocity[load.body][d], n, begin);
-    if (!stiffen(stiffness, h_, inverse, begin, turns, one.added)) continue;
+    if (!stiffened_inertia(stiffness, h, inverse, begin, turns, one.added)) continue;
     std::copy_n(turns, n, spin);
     if (b.inverse_inertia.active)
       std::copy_n(inverse, 6, b.inverse_inertia[load.body]);
@@ -213,42 +213,19 @@ bool Nscd::stiffen_joints(Simulation& s) {
   return was || !stiffened_.empty();
 }
 
-// By the impulses at hand.
-bool Nscd::joints_swing(Simulation& s) {
+bool StiffJoints::swing(Simulation& s, double h) {
   constexpr double fast = 3; // square of step times rate; steps hold below 4
   if (s.interactions.swing_across() > fast) return true;
   s.interactions.loads_of_joints(loads_);
   for (const JointLoad& load : loads_) {
     double inverse[6];
     inverse_of(s.scene.bodies, load.body, inverse);
-    if (h_ * h_ * bound(load.stiffness, inverse) > fast && swing_of(load.stiffness, h_, inverse) > fast) return true;
+    if (h * h * bound(load.stiffness, inverse) > fast && swing_of(load.stiffness, h, inverse) > fast) return true;
   }
   return false;
 }
 
-// Loads that came with this step are known when it is solved: then it is solved once more, stiffened for them.
-void Nscd::stiffen_further(Simulation& s) {
-  constexpr int most = 3;
-  SolveReport& report = s.report.solve;
-  if (!joints_swing(s)) return;
-  const ContactMemory at_begin = s.interactions.memory();
-  for (int pass = 0; pass < most && report.status != SolveStatus::diverged && joints_swing(s); ++pass) {
-    const int before = report.iterations;
-    SolverOptions options = settings.solver;
-    options.max_iterations -= before;
-    if (options.max_iterations < std::max(options.min_iterations, 1)) break;
-    s.interactions.keep_impulses();
-    assemble_contacts(s);
-    if (stiffen_joints(s)) assemble_contacts(s);
-    report = s.interactions.solve(s.scene.bodies, options);
-    hold_joints(s, before);
-    report.iterations += before;
-  }
-  s.interactions.restore(at_begin);
-}
-
-// The implicit share takes it in the step from bodies and contacts. [J]
-double Nscd::energy_of_stiffened(const Simulation& s) const {
+double StiffJoints::energy(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   const int d = s.scene.dim, n = b.dofs() - d;
   double sum = 0;

@@ -1,0 +1,18 @@
+// Terms of the balance of energy of a step.
+#pragma once
+#include "histories.hpp"
+#include "step_scheme.hpp"
+
+namespace cairn {
+
+// Work that no kernel of bodies and contacts measures [J].
+struct WorkBeside {
+  double seated = 0;    // of weight, where bodies were moved to seat joints
+  double stiffened = 0; // taken by the implicit stiffness of loaded joints
+};
+
+// Adds the terms of a step to the energy of the run; theta: its integrator is the theta-method.
+void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const Histories& histories,
+                        const ContactEnergy& contacts, const WorkBeside& beside);
+
+} // namespace cairn
