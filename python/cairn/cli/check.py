@@ -34,6 +34,8 @@ def main(options):
         made = documents._Builder(documents.read(options.file)).build()
         problems = made.problems
     except FileError as error:
+        if not options.json:
+            raise
         problems = [documents.Problem("", str(error))]
     if options.json:
         found = {"ok": not problems, "errors": [{"path": p.path, "message": p.message} for p in problems]}
