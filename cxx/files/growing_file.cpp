@@ -269,11 +269,11 @@ GrowingFile::GrowingFile(std::string path, If mode) : path_(std::move(path)) {
     return;
   }
   part_ = path_ + ".part";
+  if (is_folder(path_)) throw FileError(path_, "this is a folder", "give the name of a file");
   if (exists(path_) && mode != If::replace)
     throw FileError(path_, "this file exists already",
                     "choose another name, or ask for it to be overwritten (overwrite=True, --overwrite), or for a run "
                     "to go on in it (append=True, --append)");
-  if (is_folder(path_)) throw FileError(path_, "this is a folder", "give the name of a file");
   fd_ = create_part(part_, path_);
   try {
     if (exists(path_)) {

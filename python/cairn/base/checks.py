@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import operator
 
@@ -184,6 +185,27 @@ def positive_array(name: str, values) -> np.ndarray:
     if len(bad):
         raise ValueError(f"{name}[{bad[0]}] is {array[bad[0]]}: give numbers > 0 ({len(bad)} of {array.size} are not)")
     return array
+
+
+def spread(name: str, value, shape: tuple[int, ...], unit: str = "") -> np.ndarray:
+    """Finite doubles of the given shape from a number, from one row, or from a whole array."""
+    array = reals(name, value, f"give numbers of shape {shape_text(shape)}{unit}")
+    if array.shape not in ((), shape[1:], shape):
+        one = "a number" if len(shape) == 1 else f"one of shape {shape_text(shape[1:])} for all"
+        raise ValueError(f"{name} has shape {array.shape}: give {one}, or {shape_text(shape)}{unit}")
+    return real_array(name, np.broadcast_to(array, shape).copy(), shape)
+
+
+def function_of_time(name: str, function, arguments: str = "the time t [s]") -> None:
+    """Refuses functions that cannot be called with one argument, before a step calls them."""
+    try:
+        parameters = inspect.signature(function)
+    except (TypeError, ValueError):  # functions of compiled modules do not tell
+        return
+    try:
+        parameters.bind(0.0)
+    except TypeError:
+        raise ValueError(f"{name} takes {parameters}: give a function of one argument, {arguments}") from None
 
 
 def shape_text(shape: tuple[int | None, ...]) -> str:

@@ -8,12 +8,13 @@ import argparse
 import os
 import sys
 
-from . import completion, convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
+from . import check, completion, convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
 from .errors import in_a_line, interrupted, line_of, meant_to_be_read, show_own
 from .parser import Parser, add_command
 
 COMMANDS = {
     "run": run,
+    "check": check,
     "import": import_blocks,
     "info": info,
     "plot": plot,
@@ -35,6 +36,7 @@ examples:
   cairn run pile.py                            run a Python script
   cairn run pile.scene.h5 --dt 1e-3 --steps 2000 --output pile.vtkhdf --every 20
                                                run a scene that Scene.save wrote
+  cairn check pile.json                        faults of a scene that is a JSON document; cairn run runs it
   cairn import wall.stl -o wall.scene.h5       blocks of a file: what is wrong with them, and a scene to run
   cairn info pile.vtkhdf                       what is in a file, and how the solver did
   cairn plot pile.vtkhdf -o pile.png           the last output, coloured by speed

@@ -11,14 +11,15 @@ def add_parser(add, commands):
     run = add(
         commands,
         "run",
-        "run a Python script, or a scene that Scene.save wrote",
+        "run a Python script, a scene that Scene.save wrote, or a JSON document",
         "cairn run pile.py                     what follows the script is for the script\n"
         "cairn run pile.py --overwrite         but for this: it replaces the files of runs that are there\n"
         "cairn run pile.py -- --overwrite      after -- all is for the script\n"
         "cairn run pile.scene.h5 --dt 1e-3 --until 2.0 --output pile.vtkhdf --every 20\n"
-        "cairn run pile.scene.h5 --dt 1e-3 --steps 500 --restart pile.checkpoint.h5 --output more.vtkhdf",
+        "cairn run pile.scene.h5 --dt 1e-3 --steps 500 --restart pile.checkpoint.h5 --output more.vtkhdf\n"
+        "cairn run pile.json                   a document, see cairn check",
     )
-    run.add_argument("what", metavar="SCRIPT_OR_SCENE", help="a .py script, or a scene file")
+    run.add_argument("what", metavar="SCRIPT_OR_SCENE", help="a .py script, a scene file, or a .json document")
     run.add_argument("--dt", type=float, help="time step [s]")
     run.add_argument("--steps", type=int, help="steps to take")
     run.add_argument("--until", type=float, help="time to reach [s]")
@@ -61,6 +62,8 @@ def main(options):
     from ..model.scene import Scene
     from ..run.simulation import Simulation
 
+    if options.what.endswith(".json"):
+        return _document(options)
     scene = Scene.load(options.what)
     if options.dt is None:
         raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
@@ -110,6 +113,38 @@ def _over_ranks(options):
     at = next(k for k, word in enumerate(arguments) if word == "--ranks" or word.startswith("--ranks="))
     del arguments[at : at + (2 if arguments[at] == "--ranks" else 1)]
     return launch(count, arguments)
+
+
+def _document(options):
+    """Runs a scene that is a JSON document; options of the command come before those of the document."""
+    from ..run import documents
+    from ..run import loop as runs
+
+    document = documents.read(options.what)
+    if options.dt is not None and isinstance(document, dict):
+        document["simulation"] = {**(document.get("simulation") or {}), "dt": options.dt}
+    simulation = documents.simulation_of(document)
+    if options.solver is not None or options.tol is not None or options.dump_problem:
+        raise ValueError("--solver, --tol and --dump-problem are for scenes that Scene.save wrote: write the solver in the document")
+    given = dict(document.get("run") or {})
+    given |= {k: v for k, v in (("steps", options.steps), ("until", options.until), ("output", options.output),
+                                ("checkpoint_every", options.checkpoint_every)) if v is not None}  # fmt: skip
+    given |= {k: True for k in ("overwrite", "append") if getattr(options, k)}
+    if options.steps is not None:
+        given.pop("until", None)
+    elif options.until is not None:
+        given.pop("steps", None)
+    if "steps" not in given and "until" not in given:
+        raise ValueError("say how long to run: --steps 1000, or --until 2.0 [s]")
+    given.setdefault("output", options.what.removesuffix(".json") + ".vtkhdf")
+    given.setdefault("every", options.every)
+    if options.restart:
+        simulation.restore(options.restart)
+    with runs.commanded() as command:
+        taken = simulation.run(progress=not options.quiet, **given)
+    if not options.quiet:
+        print(f"{taken} steps, t = {simulation.time:g} s, written to {given['output']}")
+    return command.status
 
 
 def _strategy(options):

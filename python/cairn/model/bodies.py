@@ -233,6 +233,8 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"{name} is a {type(value).__name__}, which is a force: give numbers, or a function of time")
         if name == "drive" and getattr(value, "needs_simulation", False):
             raise ValueError(f"velocity is a {type(value).__name__}, which is a force: give force=, with mass and free dofs")
+        if callable(value) and not getattr(value, "needs_simulation", False):
+            checks.function_of_time(name, value)
         if value is not None and not callable(value):
             value = _spread(name, value, len(s), len(names), s.dim)
             setattr(s, name, value if name == "force" else checks.speeds(name, value))

@@ -92,7 +92,7 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     _check_whole_sides(owner)
     if not joined:
         raise ValueError("no two cells of the body share a side, so none can be joined: give cells that share nodes")
-    start = None if velocity is None else np.broadcast_to(np.asarray(velocity, float), body.points.shape)
+    start = None if velocity is None else checks.spread("velocity", velocity, body.points.shape, " [m/s]")
     sets = []
     for piece, (_, _, nodes, one) in enumerate(made):
         own = {word: {g: v for g, v in (given or {}).items() if g in one.groups} for word, given in

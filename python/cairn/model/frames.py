@@ -28,7 +28,7 @@ def _cells(points, cells):
 
 
 def _each(name, value, n):
-    value = np.broadcast_to(np.asarray(value, float), (n,))
+    value = checks.spread(name, value, (n,))
     if not np.all(np.isfinite(value) & (value > 0)):
         raise ValueError(f"{name} is {value[np.argmin(value)]:g}: give finite numbers above 0")
     return np.ascontiguousarray(value)

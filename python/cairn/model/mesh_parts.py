@@ -53,7 +53,8 @@ def group_nodes(body, group):
     if not isinstance(group, str):
         return checks.node_numbers("a group of nodes", group, len(body.points))
     if group not in body.groups:
-        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}")
+        more = "" if len(body.groups) else ": give the body groups={name: numbers of nodes}"
+        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}{more}")
     return body.groups[group]
 
 

@@ -252,15 +252,23 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         beyond = named[(named < 0) | (named >= n)]
         if beyond.size:
             raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
+    for field, of, due in (("fixed", fixed, '{group: "xy"}'), ("drive", drive, '{group: {"x": velocity}}'),
+                           ("displace", displace, '{group: {"x": function of time}}'), ("pressure", pressure, "{group: p}"),
+                           ("traction", traction, "{group: (dim,)}")):  # fmt: skip
+        if of is not None and not isinstance(of, dict):
+            raise ValueError(f"{field} is {of!r}: give {due}")
     fixed, drive = dict(fixed or {}), dict(drive or {})
     named = {"fixed": fixed, "drive": drive, "displace": displace or {}, "force": force, "rigid": _listed(rigid)}
     for field, of in named.items():
         for group in of if isinstance(of, (dict, list)) else ():
             if not len(group_nodes(body, group)):
                 raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
+    for group, axes in fixed.items():
+        checks.fixed_axes(group, axes, dim)
     displace = checked_displacements(body, displace, drive)
     for group, by_axis in [*drive.items(), *displace.items()]:
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
+    _check_functions(force=force, body_force=body_force, drive=drive, displace=displace, pressure=pressure, traction=traction)
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
     d.displace, d.rigid = displace, _listed(rigid)
@@ -302,6 +310,15 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     if patches:
         sets.append(patches.part_set(places + start, face_material or material, d))
     return sets
+
+
+def _check_functions(**fields):
+    """Raises ValueError for a function of time that takes no time, wherever in a field it stands."""
+    for name, value in fields.items():
+        for place, of in value.items() if isinstance(value, dict) else [("", value)]:
+            for axis, function in of.items() if isinstance(of, dict) else [("", of)]:
+                if callable(function) and not getattr(function, "needs_simulation", False):
+                    checks.function_of_time("".join([name, *(f"[{key!r}]" for key in (place, axis) if key)]), function)
 
 
 def _made(body, material, bulk, options):

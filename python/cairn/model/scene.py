@@ -127,6 +127,8 @@ class Scene(Spelt):
 
     @gravity.setter
     def gravity(self, value):
+        if callable(value):
+            checks.function_of_time("gravity", value)
         self._gravity = value if callable(value) else checks.real_array("gravity", value, (self._dim,))
 
     @property
@@ -796,6 +798,8 @@ def checked_sets(dim, given, materials=None, periodic=None):
     flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
     for s in flat:
         if not isinstance(s, bodies.BodySet):
+            if hasattr(s, "add_to"):
+                raise ValueError(f"{s!r} is not a set of bodies: call its add_to(scene, material), which adds it")
             raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
         if s.dim != dim:
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree, give Scene({s.dim})")

@@ -271,7 +271,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     """
     centers = checks.real_array("centers", centers, (None, 3))
     n = len(centers)
-    sizes = checks.real_array("sizes", np.broadcast_to(checks.reals("sizes", sizes), (n, 3)), (n, 3))
+    sizes = checks.spread("sizes", sizes, (n, 3), " [m]")
     if not np.all(sizes > 0):
         at = np.argwhere(~(sizes > 0))[0]
         raise ValueError(f"sizes[{at[0]}] is {sizes[at[0]]}: give lengths > 0 [m]")
@@ -407,7 +407,7 @@ def _contactors(shape, material, hulls, owner, which, offset):
 
 
 def _unit(name, value, n):
-    q = checks.real_array(name, np.broadcast_to(checks.reals(name, value), (n, 4)), (n, 4))
+    q = checks.spread(name, value, (n, 4), ", quaternions (w, x, y, z)")
     length = np.linalg.norm(q, axis=1, keepdims=True)
     if not np.all(length > 0):
         raise ValueError(f"{name}[{int(np.argmin(length))}] is zero: give a quaternion (w, x, y, z) of unit length")

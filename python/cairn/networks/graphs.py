@@ -28,7 +28,10 @@ def _branches(branches, conductance, n):
     pairs = np.asarray(branches)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
         raise ValueError(f"branches has shape {pairs.shape}: give whole numbers (m, 2), the unknowns that each joins")
-    c = np.broadcast_to(np.asarray(conductance, float), (len(pairs),))
+    c = np.asarray(conductance, float)
+    if c.shape not in ((), (len(pairs),)):
+        raise ValueError(f"conductance has shape {c.shape}: give a number, or one for each of the {len(pairs)} branches")
+    c = np.broadcast_to(c, (len(pairs),))
     if np.any(np.isnan(c)) or np.any(c < 0):
         raise ValueError(f"conductance[{int(np.argmax(~(c >= 0)))}] is {c[np.argmax(~(c >= 0))]}: give values from 0 to inf")
     return pairs.astype(np.int32), np.ascontiguousarray(c), int(pairs.max(initial=-1)) + 1 if n is None else checks.count("n", n)

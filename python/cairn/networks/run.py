@@ -160,7 +160,7 @@ class Running:
 
     def _areas(self, what, ids, area):
         if area is not None:
-            return np.broadcast_to(np.asarray(area, float), ids.shape)
+            return checks.spread("area", area, ids.shape, " [m2]")
         scene, radius = self._simulation.scene, np.zeros(len(ids))
         # initial radii, without thermal expansion, so that a network set up again after a restart has the same areas
         for s in self._simulation._sets:

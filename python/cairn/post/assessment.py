@@ -314,7 +314,7 @@ def moving_load(
     """
     blocks, dim = _checked(blocks), blocks.dim
     axles = checks.real_array("axles", np.atleast_1d(np.asarray(axles, float)), (None,))
-    load = np.broadcast_to(checks.real_array("load", np.atleast_1d(np.asarray(load, float)), (None,)), axles.shape)
+    load = checks.spread("load", load, axles.shape, ", the weight of each axle [N]")
     if not np.all(load > 0):
         raise ValueError(f"load is {load.tolist()}: give the weight of each axle above 0 [N]; it acts downwards")
     positions = checks.count("positions", positions, 2)

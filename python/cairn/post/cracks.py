@@ -76,7 +76,10 @@ class MeshedStructure:
             raise ValueError(f"meshed is {meshed!r}: give what cairn.pre.masonry.mesh(...) made")
         if len(ids) != len(meshed):
             raise ValueError(f"ids has length {len(ids)}: give those of the {len(meshed)} blocks that meshed.add_to returned")
-        self.meshed, self.blocks, self.simulation, self.ids = meshed, meshed.blocks, simulation, list(ids)
+        wrong = [k for k, of in enumerate(ids) if not len(np.atleast_1d(of)) or (meshed.soft[k] and np.size(of) < 2)]
+        if wrong:
+            raise ValueError(f"ids[{wrong[0]}] is {ids[wrong[0]]!r}: give the list of arrays that meshed.add_to returned")
+        self.meshed, self.blocks, self.simulation, self.ids = meshed, meshed.blocks, simulation, [np.atleast_1d(of) for of in ids]
         self.dim, self.held = meshed.dim, meshed.blocks.mask("support")
         self._mesh_of = {int(m.ids[0]): k for k, m in enumerate(simulation.meshes)}
         rigid = np.flatnonzero(~meshed.soft)
@@ -142,6 +145,7 @@ def cracks(structure) -> Cracks:
     Cracks
         Openings and slips at the corners of joints between rigid blocks, at more places between meshes.
     """
+    _checked(structure)
     meshed = isinstance(structure, MeshedStructure)
     joints = structure.meshed.joints if meshed else structure.joints()
     points, opening, slip = [], [], []
@@ -158,6 +162,14 @@ def cracks(structure) -> Cracks:
         points.append(at), opening.append(across)
         slip.append(np.linalg.norm(apart - across[:, None] * n, axis=1))
     return Cracks(joints.blocks, points, opening, slip, _damage(structure, joints.blocks))
+
+
+def _checked(structure):
+    from .masonry import Structure
+
+    if not isinstance(structure, (MeshedStructure, Structure)):
+        told = f"structure is {structure!r}"
+        raise ValueError(f"{told}: give cairn.post.masonry.Structure(blocks, simulation, ids), or MeshedStructure of meshes")
 
 
 def _places_on(polygon, soft):
@@ -254,6 +266,7 @@ def draw(structure, ax=None, *, colour="slip", axes=(0, 2), magnify=None, least=
 
     from .drawing import PALE, _pyplot
 
+    _checked(structure)
     if colour not in ("slip", "damage"):
         raise ValueError(f'colour is {colour!r}: give "slip" or "damage"')
     found, keep = cracks(structure), list(axes) if structure.dim == 3 else [0, 1]

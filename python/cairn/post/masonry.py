@@ -87,6 +87,10 @@ class Structure:
     """
 
     def __init__(self, blocks: Blocks, simulation, ids):
+        if not isinstance(blocks, Blocks):
+            raise ValueError(f"blocks is {blocks!r}: give Blocks, then the simulation, then the ids that blocks.add_to returned")
+        if not hasattr(simulation, "step"):
+            raise ValueError(f"simulation is {simulation!r}: give the cairn.Simulation that the blocks are in")
         self.blocks, self.simulation = blocks, simulation
         self.ids = np.asarray(ids)
         if self.ids.shape != (len(blocks),):
@@ -145,7 +149,13 @@ class Structure:
     def thrust_line(self, chain):
         """Points (m, dim) where the resultants cross the joints of a chain of blocks, a list of numbers from support to
         support; joints that carry nothing give NaN."""
-        r = self.resultants()
+        chain = checks.reals("chain", chain, "give numbers of blocks, from support to support")
+        n = len(self.blocks)
+        if chain.ndim != 1 or len(chain) < 2 or np.any(chain != np.round(chain)):
+            raise ValueError(f"chain is {chain}: give the numbers of two blocks and more, from support to support")
+        if np.any((chain < 0) | (chain >= n)):
+            raise ValueError(f"chain names block {int(chain[(chain < 0) | (chain >= n)][0])}: there are blocks 0 to {n - 1}")
+        chain, r = chain.astype(int).tolist(), self.resultants()
         found = {tuple(pair): k for k, pair in enumerate(r.blocks.tolist())}
         keys = [found.get((min(a, b), max(a, b))) for a, b in zip(chain[:-1], chain[1:])]
         return np.array([np.full(self.dim, np.nan) if k is None or r.pressure[k] <= 0 else r.thrust[k] for k in keys])

@@ -92,7 +92,9 @@ def draw_thrust(structure, ax, chains, axes):
     """Thrust lines on a white border, so that they are seen on every colour, with a dot where they cross a joint."""
     from matplotlib import patheffects
 
-    chains = list(chains) if np.ndim(chains[0]) else [chains]
+    if np.ndim(chains) == 0 and not isinstance(chains, (list, tuple)):
+        raise ValueError(f"thrust is {chains!r}: give the numbers of a chain of blocks, from support to support, or a list of them")
+    chains = list(chains) if len(chains) and np.ndim(chains[0]) else [chains]
     for chain in chains:
         t = structure.thrust_line(chain)
         t = t if structure.dim == 2 else t[:, list(axes)]

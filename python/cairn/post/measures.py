@@ -10,6 +10,7 @@ from .. import _core
 from ..base import checks
 from ..base.errors import FileError
 from ..base.geometry import cell_of, contactors_of, images_about, lever_arms
+from ..names import teach
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
 
@@ -332,7 +333,7 @@ def lacey_index(positions, marked, sample, low=None, high=None, weights=None):
     weights = np.ones(count) if weights is None else checks.positive_array("weights", weights)
     if weights.shape != (count,):
         raise ValueError(f"weights has shape {weights.shape}: give one for each of the {count} bodies")
-    sample = checks.positive_array("sample", np.broadcast_to(np.asarray(sample, float), (dim,)).copy())
+    sample = checks.positive_array("sample", checks.spread("sample", sample, (dim,), " [m]"))
     low = positions.min(axis=0) if low is None else checks.real_array("low", low, (dim,))
     high = positions.max(axis=0) if high is None else checks.real_array("high", high, (dim,))
     inside = np.all((positions >= low) & (positions <= high), axis=1)
@@ -562,3 +563,6 @@ def _holds(points, low, high, polygon):
             crossing = x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0)
         result ^= between & (points[:, 0] < crossing)
     return result
+
+
+teach(globals())

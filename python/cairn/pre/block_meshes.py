@@ -6,14 +6,17 @@ about their middle. Meshes of neighbours need not match: a law of the joint acts
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..base import checks
 from .blocks import MAKERS, Blocks
+from .import_report import BlocksWarning
 
 FLUSH = 1e-6  # of a block's size: nodes nearer to the plane of a side lie on it
+SOFT = 1e6  # Pa: a smaller Young's modulus of blocks is told, since it is probably one in GPa or MPa
 MOST = 24  # cells along an edge of a block
 
 # corners of a hexahedron in the order of meshio, by their coordinates in the unit cube
@@ -158,6 +161,8 @@ def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",
     if size is not None:
         size = checks.positive("size", size)
     young, poisson = checks.positive("young", young), checks.number("poisson", poisson)
+    if young < SOFT:
+        warnings.warn(f"young is {young:g} Pa, softer than any stone: give pascals, 2e10 for 20 GPa", BlocksWarning, stacklevel=3)
     if not -1 < poisson < 0.5:
         raise ValueError(f"poisson is {poisson}: give a ratio above -1 and below 0.5, 0.2 for stone say")
     if joint is not None and not hasattr(joint, "parameter_names"):

@@ -47,6 +47,10 @@ class Blocks:
     def __len__(self):
         return len(self.vertices)
 
+    def __repr__(self):
+        parts = ", ".join(f"{self.part.count(name)} {name}" for name in dict.fromkeys(self.part))
+        return f"<{len(self)} blocks in {self.dim}D: {parts or 'none'}>"
+
     def add(self, vertices, faces=None, part="block"):
         """One block more. A polygon is turned anticlockwise, a box (8 corners, no faces) right-handed."""
         vertices = checks.real_array("vertices", np.asarray(vertices), (None, self.dim))

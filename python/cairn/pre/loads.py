@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base import checks
+from ..base.errors import as_file_error
 from ..base.time_functions import Table
 
 STANDARD_GRAVITY = 9.80665  # [m/s2], the unit of PEER's records
@@ -126,7 +127,10 @@ def read_accelerogram(path, unit=None, step=None) -> Accelerogram:
     (g) or [g], else 1. Raises ValueError naming the file and line that make no sense.
     """
     path = Path(path)
-    lines = path.read_text(errors="replace").splitlines()
+    try:
+        lines = path.read_text(errors="replace").splitlines()
+    except OSError as error:
+        raise as_file_error(path, error) from error
     times, values, unit = at2(path, lines, unit) if path.suffix.lower() == ".at2" else columns(path, lines, step, unit)
     try:
         return Accelerogram(times, values * unit, path.stem)

@@ -84,7 +84,7 @@ def random_polyhedra(count, size, *, elongation=1.0, flatness=1.0, angularity=0.
     second, in (0, 1]; angularity: from 0, rounded (80 points on an ellipsoid), to 1, angular (8 points).
     """
     count = checks.count("count", count, 0)
-    sizes = checks.positive_array("size", np.broadcast_to(np.asarray(size, float), (count,)).copy())
+    sizes = checks.positive_array("size", checks.spread("size", size, (count,), " [m]"))
     shares = []
     for name, value in (("elongation", elongation), ("flatness", flatness)):
         if not 0 < checks.number(name, value) <= 1:
@@ -104,7 +104,7 @@ def random_polyhedra(count, size, *, elongation=1.0, flatness=1.0, angularity=0.
 def random_polygons(count, size, *, elongation=1.0, angularity=0.5, rng) -> list:
     """Stones in 2D: a list of corners (m, 2), from 4 (angular) to 24 (rounded)."""
     count = checks.count("count", count, 0)
-    sizes = checks.positive_array("size", np.broadcast_to(np.asarray(size, float), (count,)).copy())
+    sizes = checks.positive_array("size", checks.spread("size", size, (count,), " [m]"))
     if not 0 < checks.number("elongation", elongation) <= 1:
         raise ValueError(f"elongation is {elongation}: give a ratio of extents in (0, 1]")
     points, rng = points_of(angularity, 4, 24), checks.generator(rng)

@@ -35,6 +35,45 @@ def explain(simulation):
     return "\n".join(lines)
 
 
+def explained(simulation):
+    """The same as plain data: numbers, words, lists and dicts; what is no finite number is None."""
+    bodies, nodes, strategy = simulation.bodies, simulation.nodes, simulation.strategy
+    held, contacts, mass, radius = simulation.held_bytes, len(simulation.contacts), bodies.mass, simulation.radii()
+    rules = []
+    for a, b, law in simulation._rules:
+        if law is not None and law.name != "joint":
+            given = dict(zip(law.parameter_names, law.values))
+            angles = {n: np.degrees(np.arctan(given[n])) for n in COEFFICIENTS if given.get(n) is not None}
+            rules.append({"a": a, "b": b, "law": type(law).__name__, "parameters": given, "degrees": angles})
+    arrays = {}
+    for title, fields in (("bodies", bodies.fields), ("nodes", nodes.fields), ("contactors", simulation.contactors.fields)):
+        kept = ("name", "components", "unit", "meaning", "stage", "bytes")
+        arrays[title] = [{k: f[k] for k in kept} for f in fields if f["active"]]
+    ends = {name: [x.min(), x.max()] for name, x in (("mass", mass[np.isfinite(mass)]), ("radius", radius[radius > 0])) if x.size}
+    stable = getattr(simulation, "stable_step", None)
+    return plain({
+        "dim": simulation.scene.dim, "bodies": len(bodies), "nodes": len(nodes), "contactors": len(simulation.contactors),
+        "contacts": contacts, "dt": simulation.dt, "stable_step": stable, "time": simulation.time, "steps": simulation.steps,
+        "stages": list(simulation.stage_names), "strategy": type(strategy).__name__, "settings": strategy.settings(),
+        "arrays": arrays, "bytes_per_body": held["bodies"] / max(1, len(bodies)),
+        "bytes_per_contact": held["contacts"] / contacts if contacts else None, "laws": rules, "scales": ends,
+        "last_step": {k: v for k, v in simulation.info.items() if k != "energy"} if simulation.report else None,
+    })  # fmt: skip
+
+
+def plain(value):
+    """Plain data of arrays, tuples and numbers of numpy; None of numbers that are not finite, repr of what else there is."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else repr(value)
+
+
 MOST_LAWS = 12  # laws listed individually
 COEFFICIENTS = ("mu", "friction", "kinetic")  # parameters that are tangents of a friction angle
 

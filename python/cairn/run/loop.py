@@ -321,7 +321,9 @@ def checked_output(output):
     from ..base.errors import FileError, named
 
     path = Path(named(output, "a run", ".vtkhdf", "; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it"))
-    if path.suffix.lower() not in ENDINGS and not path.is_dir():
+    if path.is_dir():
+        raise FileError(path, "this is a folder", "give the name of a file in it, such as run.vtkhdf")
+    if path.suffix.lower() not in ENDINGS:
         ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
         raise FileError(path, f"a run is an HDF5 file, and this name {ending}", "give a name that ends in .vtkhdf")
     return path

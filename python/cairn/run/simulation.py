@@ -728,17 +728,22 @@ class Simulation(Reshaping, Restarts, Spelt):
 
         return of_simulation(self)
 
-    def explain(self):
+    def explain(self, json=False):
         """Tells stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step.
+
+        Parameters
+        ----------
+        json : bool, default False
+            Gives plain data in the place of text.
 
         Returns
         -------
-        str
-            The text.
+        str or dict
+            The text, or the same as numbers, words and lists, which json.dumps takes.
         """
-        from .explain import explain
+        from .explain import explain, explained
 
-        return explain(self)
+        return explained(self) if json else explain(self)
 
     # ------------------------------------------------------------------ values that change with time
 

@@ -23,11 +23,13 @@ import json
 import math
 import os
 import runpy
+import sys
 import time
 import tomllib
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 
 from ..base.errors import FileError, as_file_error
 from ..names import listed
@@ -274,3 +276,13 @@ class _Table:
             os.replace(part, self.path)
         except OSError as error:
             raise as_file_error(self.path, error, writing=True) from error
+
+
+class _Called(ModuleType):
+    """This module, which sweeps when it is called: cairn.study.sweep("study.toml")."""
+
+    def __call__(self, *given, **named):
+        return sweep(*given, **named)
+
+
+sys.modules[__name__].__class__ = _Called
