@@ -57,6 +57,7 @@ void bind_ranks(py::module_& m) {
   });
   m.def("over_ranks", [](Simulation& s, const std::shared_ptr<cairn::Exchange>& exchange) {
     s.use(cairn::over_ranks(s.strategy().fresh(), exchange));
+    s.strategy().check_laws(s);
   });
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });
   m.def("owners_of_bodies", [](Simulation& s) { return array_of(ranked(s).owners(s)); });

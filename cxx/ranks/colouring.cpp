@@ -161,7 +161,7 @@ public:
     });
     sharers_of_.assign(s.id.size(), -1);
     for (std::size_t k = 0; k < s.shared.size(); ++k) sharers_of_[std::size_t(s.shared[k])] = std::int32_t(k);
-    taken_.resize(s.id.size());
+    taken_.assign(s.id.size(), 0);
     waits_.assign(s.id.size(), 0);
   }
 
@@ -228,21 +228,29 @@ private:
   }
   bool waits(std::int32_t body) const { return body >= 0 && waits_[std::size_t(body)]; }
 
-  // Colours that a body has: a bit each, 64 a word.
+  // Colours that a body has: a bit each, the first 64 in a word, those of bodies with many contacts in more.
+  std::uint64_t taken(std::int32_t body, std::size_t word) const {
+    if (body < 0) return 0;
+    if (word == 0) return taken_[std::size_t(body)];
+    const auto more = more_.find(body);
+    return more == more_.end() || more->second.size() < word ? 0 : more->second[word - 1];
+  }
   std::int32_t first_free(const std::int32_t* body) const {
-    for (std::size_t word = 0;; ++word) {
-      std::uint64_t taken = 0;
-      for (int k = 0; k < 2; ++k)
-        if (body[k] >= 0 && taken_[std::size_t(body[k])].size() > word) taken |= taken_[std::size_t(body[k])][word];
-      if (~taken != 0) return std::int32_t(64 * word) + std::countr_one(taken);
-    }
+    for (std::size_t word = 0;; ++word)
+      if (const std::uint64_t both = taken(body[0], word) | taken(body[1], word); ~both != 0)
+        return std::int32_t(64 * word) + std::countr_one(both);
   }
   void take(std::int32_t body, std::int32_t colour) {
     if (body < 0) return;
-    std::vector<std::uint64_t>& taken = taken_[std::size_t(body)];
     const auto word = std::size_t(colour / 64);
-    if (taken.size() <= word) taken.resize(word + 1);
-    taken[word] |= std::uint64_t(1) << (colour % 64);
+    const std::uint64_t bit = std::uint64_t(1) << (colour % 64);
+    if (word == 0) {
+      taken_[std::size_t(body)] |= bit;
+      return;
+    }
+    std::vector<std::uint64_t>& more = more_[body];
+    if (more.size() < word) more.resize(word);
+    more[word - 1] |= bit;
   }
   void tell(std::int32_t which, std::int32_t colour, const std::int32_t* body,
             std::map<int, std::vector<std::int32_t>>& news) const {
@@ -261,7 +269,8 @@ private:
   int me_;
   std::vector<Turn> order_; // of contacts without a colour
   std::vector<std::int32_t> sharers_of_;
-  std::vector<std::vector<std::uint64_t>> taken_;
+  std::vector<std::uint64_t> taken_;
+  std::map<std::int32_t, std::vector<std::uint64_t>> more_;
   std::vector<std::uint8_t> waits_;
   std::int64_t left_ = 0;
 };

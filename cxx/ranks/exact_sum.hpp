@@ -16,6 +16,7 @@ public:
 
   void add(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
+    if (bits << 1 == 0) return;
     const int exponent = int(bits >> 52 & 0x7ff);
     if (exponent == 0x7ff) {
       wrong_ = true;

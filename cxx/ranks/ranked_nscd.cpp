@@ -159,22 +159,40 @@ void RankedNscd::keep_own_contacts(Part& part) const {
   c.count = std::int64_t(to);
 }
 
+// Contacts that are those of the last step keep their colours: these follow from their keys.
 void RankedNscd::choose_colours() {
   shares_.resize(parts_.size());
+  double changed[] = {colours_of_ == partitions_ ? 0.0 : 1.0};
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const Candidates& c = parts_[l].simulation->candidates;
+    const Field<std::int64_t>& id = parts_[l].simulation->scene.contactors.id;
+    std::vector<ContactKey> key;
+    key.reserve(std::size_t(c.count));
+    for (std::size_t k = 0; k < std::size_t(c.count); ++k)
+      key.push_back({*id[c.contactor_a[k]], *id[c.contactor_b[k]], c.feature[k], c.image[k]});
+    if (key != shares_[l].key) changed[0] = 1;
+    shares_[l].key = std::move(key);
+  }
+  exchange_->largest(changed);
+  if (changed[0] > 0) colour_anew();
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    ContactSystem& system = parts_[l].simulation->interactions.system();
+    system.colours = std::max(colours_, 1);
+    system.colour = shares_[l].colour;
+  }
+}
+
+void RankedNscd::colour_anew() {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     const Part& part = parts_[l];
     const Candidates& c = part.simulation->candidates;
     const Contactors& contactors = part.simulation->scene.contactors;
-    ColourShare& share = shares_[l];
     const Array<std::int64_t>& id = part.simulation->scene.bodies.id.values;
+    ColourShare& share = shares_[l];
     share.id.assign(id.begin(), id.end());
     share.owner = part.owner;
-    share.key.clear();
     share.body.clear();
-    for (std::int64_t i = 0; i < c.count; ++i) {
-      const auto k = std::size_t(i);
-      share.key.push_back({*contactors.id[c.contactor_a[k]], *contactors.id[c.contactor_b[k]], c.feature[k],
-                           c.image[k]});
+    for (std::size_t k = 0; k < std::size_t(c.count); ++k) {
       std::array<std::int32_t, 2> bodies = {*contactors.body[c.contactor_a[k]], *contactors.body[c.contactor_b[k]]};
       for (std::int32_t& body : bodies)
         if (part.fixed[std::size_t(body)]) body = -1;
@@ -182,13 +200,9 @@ void RankedNscd::choose_colours() {
     }
   }
   colours_ = colour_contacts(shares_, *exchange_);
-  const int numbers = parts_.empty() ? 6 : parts_[0].simulation->interactions.system().velocities();
+  const int numbers = parts_[0].simulation->interactions.system().velocities();
   links_ = link_colours(shares_, *exchange_, colours_, numbers);
-  for (std::size_t l = 0; l < parts_.size(); ++l) {
-    ContactSystem& system = parts_[l].simulation->interactions.system();
-    system.colours = std::max(colours_, 1);
-    system.colour = shares_[l].colour;
-  }
+  colours_of_ = partitions_;
 }
 
 // Velocities at the end of the step: of own bodies from the sweeps, of ghosts from their owners.

@@ -60,6 +60,7 @@ private:
   void keep_own_contacts(Part& part) const;
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
   void choose_colours();
+  void colour_anew();
   void end_velocities(Simulation& s);
   void add_contact_sums(std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
@@ -80,6 +81,7 @@ private:
   std::vector<ColourShare> shares_;
   ColourLinks links_;
   int colours_ = 0;
+  std::int64_t colours_of_ = -1; // the partition that they were chosen in
   Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
   std::int64_t partitions_ = 0, since_partition_ = 0;

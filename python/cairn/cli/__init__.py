@@ -106,6 +106,8 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
+        if "cairn.run.ranks" in sys.modules:
+            sys.modules["cairn.run.ranks"].ended_by(type(error), error, error.__traceback__)
         place = ""
         if passed_on is not None:
             if not meant_to_be_read(error):  # the script's own trouble: show where
@@ -120,14 +122,25 @@ def main(arguments=None):
 
 def _of_script(arguments):
     """Arguments for Cairn, and those for a script, which has options of its own; None for these where there is no script."""
+    arguments, ranks = _without_ranks(arguments)
     own = [k for k, word in enumerate(arguments) if word != "--overwrite"][:2]
     if len(own) < 2 or arguments[0] != "run" or not arguments[own[1]].endswith(".py"):
-        return arguments, None
+        return [*arguments[:1], *ranks, *arguments[1:]], None
     script, rest = arguments[own[1]], arguments[own[1] + 1 :]
     end = rest.index("--") if "--" in rest else len(rest)
     overwrite = "--overwrite" in arguments[: own[1]] + rest[:end]
     passed_on = [word for word in rest[:end] if word != "--overwrite"] + rest[end + 1 :]
-    return ["run", script] + ["--overwrite"] * overwrite, passed_on
+    return ["run", script, *ranks] + ["--overwrite"] * overwrite, passed_on
+
+
+def _without_ranks(arguments):
+    """Arguments of `cairn run` without --ranks N, which Cairn takes wherever it stands before --, and these words."""
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    at = next((k for k, word in enumerate(arguments[:end]) if word.split("=")[0] == "--ranks"), None)
+    if arguments[:1] != ["run"] or at is None:
+        return arguments, []
+    last = at + (1 if "=" in arguments[at] else 2)
+    return arguments[:at] + arguments[last:], arguments[at:last]
 
 
 def version():

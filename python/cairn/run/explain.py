@@ -31,6 +31,7 @@ def explain(simulation):
     if contacts:
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
     lines += _belts(bodies)
+    lines += _ranks(simulation)
     lines += ["", *_laws(simulation), *_scales(simulation), *_last_step(simulation)]
     return "\n".join(lines)
 
@@ -86,6 +87,21 @@ def _belts(bodies):
     moving, most = int(np.count_nonzero(speed.any(axis=1))), (speed[:, :dim].max(initial=0.0), speed[:, dim:].max(initial=0.0))
     told = f"Surfaces that move along their bodies: {moving}, by up to {most[0]:g} m/s"
     return ["", f"{told} and {most[1]:g} rad/s about the centre"]
+
+
+def _ranks(simulation):
+    """Lines on the ranks that share the scene."""
+    ranks = simulation.ranks
+    if ranks is None:
+        return []
+    where = {"mpi": "one a process of MPI", "virtual": "in turns in this process", "serial": "in this process"}[ranks.kind]
+    lines = ["", f"Ranks: {ranks.count}, {where}; sweeps go colour by colour, with the same bits for every number of ranks"]
+    if simulation.steps:
+        f = ranks.figures()
+        lines.append(f"  last step: {f['colours']} colours, {f['ghosts']} ghosts here, {f['messages']} messages with "
+                     f"{f['message_bytes']} bytes sent from here, imbalance {f['imbalance']:.3g}, partitions so far "
+                     f"{f['partitions']}")  # fmt: skip
+    return lines
 
 
 def _laws(simulation):
@@ -155,6 +171,9 @@ def _sweeps(simulation, solver):
     found = core_of(simulation).figures()
     if plain:
         lines.append("Sweeps are plain, over-relaxed from the tenth on")
+    elif simulation.ranks is not None:
+        lines.append(f"Sweeps are extrapolated from the tenth on where masses of moving bodies differ by at most {MOST_APART:,} and "
+                     "at most half of the contacts are between faces; in others they are plain and over-relaxed")  # fmt: skip
     elif not found:
         lines.append(
             "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps where masses of moving "

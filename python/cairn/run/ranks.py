@@ -116,24 +116,39 @@ class Ranks:
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
 
 
+_exchange = None  # of the ranks of MPI that this process is one of
+
+
 def _end_all_by_errors(exchange):
-    """An error that nobody catches ends all processes, with one message that names the rank."""
-    before, me, count = sys.excepthook, exchange.local[0], exchange.ranks
+    """Makes errors that nobody catches end all processes."""
+    global _exchange
+    if _exchange is None:
+        sys.excepthook = ended_by
+    _exchange = exchange
 
-    def end(kind, error, trace):
-        everywhere = str(error).startswith("rank ") and f" of {count}: " in str(error)  # all ranks have it
-        if not everywhere or me == 0:
-            lines = traceback.format_exception(kind, error, trace)
-            own = "" if everywhere else f"rank {me} of {count}: "
-            sys.stdout.flush()
-            print("".join(lines).rstrip().replace(str(error), own + str(error)) if own else "".join(lines).rstrip(),
-                  file=sys.stderr, flush=True)  # fmt: skip
-        if everywhere and me != 0:
-            time.sleep(1)  # rank 0 tells it
-        exchange.abort(1)
 
-    sys.excepthook = end
-    return before
+def ended_by(kind, error, trace):
+    """Ends all processes of MPI by an error of this one, with one message that names the rank; returns without ranks of MPI.
+
+    Parameters
+    ----------
+    kind : type
+        Class of the error.
+    error : BaseException
+        The error.
+    trace : traceback
+        Where it was raised.
+    """
+    if _exchange is None:
+        return
+    me, count = _exchange.local[0], _exchange.ranks
+    everywhere = f" of {count}: " in str(error) and str(error).startswith("rank ")  # one that all ranks raise
+    if everywhere and me != 0:
+        time.sleep(5)  # rank 0 tells it and ends all
+    sys.stdout.flush()
+    text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
+    print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)
+    _exchange.abort(1)
 
 
 def launch(count, arguments):

@@ -78,8 +78,6 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
-        if ranks is not None:
-            self._ranks = over.Ranks(self, ranks)
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
@@ -98,6 +96,8 @@ class Simulation(Reshaping, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+        if ranks is not None:
+            self._ranks = over.Ranks(self, ranks)
         self._made = True
 
     def _elsewhere(self, name):

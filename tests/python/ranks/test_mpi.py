@@ -1,0 +1,100 @@
+"""Ranks that are processes of MPI: bits, files and errors are those of ranks in one process."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.run.ranks import library
+
+STARTER = shutil.which("mpirun")
+pytestmark = pytest.mark.skipif(
+    not (STARTER and Path(library()).exists()), reason="no mpirun, or Cairn was built without MPI: ranks of MPI are not tested"
+)
+PILE = """
+import sys
+import cairn as cn, numpy as np
+rock = cn.Material("rock", density=2600.0)
+scene = cn.Scene(dim=2, gravity=(-6.0, -9.81))
+scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+rng = np.random.default_rng(3)
+x = np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) * 0.97 + 0.6 + rng.uniform(-0.02, 0.02, (64, 2))
+scene.add(cn.disks(x, rng.uniform(0.42, 0.48, 64), rock), cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock))
+sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-6)), overlap="ignore", ranks=RANKS)
+"""
+
+
+def text(ranks, more):
+    return PILE.replace("RANKS", repr(ranks)) + more
+
+
+def started(folder, script, processes=2, *, words=None, expect=0):
+    """Output and errors of a script over processes; it ends within a minute, whatever it does."""
+    path = folder / "pile.py"
+    path.write_text(script)
+    command = words or [STARTER, "--oversubscribe", "-n", str(processes), sys.executable, str(path)]
+    allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=folder, env={**os.environ, **allowed}, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode == 0) == (expect == 0), done.stderr
+    return done.stdout, done.stderr
+
+
+def here(steps):
+    names = {}
+    exec(text(3, f"sim.run({steps}, progress=False)"), names)  # the same script
+    return names["sim"]
+
+
+def test_bits_and_files_over_processes(tmp_path):
+    more = """
+sim.run(30, output="mpi.vtkhdf", every=10, checkpoint_every=20, progress=False)
+sim.checkpoint("end.checkpoint.h5")
+sim.gather()
+if sim.ranks.first:
+    np.savez("end.npz", x=sim.bodies.position, v=sim.bodies.velocity, key=sim.contacts.key, impulse=sim.contacts.impulse)
+assert len(sim.contacts) > 20 and sim.ranks.count == 2 and sim.ranks.figures()["messages"] > 0
+"""
+    started(tmp_path, text("mpi", more))
+    sim, end = here(30), np.load(tmp_path / "end.npz")
+    assert np.array_equal(end["x"], sim.bodies.position) and np.array_equal(end["v"], sim.bodies.velocity)
+    assert np.array_equal(end["key"], sim.contacts.key) and np.array_equal(end["impulse"], sim.contacts.impulse)
+    run = cn.load(tmp_path / "mpi.vtkhdf")
+    assert len(run) == 4 and np.array_equal(run[-1].contacts.impulse, sim.contacts.impulse)
+    for _ in range(10):
+        sim.step()
+    other = here(0)
+    other.restore(tmp_path / "end.checkpoint.h5")
+    for _ in range(10):
+        other.step()
+    assert np.array_equal(other.bodies.velocity, sim.bodies.velocity)
+
+
+def test_the_command_runs_a_script_over_processes(tmp_path):
+    words = [sys.executable, "-m", "cairn", "run", "pile.py", "--ranks", "2"]
+    out, _ = started(tmp_path, text(None, 'sim.run(3, progress=False); print(sim.ranks.kind, sim.ranks.rank)\n'), words=words)
+    assert sorted(out.split("\n"))[-2:] == ["mpi 0", "mpi 1"]
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("if sim.ranks.rank == 1: raise RuntimeError('out of luck')\n", "rank 1 of 2"),
+        ("sim._core.assign_body('force', np.where(np.arange(66)[:, None] == 60, 1e308, np.zeros((66, 3))))\n", "rank "),
+        ("import os\nif sim.ranks.rank == 1: os._exit(7)\n", ""),
+    ],
+)
+def test_a_fault_of_one_process_ends_all(tmp_path, fault, told):
+    more = "sim.run(3, progress=False)\n" + fault + "sim.run(20, progress=False)\nprint('went on')\n"
+    out, errors = started(tmp_path, text("mpi", more), expect=1)
+    assert told in errors and "went on" not in out
+    if told == "rank 1 of 2":
+        assert errors.count("out of luck") == 2  # the line of the script, and the message
+
+
+def test_a_folder_without_room_ends_all(tmp_path):
+    out, errors = started(tmp_path, text("mpi", "sim.run(5, output='nowhere/mpi.vtkhdf', progress=False)\n"), expect=1)
+    assert "nowhere" in errors and "rank 0 of 2" in errors
