@@ -3,7 +3,7 @@
 module granular_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use granular_normal, only: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, hooke, jkr_contact
+  use granular_normal, only: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, tear_energy, hooke, jkr_contact
   use spring_slider, only: damp, slide, damping_of
   use spin_springs, only: roll, constant_torque
   implicit none
@@ -48,20 +48,20 @@ contains
     call damp(n, context%h, geometry(:, 3), dashpot, u(:, 1), f(:, 1))
     if (params(p_limited) > 0) f(:, 1) = max(f(:, 1), min(elastic, 0.0_c_double))
     f(:, 1) = merge(f(:, 1), 0.0_c_double, touched)
-    limit = merge(max(f(:, 1) + 2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), 0.0_c_double, touched)
-    if (nint(params(p_model)) /= jkr_contact) limit = merge(max(f(:, 1) + &
-      2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), 0.0_c_double, touched)
+    limit = merge(max(f(:, 1) + 2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), &
+                  0.0_c_double, touched)
     was = state(:, s_stored)
     springs = 0
     spent = 0
-    call tangential(n, axes, context%h, params, a, k, geometry(:, 3), dashpot, limit, u(:, 1:axes), state(:, s_radius), &
+    call tangential(n, axes, context%h, params, a, k, dashpot, limit, u(:, 1:axes), state(:, s_radius), &
                     state(:, slip:slip + axes - 2), f(:, 1:axes), springs, spent)
     call spins(n, axes, context%h, params, a, k, geometry, limit, u(:, axes + 1:c), state(:, s_twist), &
                state(:, slip + axes - 1:slip + 2*axes - 3), f(:, axes + 1:c), springs, spent)
     if (present(energy)) then
       energy(:, 1) = stored + springs
       energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
-      if (nint(params(p_model)) >= 2) energy(:, 2) = energy(:, 2) + made_and_torn(n, params, gap, geometry(:, 2), stored, before, touched)
+      if (nint(params(p_model)) >= 2) &
+        energy(:, 2) = energy(:, 2) + made_and_torn(n, params, geometry(:, 2), stored, before, touched)
       energy(:, 3) = spent - (springs - was)
     end if
     state(:, s_stored) = springs
@@ -69,28 +69,24 @@ contains
   end subroutine cairn_law_granular_contact_force
 
   !> Energy that the surfaces take as they meet, and what is left in a neck that tears [J].
-  pure function made_and_torn(n, params, gap, radius, stored, before, touched) result(spent)
+  pure function made_and_torn(n, params, radius, stored, before, touched) result(spent)
     integer(c_int32_t), intent(in) :: n
-    real(c_double), intent(in)     :: params(own), gap(n), radius(n), stored(n)
+    real(c_double), intent(in)     :: params(own), radius(n), stored(n)
     logical, intent(in)            :: before(n), touched(n)
-    real(c_double) :: spent(n), left(n), a(n), f(n), k(n)
-    logical :: all_touch(n)
-    all_touch = .true.
+    real(c_double) :: spent(n), left(n)
     spent = 0
     left = 0
     if (nint(params(p_model)) == jkr_contact) &
-      call normal_force(n, jkr_contact, modulus_of(params), params(p_work), &
-                        min(max(gap, 0.0_c_double), 0.999999_c_double*tear_gap(neck_of(modulus_of(params), params(p_work)), radius)), &
-                        radius, all_touch, f, a, k, left)
+      left = tear_energy(modulus_of(params), neck_of(modulus_of(params), params(p_work)), radius)
     where (touched .and. .not. before) spent = -stored
     where (before .and. .not. touched) spent = left
   end function made_and_torn
 
   !> Tangential force: a dashpot alone, a linear spring, Mindlin's spring, or that which is made shorter as the contact shrinks
   !> (Walton 1987; Thornton, Cummins & Cleary 2013).
-  subroutine tangential(n, axes, h, params, a, k, mass, dashpot, limit, u, radius, spring, f, stored, spent)
+  subroutine tangential(n, axes, h, params, a, k, dashpot, limit, u, radius, spring, f, stored, spent)
     integer(c_int32_t), intent(in) :: n, axes
-    real(c_double), intent(in)     :: h, params(own), a(n), k(n), mass(n), dashpot(n), limit(n), u(n, axes)
+    real(c_double), intent(in)     :: h, params(own), a(n), k(n), dashpot(n), limit(n), u(n, axes)
     real(c_double), intent(inout)  :: radius(n), spring(n, axes - 1), f(n, axes), stored(n), spent(n)
     real(c_double) :: stiffness(n), damping(n), energy(n, 3)
     integer :: i, model
@@ -122,7 +118,6 @@ contains
     do i = 1, n
       spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes))
     end do
-    if (any(mass < 0)) stored = 0 ! masses are never negative
   end subroutine tangential
 
   !> Moments against rolling and twisting. The spring of rolling has k_r = ratio k_n (mu_r R)^2 (Ai et al. 2011: 3 in 2D, Iwashita & Oda:
