@@ -146,6 +146,8 @@ set(CAIRN_CXX_SOURCES
   couplings/coupling.cpp
   couplings/electrical.cpp
   couplings/growth.cpp
+  fluid/fluid.cpp
+  fluid/particle_list.cpp
   networks/multigrid.cpp
   couplings/network.cpp
   couplings/thermal.cpp

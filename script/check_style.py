@@ -15,7 +15,7 @@ FOREIGN = re.compile(r"(?<![\w.$}<])/(?:work|tmp|root|home)/[\w.]")
 
 # Folders of cxx from the ground up: a file includes files of its own folder and of those before it.
 LAYERS = (
-    "base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings"
+    "base laws soe fe bodies contactors detection meshes solvers contacts scene networks fluid simulation files couplings"
     " strategies plugs api"
 ).split()
 INCLUDE = re.compile(r'#include "(\.\./[^"]+)"')

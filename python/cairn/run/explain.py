@@ -31,6 +31,8 @@ def explain(simulation):
     if contacts:
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
     lines += _belts(bodies)
+    if simulation._fluid:
+        lines += simulation.fluid.lines()
     lines += ["", *_laws(simulation), *_scales(simulation), *_last_step(simulation)]
     return "\n".join(lines)
 
