@@ -101,6 +101,7 @@ void bind_bulk(py::module_& m);
 void bind_called(py::module_& m);
 void bind_elements(py::module_& m);
 void bind_files(py::module_& m);
+void bind_fluid(py::module_& m);
 void bind_frames(py::module_& m);
 void bind_laws(py::module_& m);
 void bind_meshes(py::module_& m);

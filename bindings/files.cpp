@@ -133,11 +133,12 @@ void bind_runs(py::module_& m) {
       .def(
           "write_step",
           [](RunWriter& w, double time, double detected, std::int64_t step, const py::dict& bodies,
-             const py::dict& contacts, const py::object& given, const py::dict& nodes) {
+             const py::dict& contacts, const py::object& given, const py::dict& nodes, const py::dict& fluid) {
             Kept kept;
             const auto of_bodies = fields_of(bodies, kept), of_contacts = fields_of(contacts, kept),
-                       of_nodes = fields_of(nodes, kept);
-            if (given.is_none()) return w.write_step(time, detected, step, of_bodies, of_contacts, nullptr, of_nodes);
+                       of_nodes = fields_of(nodes, kept), of_fluid = fields_of(fluid, kept);
+            if (given.is_none())
+              return w.write_step(time, detected, step, of_bodies, of_contacts, nullptr, of_nodes, of_fluid);
             const auto of = py::cast<py::dict>(given);
             cairn::RunCells cells;
             const auto take = [&](auto& to, const char* name) {
@@ -150,10 +151,10 @@ void bind_runs(py::module_& m) {
             take(cells.offsets, "offsets");
             take(cells.types, "types");
             cells.fields = fields_of(of["fields"], kept);
-            w.write_step(time, detected, step, of_bodies, of_contacts, &cells, of_nodes);
+            w.write_step(time, detected, step, of_bodies, of_contacts, &cells, of_nodes, of_fluid);
           },
           py::arg("time"), py::arg("time_detection"), py::arg("step"), py::arg("bodies"), py::arg("contacts"),
-          py::arg("cells") = py::none(), py::arg("nodes") = py::dict())
+          py::arg("cells") = py::none(), py::arg("nodes") = py::dict(), py::arg("fluid") = py::dict())
       .def("write_history", &RunWriter::write_history)
       .def("flush", &RunWriter::flush, py::arg("sync") = py::none(), py::arg("pace") = 0.0)
       .def("close", &RunWriter::close)

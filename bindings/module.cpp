@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, m) {
   bind_body_rows(m);
   bind_bulk(m);
   bind_files(m);
+  bind_fluid(m);
   bind_laws(m);
   bind_called(m);
   bind_frames(m);

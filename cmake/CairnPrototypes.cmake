@@ -6,7 +6,7 @@ function(cairn_check_prototypes target)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/prototypes)
   file(MAKE_DIRECTORY ${folder})
   file(GLOB rows CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/rows/*.h ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/seams.h
-       ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/smooth_bodies.h)
+       ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/smooth_bodies.h ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/fluid.h)
   set(stamps)
   foreach(source IN LISTS ARGN)
     cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)

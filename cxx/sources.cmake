@@ -1,6 +1,6 @@
 # Folders from the ground up: a folder includes files of its own and of those before it, and compiles with no others.
 set(CAIRN_LAYERS
-  base laws soe fe bodies contactors detection meshes solvers contacts scene networks simulation files couplings
+  base laws soe fe bodies contactors detection meshes solvers contacts scene networks fluid simulation files couplings
   strategies ranks plugs api
 )
 set(CAIRN_CXX_SOURCES
@@ -151,6 +151,8 @@ set(CAIRN_CXX_SOURCES
   couplings/coupling.cpp
   couplings/electrical.cpp
   couplings/growth.cpp
+  fluid/fluid.cpp
+  fluid/particle_list.cpp
   networks/multigrid.cpp
   couplings/network.cpp
   couplings/thermal.cpp

@@ -348,11 +348,25 @@ std::pair<RunField, std::vector<RunField>> RunWriter::none_of(const Block& block
   return out;
 }
 
+// Particles of a liquid, in every output of a run that has them.
+void RunWriter::append_fluid(double time, const std::vector<RunField>& fluid, std::vector<Own>& made) {
+  const auto [points, fields] = in_space("position", fluid, made, false);
+  if (!of_fluid_) {
+    of_fluid_ = add_block("fluid", fields, points.rows);
+    for (const double earlier : output_times_) {
+      const auto none = none_of(blocks_[of_fluid_]);
+      append(blocks_[of_fluid_], earlier, none.first, none.second);
+    }
+  }
+  check(blocks_[of_fluid_], "particles", fields, points.rows);
+  append(blocks_[of_fluid_], time, points, fields);
+}
+
 void RunWriter::write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
                            const std::vector<RunField>& contacts, const RunCells* cells,
-                           const std::vector<RunField>& nodes) {
+                           const std::vector<RunField>& nodes, const std::vector<RunField>& fluid) {
   std::vector<Own> made;
-  made.reserve(bodies.size() + contacts.size() + nodes.size() + 2); // pointers to the elements stay valid
+  made.reserve(bodies.size() + contacts.size() + nodes.size() + fluid.size() + 2); // pointers to the elements stay valid
   const auto [points, fields] = in_space("position", bodies, made, true);
   const auto [contact_points, contact_fields] = in_space("point", contacts, made, false);
   std::pair<RunField, std::vector<RunField>> at_nodes;
@@ -373,6 +387,7 @@ void RunWriter::write_step(double time, double time_detection, std::int64_t step
     node_steps_[0]->append_one(append(blocks_[of_nodes_], time, at_nodes.first, at_nodes.second));
     node_steps_[1]->append_one(many_nodes);
   }
+  if (!fluid.empty()) append_fluid(time, fluid, made);
   times_->append_one(time);
   output_times_.push_back(time);
   steps_[0]->append_one(time);
@@ -522,10 +537,11 @@ std::unique_ptr<RunWriter> RunWriter::take_up(const std::string& path, std::int6
     cut.push_back(w->times_);
     const StoredArray count = StoredArray::number(outputs);
     w->root_steps_->set_attribute("NSteps", count);
-    for (const char* name : {"bodies", "contacts", "meshes", "nodes"}) {
+    for (const char* name : {"bodies", "contacts", "meshes", "nodes", "fluid"}) {
       if (!vtk.contains(name)) continue; // of scenes without bodies that deform
       const std::string what = name;
       if (what == "meshes") w->of_cells_ = w->blocks_.size();
+      if (what == "fluid") w->of_fluid_ = w->blocks_.size();
       if (what == "nodes") {
         w->of_nodes_ = w->blocks_.size();
         for (const char* column : node_step_names) w->node_steps_.push_back(&own.group_at("steps").series_at(column));

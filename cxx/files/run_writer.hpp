@@ -4,6 +4,7 @@
 //
 //   /VTKHDF                MultiBlockDataSet, with Steps for the times
 //     bodies, contacts     UnstructuredGrid over time: a vertex per body and per contact, PointData its fields
+//     fluid                UnstructuredGrid over time: a vertex per particle of a liquid; if any
 //     meshes               UnstructuredGrid over time: cells of bodies that deform, CellData their fields; if any
 //     Steps                time of each output
 //     Assembly             soft links to both blocks
@@ -57,7 +58,7 @@ public:
   // the first output are those of all: throws std::invalid_argument where they differ, and where nodes come later.
   void write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
                   const std::vector<RunField>& contacts, const RunCells* cells = nullptr,
-                  const std::vector<RunField>& nodes = {});
+                  const std::vector<RunField>& nodes = {}, const std::vector<RunField>& fluid = {});
   // The numbers of one step taken; cheap, stored at the next flush.
   void write_history(double time, std::int64_t step, const std::vector<RunNumber>& numbers);
   std::int64_t last_history() const { return last_history_; } // step; -1: none
@@ -94,6 +95,7 @@ private:
   std::size_t add_block(const char* name, const std::vector<RunField>& fields, std::int64_t expected,
                         bool of_cells = false);
   void add_mesh_blocks(const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes);
+  void append_fluid(double time, const std::vector<RunField>& fluid, std::vector<Own>& made);
   Block make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected, bool of_cells = false);
   Block known_block(Group& group, bool of_cells = false);
   void append_cells(Block& block, double time, const RunCells& cells);
@@ -114,7 +116,7 @@ private:
   Group* root_steps_ = nullptr;
   Series* times_ = nullptr;
   std::vector<Block> blocks_;
-  std::size_t of_cells_ = 0, of_nodes_ = 0; // their blocks; 0: none
+  std::size_t of_cells_ = 0, of_nodes_ = 0, of_fluid_ = 0; // their blocks; 0: none
   std::map<std::string, Column> columns_;
   std::int64_t rows_ = 0, last_history_ = -1;
   std::vector<std::vector<RunNumber>> pending_;

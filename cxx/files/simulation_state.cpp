@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "../base/call.hpp"
+#include "../fluid/fluid.hpp"
 #include "../networks/balance_terms.hpp"
 #include "../simulation/report.hpp"
 #include "checksums.hpp"
@@ -188,6 +189,24 @@ void take_networks(Networks& networks, const StoredValue& tree) {
   }
 }
 
+StoredValue fluid_of(Fluid& fluid) {
+  StoredValue out;
+  fluid.each_state_array([&](const char* name, const auto& values) { add_vector(out, name, values); });
+  return out;
+}
+
+void take_fluid(Fluid& fluid, const StoredValue& tree) {
+  fluid.each_state_array([&](const char* name, auto& values) {
+    using T = typename std::decay_t<decltype(values)>::value_type;
+    std::vector<T> stored = numbers_of<T>(tree.at(name).array, name);
+    if (stored.size() != values.size() && std::string_view(name) != "listed")
+      throw std::invalid_argument("the fluid has " + std::to_string(stored.size()) + " numbers of " + name + ", and " +
+                                  std::to_string(values.size()) + " are due");
+    values = std::move(stored);
+  });
+  fluid.state_restored();
+}
+
 template <class Holder>
 void take_fields(Holder& holder, const StoredValue& tree) {
   holder.for_each_field([&](auto& f) {
@@ -306,6 +325,7 @@ StoredValue state_of(Simulation& s) {
   out.add_whole("steps", s.steps);
   out.add_real("time", s.time);
   if (s.networks) out.add("networks", networks_of(*s.networks));
+  if (s.fluid) out.add("fluid", fluid_of(*s.fluid));
   return out;
 }
 
@@ -342,6 +362,7 @@ void take_state(Simulation& s, const StoredValue& state) {
   s.time = state.real("time");
   take_meshes(s, state.find("meshes"));
   if (const StoredValue* given = state.find("networks"); given && s.networks) take_networks(*s.networks, *given);
+  if (const StoredValue* given = state.find("fluid"); given && s.fluid) take_fluid(*s.fluid, *given);
 }
 
 std::string fingerprint(const Scene& scene) {

@@ -232,6 +232,7 @@ std::vector<T> numbers_of(const StoredArray& array, const std::string& name) {
 template std::vector<double> numbers_of(const StoredArray&, const std::string&);
 template std::vector<std::int64_t> numbers_of(const StoredArray&, const std::string&);
 template std::vector<std::int32_t> numbers_of(const StoredArray&, const std::string&);
+template std::vector<std::int8_t> numbers_of(const StoredArray&, const std::string&);
 template std::vector<std::int16_t> numbers_of(const StoredArray&, const std::string&);
 template std::vector<std::uint8_t> numbers_of(const StoredArray&, const std::string&);
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
 
 namespace cairn {
@@ -41,6 +42,20 @@ void Simulation::use(LawTable table) {
 }
 
 const StepReport& Simulation::step(double h) {
+  if (!fluid) return step_of_bodies(h);
+  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  timed("move_fluid", [&] { fluid->advance(scene, h); });
+  try {
+    step_of_bodies(h);
+  } catch (...) {
+    fluid->undo(scene);
+    throw;
+  }
+  fluid->end(scene, h);
+  return report;
+}
+
+const StepReport& Simulation::step_of_bodies(double h) {
   if (!held_motions.empty() && h > 0 && std::isfinite(h)) move_held(*this, h); // else the strategy refuses the step
   return networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
 }
@@ -71,6 +86,7 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
   for (const MeshBody& mesh : meshes.meshes) bodies += mesh.bytes();
   if (networks) contacts += networks->bytes();
+  if (fluid) bodies += fluid->bytes();
   return {bodies, contacts};
 }
 

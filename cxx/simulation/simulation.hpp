@@ -23,6 +23,7 @@ namespace cairn {
 
 struct NscdOptions; // see nscd/nscd_options.hpp
 struct Networks;
+class Fluid;
 
 // Terms of d(T + U + stored) = W_driven + W_external + W_growth - D_friction - D_normal - D_bulk - D_material -
 // D_integrator - D_reshaping - absorbed - released + closure [J], since the start.
@@ -120,6 +121,9 @@ public:
   std::unique_ptr<Networks> networks;
   void advance_networks(double h);
 
+  // Particles of a liquid among the bodies; null: none. They move before the bodies, which take their impulses as forces.
+  std::unique_ptr<Fluid> fluid;
+
   // Routines of users' libraries: forces on bodies, which are added, and the free velocity, which is replaced.
   std::vector<PluggedForce> forces;
   std::optional<PluggedVelocity> free_velocity;
@@ -170,6 +174,7 @@ public:
 
 private:
   void reduce_lean();
+  const StepReport& step_of_bodies(double h);
 
   std::unique_ptr<Strategy> strategy_;
   std::int64_t meshes_placed_ = -1; // the scene's order that meshes know

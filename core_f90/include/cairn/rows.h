@@ -2,6 +2,7 @@
  * read alone, so that a new row compiles few of them. */
 #ifndef CAIRN_ROWS_H
 #define CAIRN_ROWS_H
+#include "cairn/fluid.h"
 #include "cairn/rows/bulk_material.h"
 #include "cairn/rows/conductance.h"
 #include "cairn/rows/contact_terms.h"

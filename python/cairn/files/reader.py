@@ -263,7 +263,7 @@ class Drawn:
 
 
 class Step:
-    """One output: `time`, `time_detection` [s], `step`, `bodies`, `nodes` of meshes and `contacts`.
+    """One output: `time`, `time_detection` [s], `step`, `bodies`, `nodes` of meshes, `contacts` and `fluid`.
 
     `step` is the number of the time step. Runs of before format 1.2 have nodes of meshes among their bodies, and no `nodes`;
     `drawn` has both, in old runs and new ones. Bodies belong to `time`, contacts to `time_detection`. Units as in the simulation;
@@ -291,6 +291,18 @@ class Step:
             first, many = (int(steps["first_node"]), int(steps["nodes"])) if there else (0, 0)
             self.nodes = Fields(run.path, block, "position", index, first, many, run.dim, turning=False)
         self.drawn = Drawn(self.bodies, self.nodes, self.dim) if many else self.bodies
+
+    @property
+    def fluid(self):
+        """Fields of the particles of a liquid: position, velocity, pressure, density; without rows where a run has none."""
+        with told_as_damage(self.run.path):
+            there = "VTKHDF/fluid" in self.run._file
+            block, first, many = None, 0, 0
+            if there:
+                block = self.run._file["VTKHDF/fluid"]
+                first = int(block["Steps/PointOffsets"][self.index])
+                many = int(block["NumberOfPoints"][int(block["Steps/PartOffsets"][self.index])])
+        return Fields(self.run.path, block, "position", self.index, first, many, self.dim, turning=False)
 
     @property
     def cells(self):

@@ -73,7 +73,8 @@ class RunWriter:
         writer._core = _core.RunWriter.go_on(os.fspath(path), step)
         return writer
 
-    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None, cells=None, nodes=None):
+    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None, cells=None, nodes=None,
+                   fluid=None):  # fmt: skip
         """Write one output.
 
         time, time_detection: end of the step, to which the bodies belong, and the time of the detection configuration, to which
@@ -86,6 +87,8 @@ class RunWriter:
         arrays over the cells by name; None for none.
         nodes: arrays over the nodes of meshes, None for none: "position" (k, dim) [m] is needed, "velocity" (k, dim), "id" and
         any other field are welcome. Of a run that has none in its first output they are left out later.
+        fluid: arrays over the particles of a liquid, None for none: "position" (l, dim) [m] is needed, "velocity" (l, dim),
+        "pressure" (l,) [Pa] and any other field are welcome.
         info: numbers of this step; goes to the history unless `write_history` had it.
 
         The fields of the first output are the fields of all. Raises ValueError if they differ, FileError.
@@ -93,7 +96,7 @@ class RunWriter:
         if contacts is None:
             contacts = {name: np.empty((0, self._core.dim)) for name in ("point", "normal", "impulse")}
             contacts |= {name: np.empty(0, kind) for name, kind in EMPTY_CONTACTS.items()}
-        self._core.write_step(time, time_detection, int(step), bodies, contacts, cells, nodes or {})
+        self._core.write_step(time, time_detection, int(step), bodies, contacts, cells, nodes or {}, fluid or {})
         if info is not None and self._core.last_history != step:
             self.write_history(time, step, info)
 

@@ -111,6 +111,8 @@ class Scene(Spelt):
         self._materials: dict[str, Material] = {}
         self.rules: list[tuple[str, str, Law | None]] = []
         self.networks: dict[str, object] = {}  # electrical, thermal
+        self.fluids: list = []  # of cn.fluid
+        self.fluid_rules: list[tuple[str, int]] = []
         self.count = 0
         self.legacy = None  # origin of a scene made by cairn.legacy
         self._made = True
@@ -175,7 +177,7 @@ class Scene(Spelt):
         Parameters
         ----------
         *sets : BodySet or list of BodySet
-            Sets, as disks(...), wall(...), deformable(...) and others make them.
+            Sets, as disks(...), wall(...), deformable(...) and others make them, and liquids of cn.fluid(...), which have no ids.
 
         Returns
         -------
@@ -188,7 +190,13 @@ class Scene(Spelt):
         ValueError
             If a set is wrong, or two materials of the same name differ; the scene is then as it was.
         """
+        liquids = [s for s in sets if getattr(s, "is_fluid", False)]
+        for liquid in liquids:
+            if liquid.dim != self.dim:
+                raise ValueError(f"a fluid has {liquid.dim} dimensions and the scene {self.dim}: give Scene({liquid.dim})")
+        sets = [s for s in sets if not getattr(s, "is_fluid", False)]
         flat, self._materials = checked_sets(self.dim, sets, self._materials, self.periodic)
+        self.fluids += liquids
         first = self.count
         for s in flat:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s) + s.parts))
@@ -207,15 +215,24 @@ class Scene(Spelt):
             A material, its name, the name of a group, or "*" for all.
         b : Material or str
             The other side, likewise.
-        law : Law or None
-            The law; None: no contact, bodies pass through each other.
+        law : Law, NoSlip, FreeSlip or None
+            The law; None: no contact, bodies pass through each other. Between a fluid and bodies NoSlip(), which is the default,
+            FreeSlip(), or None: it flows through them.
 
         Raises
         ------
         ValueError
             If a side is no name or the law is none.
         """
+        if self.fluids and (type(law).__name__ in ("NoSlip", "FreeSlip") or self._is_fluid(a) or self._is_fluid(b)):
+            from .fluids import slip_rule
+
+            self.fluid_rules.append(slip_rule(self, a, b, law))
+            return
         self.rules.append(rule(a, b, law))
+
+    def _is_fluid(self, side):
+        return any(side is f or side == f.name for f in self.fluids)
 
     def join(self, a, b, joint):
         """Joins two bodies or nodes of meshes in their current positions, or a body and the world.
@@ -416,6 +433,8 @@ class Scene(Spelt):
         """
         from ..files.checkpoint import save
 
+        if self.fluids:
+            raise ValueError("a scene file holds no fluid: keep the script that makes the scene; checkpoints hold the particles")
         sets, meshes = {}, set()
         for k, s in enumerate(self.sets):
             if s.mesh is not None:

@@ -32,6 +32,8 @@ def explain(simulation):
         lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
     lines += _belts(bodies)
     lines += _ranks(simulation)
+    if simulation._fluid:
+        lines += simulation.fluid.lines()
     lines += ["", *_laws(simulation), *_scales(simulation), *_last_step(simulation)]
     return "\n".join(lines)
 

@@ -103,6 +103,7 @@ def scene_info(simulation):
         "strategy": repr(simulation.strategy),
         "rules": [repr(r) for r in simulation._rules],
         **({"meshes": _meshes(simulation)} if simulation.meshes else {}),
+        **({"fluid": simulation.fluid.settings} if simulation._fluid else {}),
         **({"joints": joints} if joints else {}),
     }
 
@@ -265,7 +266,8 @@ class _Recorder:
                 nodes.setdefault("mesh", np.full(len(sim.nodes), -1))
             self._keep_fields("nodes", nodes, len(sim.nodes))
         at = info.get("time_detection", sim.time)
-        self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells, nodes=nodes)
+        fluid = sim.fluid.snapshot() if sim._fluid else None
+        self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells, nodes=nodes, fluid=fluid)
         self.writer.flush()
         sim._last_outputs[_place(self.writer.path)] = sim.steps
         log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
@@ -445,7 +447,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
 
     if steps is None and until is None and while_ is None:
         raise ValueError("run needs an end: give steps=, until= or while_=")
-    if not len(simulation.bodies) + len(simulation.nodes) and callback is None:
+    if not len(simulation.bodies) + len(simulation.nodes) and callback is None and not simulation._fluid:
         raise ValueError("the scene has no bodies: give it some, Scene.add or Simulation.add, before a run")
     _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output, time_error_every)
     if progress != "always":

@@ -94,6 +94,8 @@ class Restarts:
         for s in self._sets[: self._sets_seen]:
             for array in (s.position, s.mass, s.inertia, *(a for c in s.contactors for a in (c.body, c.radius))):
                 digest.update(np.ascontiguousarray(array).data)
+        for fluid in self.scene.fluids:
+            digest.update(np.ascontiguousarray(fluid.position).data)
         return digest.hexdigest()
 
     def restore(self, path):

@@ -88,6 +88,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ask_for_parts(self)
         self._start_functions()
         self._start_meshes()
+        self._fluid = self._start_fluid()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet, self._lawless, self._turned, self._deepest = set(), set(), set(), 0.0
         self._warn_of_shapes()
@@ -188,6 +189,22 @@ class Simulation(Reshaping, Restarts, Spelt):
     def bodies(self):
         """Arrays of the rigid bodies: position, velocity, ...; see BodyView."""
         return views.BodyView(self, self._core)  # not kept, to avoid a reference cycle
+
+    @property
+    def fluid(self):
+        """Particles of the liquid: position, velocity, pressure, ...; see FluidView."""
+        if self._fluid is None:
+            raise ValueError("this scene has no fluid: give cn.fluid(...) to Scene.add")
+        from .fluid import FluidView
+
+        return FluidView(self, self._core, self._fluid)
+
+    def _start_fluid(self):
+        if not self.scene.fluids:
+            return None
+        from .fluid import Running
+
+        return Running(self, self._core)
 
     @property
     def nodes(self):
@@ -326,6 +343,8 @@ class Simulation(Reshaping, Restarts, Spelt):
             self._follow_scene()
             self._apply_functions(h)
             _ = [part.load(h) for part in (self._meshes, self._networks) if part]
+            if self._fluid:
+                self._fluid.follow()
         return h
 
     def stepped(self, report, h):
@@ -520,6 +539,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
         self._stage.at_rest("shadow")
+        if self._fluid:
+            raise ValueError("shadows stand beside steps of bodies alone: leave out the fluid")
         from . import shadow
 
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name, of))

@@ -131,6 +131,8 @@ class Stages:
                 f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD, or what poses another condition in "
                 "its stages as Carpenter and GranularElement do, or call step()"
             )
+        if simulation._fluid:
+            raise ValueError("the fluid moves in a whole step: call step(), or leave out the fluid")
         h = simulation.ready(dt)
         with self._place.of_core():
             self._core.begin_step(h)

@@ -1,0 +1,208 @@
+"""Cases of a meshless liquid with known numbers, at three spacings: errors, orders and costs as CSV.
+
+python benchmarks/fluid_cases.py [case ...] [--output fluid_cases.csv] [--coarse]
+"""
+
+import argparse
+import csv
+import time
+
+import numpy as np
+
+import cairn as cn
+
+ROCK = cn.Material("rock", density=2600.0)
+
+
+def tank(low, high, width, dx, gravity, lid=False, **options):
+    scene = cn.Scene(dim=2, gravity=(0.0, -gravity))
+    walls = [cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((width, 0), (-1, 0), ROCK)]
+    bed = scene.add(*walls)[0]
+    scene.add(cn.fluid([low, high], dx, **options))
+    return scene, bed
+
+
+def advanced(scene, h, end, look=None):
+    """Runs to a time; (simulation, [look(simulation)] of each step, CPU seconds, particles times sub-steps)."""
+    sim, seen, work, start = cn.Simulation(scene, dt=h), [], 0, time.process_time()
+    while sim.time < end - 0.5 * h:
+        sim.step()
+        work += len(sim.fluid) * sim.fluid.info["sub_steps"]
+        if look:
+            seen.append(look(sim))
+    return sim, seen, time.process_time() - start, work
+
+
+def hydrostatics(dx):
+    scene, bed = tank((0, 0), (2, 0.9), 2.0, dx, 1.0)
+    sim, force, cpu, work = advanced(scene, 0.02, 3.0, lambda sim: sim.fluid.force_on(bed)[1])
+    depth = 0.9 - sim.fluid.position[:, 1]
+    pressure = np.sqrt(np.mean((sim.fluid.pressure - 1000.0 * depth) ** 2)) / 900.0
+    weight = abs(np.mean(force[len(force) // 2 :]) / -1800.0 - 1)
+    return {"weight": weight, "pressure": pressure}, cpu, work
+
+
+def _channel(dx, gravity, lid, at):
+    scene = cn.Scene(dim=2, gravity=(gravity, 0.0), periodic=cn.Periodic((12 * dx, np.inf)))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 1), (0, -1), ROCK, velocity=(lid, 0.0, 0.0)))
+    scene.add(cn.fluid([(0, 0), (12 * dx, 1)], dx, density=1.0, viscosity=0.1, sound_speed=10.0))
+    middle = lambda sim: np.mean(sim.fluid.velocity[np.abs(sim.fluid.position[:, 1] - 0.5) < 0.6 * dx, 0])  # noqa: E731
+    _, speed, cpu, work = advanced(scene, 0.05, 5.0, middle)
+    return {f"nu t/L2 = {t:g}": abs(speed[int(round(t * 10 / 0.05)) - 1] / value - 1) for t, value in at.items()}, cpu, work
+
+
+def poiseuille(dx):
+    return _channel(dx, 0.8, 0.0, {0.05: 0.370386, 0.1: 0.615353, 0.2: 0.856637, 0.5: 0.992578})
+
+
+def couette(dx):
+    return _channel(dx, 0.0, 1.0, {0.05: 0.113844, 0.1: 0.262756, 0.2: 0.411566, 0.5: 0.495422})
+
+
+def taylor_green(dx, reynolds=100.0):
+    n = int(round(1 / dx))
+    x = (np.arange(n) + 0.5) / n
+    x, y = (a.ravel() for a in np.meshgrid(x, x, indexing="ij"))
+    a, b = 2 * np.pi * x, 2 * np.pi * y
+    velocity = np.stack([-np.cos(a) * np.sin(b), np.sin(a) * np.cos(b)], axis=1)
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((1.0, 1.0)))
+    options = {"velocity": velocity, "pressure": -0.25 * (np.cos(2 * a) + np.cos(2 * b)), "sound_speed": 10.0}
+    scene.add(cn.fluid(np.stack([x, y], axis=1), 1 / n, density=1.0, viscosity=1 / reynolds, **options))
+    size = lambda sim: np.sqrt(np.sum(sim.fluid.velocity**2) / np.sum(velocity**2))  # noqa: E731
+    _, sizes, cpu, work = advanced(scene, 0.01, 1.0, size)
+    return {f"Re {reynolds:g}, t = 1": abs(sizes[-1] / np.exp(-8 * np.pi**2 / reynolds) - 1)}, cpu, work
+
+
+def taylor_green_1000(dx):
+    return taylor_green(dx, 1000.0)
+
+
+def standing_wave(dx):
+    """Period of a wave of 2 m in 1 m of water: 1.13392 s by linear theory; a tenth of the height, so that it stays linear."""
+    high, scale = 0.02, 1.0
+    x = np.arange(0.5 * dx, 2, dx)
+    places = np.concatenate([np.stack([np.full(k, a), (np.arange(k) + 0.5) * dx], axis=1) for a in x
+                             for k in [int(round((scale) / dx))]])  # fmt: skip
+    places[:, 1] *= 1 + high * np.cos(np.pi * places[:, 0])
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((2, 0), (-1, 0), ROCK))
+    pressure = 1000 * 9.81 * (1 + high * np.cos(np.pi * places[:, 0]) - places[:, 1])
+    scene.add(cn.fluid(places, dx, pressure=pressure))
+    mode = lambda sim: np.sum(np.cos(np.pi * sim.fluid.position[:, 0]) * sim.fluid.position[:, 1])  # noqa: E731
+    _, seen, cpu, work = advanced(scene, 0.01, 2.0, mode)
+    seen = np.array(seen) - np.mean(seen[:113])
+    falls = np.flatnonzero((seen[:-1] > 0) & (seen[1:] <= 0))
+    turns = [k + seen[k] / (seen[k] - seen[k + 1]) for k in falls]
+    period = 0.01 * np.mean(np.diff(turns)) if len(turns) > 1 else np.nan
+    return {"period": abs(period / 1.13392 - 1)}, cpu, work
+
+
+KOSHIZUKA = ((0.769, 1.252), (1.153, 1.505), (1.537, 1.892), (1.935, 2.241), (2.323, 2.615), (2.719, 3.003))
+MARTIN = ((0.83, 1.22), (1.22, 1.47), (2.00, 2.29), (2.55, 3.00))
+
+
+def dam_break(dx):
+    """Front x/a against t sqrt(2 g / a) of a column twice as high as wide; the mean difference from experiments."""
+    scene, _ = tank((0, 0), (1, 2), 4.0, dx, 1.0)
+    for _ in range(1):
+        scene.interact("fluid", "*", cn.FreeSlip())
+    front = lambda sim: np.quantile(sim.fluid.position[:, 0], 0.999) + 0.5 * dx  # noqa: E731
+    sim, seen, cpu, work = advanced(scene, 0.02, 1.95, front)
+    time_of = 0.02 * np.sqrt(2.0) * np.arange(1, len(seen) + 1)
+    out = {}
+    for name, table in (("Koshizuka & Oka", KOSHIZUKA), ("Martin & Moyce", MARTIN)):
+        at, x = np.array(table).T
+        out[name] = float(np.mean(np.interp(at, time_of, seen) / x - 1))
+    return out, cpu, work
+
+
+def release(dx, share=0.1, size=10.0):
+    """Acceleration from rest of a cylinder of radius 0.5 m in a tank of ten radii, against that in an endless liquid."""
+    radius, side = 0.5, size * 0.5
+    scene, _ = tank((0, 0), (side, side), side, dx, 9.81)
+    ball = scene.add(cn.disks([[side / 2, side / 2]], radius, cn.Material("wood", density=1000.0 * share)))[0]
+    scene.interact("fluid", "*", cn.FreeSlip())
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    rise = lambda sim: sim.bodies.velocity[sim.bodies.id == ball][0, 1]  # noqa: E731
+    _, speed, cpu, work = advanced(scene, 2e-3, 0.04, rise)
+    slope = np.polyfit(2e-3 * np.arange(1, len(speed) + 1), speed, 1)[0]
+    return {f"s = {share:g}": abs(slope / ((1 - share) / (1 + share) * 9.81) - 1)}, cpu, work
+
+
+def release_half(dx):
+    return release(dx, 0.5)
+
+
+def release_light(dx):
+    return release(dx, 0.001)
+
+
+def floating_block(dx, share=0.5):
+    scene, _ = tank((0, 0), (1.2, 0.6), 1.2, dx, 9.81)
+    square = 0.15 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    block = scene.add(cn.polygons(square, cn.Material("wood", density=1000.0 * share), position=[[0.6, 0.6]]))[0]
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    place = lambda sim: sim.bodies.position[sim.bodies.id == block][0, 1]  # noqa: E731
+    sim, seen, cpu, work = advanced(scene, 2e-3, 3.0, place)
+    level = (len(sim.fluid) * dx**2 + share * 0.09) / 1.2
+    return {"draft": abs((level - np.mean(seen[len(seen) // 2 :]) + 0.15) / 0.3 - share) / share}, cpu, work
+
+
+def patch(dx):
+    """A disk of liquid in the velocity field A0 (x, -y), A0 = 100/s, without gravity: its long axis over the first."""
+    x = np.arange(-1 + 0.5 * dx, 1, dx)
+    places = np.stack([a.ravel() for a in np.meshgrid(x, x)], axis=1)
+    places = places[np.sum(places**2, axis=1) <= 1]
+    scene = cn.Scene(dim=2)
+    pressure = 0.5 * 1000 * 100.0**2 * (1 - np.sum(places**2, axis=1))
+    scene.add(cn.fluid(places, dx, velocity=100 * places * [-1, 1], pressure=pressure, sound_speed=1400.0))
+    wide = lambda sim: 2 * np.sqrt(np.mean(sim.fluid.position[:, 0] ** 2))  # noqa: E731
+    sim, seen, cpu, work = advanced(scene, 2e-4, 0.0076, wide)
+    first = 2 * np.sqrt(np.mean(places[:, 0] ** 2))
+    at = {0.002: 0.820826, 0.0038: 0.694821, 0.0076: 0.514266}
+    return {f"axis at {t:g} s": abs(seen[int(round(t / 2e-4)) - 1] / first / a - 1) for t, a in at.items()}, cpu, work
+
+
+CASES = {
+    "hydrostatics": (hydrostatics, (0.1, 0.05, 0.025)),
+    "Poiseuille": (poiseuille, (0.1, 0.05, 0.025)),
+    "Couette": (couette, (0.1, 0.05, 0.025)),
+    "Taylor-Green": (taylor_green, (0.05, 0.025, 0.0125)),
+    "Taylor-Green, Re 1000": (taylor_green_1000, (0.05, 0.025, 0.0125)),
+    "standing wave": (standing_wave, (0.1, 0.05, 0.025)),
+    "dam break": (dam_break, (0.1, 0.05, 0.025)),
+    "release, s = .1": (release, (0.125, 0.0625, 0.05)),
+    "release, s = .5": (release_half, (0.125, 0.0625, 0.05)),
+    "release, s = .001": (release_light, (0.25, 0.125, 0.0625)),
+    "floating block": (floating_block, (0.06, 0.05, 0.03)),
+    "circular patch": (patch, (0.1, 0.05, 0.025)),
+}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("cases", nargs="*", help=", ".join(CASES))
+    parser.add_argument("--output", default="fluid_cases.csv")
+    parser.add_argument("--coarse", action="store_true", help="leave out the finest spacing")
+    given = parser.parse_args()
+    rows = []
+    for name, (case, spacings) in CASES.items():
+        if given.cases and name not in given.cases:
+            continue
+        before = {}
+        for dx in spacings[: 2 if given.coarse else 3]:
+            errors, cpu, work = case(dx)
+            for what, error in errors.items():
+                last = before.get(what)
+                order = np.log(abs(last[1] / error)) / np.log(last[0] / dx) if last and error else np.nan
+                rows.append([name, what, dx, f"{error:.3e}", f"{order:.2f}", f"{cpu:.1f}", f"{1e6 * cpu / work:.2f}"])
+                print(*rows[-1], sep=", ", flush=True)
+                before[what] = (dx, error)
+    with open(given.output, "w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(["case", "what", "spacing [m]", "relative error", "order", "CPU [s]", "us a particle and sub-step"])
+        out.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

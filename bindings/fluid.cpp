@@ -1,0 +1,111 @@
+#include "fluid/fluid.hpp"
+#include "simulation/simulation.hpp"
+
+#include "alone.hpp"
+#include "arrays.hpp"
+
+using cairn::Simulation;
+
+namespace {
+
+cairn::FluidSettings settings_of(const py::dict& d) {
+  cairn::FluidSettings s;
+  const auto take = [&](const char* name, auto& to) {
+    if (d.contains(name)) to = py::cast<std::decay_t<decltype(to)>>(d[name]);
+  };
+  take("spacing", s.spacing);
+  take("density", s.density);
+  take("viscosity", s.viscosity);
+  take("sound_speed", s.sound_speed);
+  take("smoothing", s.smoothing);
+  take("diffusion", s.diffusion);
+  take("limiter", s.limiter);
+  take("artificial", s.artificial);
+  take("drift", s.drift);
+  take("courant", s.courant);
+  take("depth", s.depth);
+  take("threads", s.threads);
+  return s;
+}
+
+template <class T>
+std::vector<T> numbers(const py::dict& d, const char* name) {
+  const auto a = py::cast<Input<T>>(d[name]);
+  return {a.data(), a.data() + a.size()};
+}
+
+cairn::FluidSurface surface_of(const py::dict& d) {
+  cairn::FluidSurface s;
+  s.body = numbers<std::int64_t>(d, "body");
+  s.offset = numbers<double>(d, "offset");
+  s.normal = numbers<double>(d, "normal");
+  s.depth = numbers<double>(d, "depth");
+  s.volume = numbers<double>(d, "volume");
+  s.slip = numbers<std::int8_t>(d, "slip");
+  const std::size_t n = s.body.size();
+  if (s.offset.size() != 3 * n || s.normal.size() != 3 * n || s.depth.size() != n || s.volume.size() != n ||
+      s.slip.size() != n)
+    throw cairn::Error("points of surfaces hold arrays of different lengths: give one row for each");
+  return s;
+}
+
+cairn::Fluid& fluid_of(Simulation& s) {
+  if (!s.fluid) throw cairn::Error("this scene has no fluid: give cn.fluid(...) to Scene.add");
+  return *s.fluid;
+}
+
+py::array rows(const std::vector<double>& values, int components, int keep) {
+  const auto n = py::ssize_t(values.size() / std::size_t(components));
+  py::array_t<double> out({n, py::ssize_t(keep)});
+  for (py::ssize_t i = 0; i < n; ++i)
+    for (py::ssize_t c = 0; c < keep; ++c) out.mutable_at(i, c) = values[std::size_t(i * components + c)];
+  return out;
+}
+
+template <class T>
+py::array line(const std::vector<T>& values) {
+  return py::array_t<T>(py::ssize_t(values.size()), values.data());
+}
+
+py::object field(Simulation& s, const std::string& name) {
+  cairn::Fluid& f = fluid_of(s);
+  if (name == "position") return rows(f.position(), 3, s.scene.dim);
+  if (name == "velocity") return rows(f.velocity(), 3, s.scene.dim);
+  if (name == "pressure") return line(f.pressure());
+  if (name == "density") return line(f.density());
+  if (name == "open") return line(f.at_surface());
+  throw py::key_error("there is no field " + name + " of a fluid");
+}
+
+py::dict report(Simulation& s) {
+  const cairn::Fluid& f = fluid_of(s);
+  py::dict out;
+  out["sub_steps"] = f.report.sub_steps;
+  out["lists"] = f.report.lists;
+  out["speed"] = f.report.speed;
+  out["compression"] = f.report.compression;
+  out["neighbours"] = f.report.neighbours;
+  out["stable_step"] = f.stable_step(s.scene);
+  out["bytes"] = f.bytes();
+  return out;
+}
+
+} // namespace
+
+void bind_fluid(py::module_& m) {
+  m.def("set_fluid", [](Simulation& s, const py::dict& settings, const Input<double>& position,
+                        const Input<double>& velocity, const Input<double>& pressure) {
+    auto fluid = std::make_unique<cairn::Fluid>(s.scene.dim, settings_of(settings));
+    const auto span = [](const Input<double>& a) { return std::span<const double>(a.data(), std::size_t(a.size())); };
+    if (position.size() != 3 * pressure.size() || velocity.size() != position.size())
+      throw cairn::Error("position, velocity and pressure of a fluid have different lengths: give a row for each particle");
+    fluid->set_particles(span(position), span(velocity), span(pressure));
+    s.fluid = std::move(fluid);
+  });
+  m.def("set_fluid_surfaces", [](Simulation& s, const py::dict& points, const py::dict& planes) {
+    fluid_of(s).set_surfaces(surface_of(points), surface_of(planes));
+  });
+  m.def("fluid_field", &field);
+  m.def("fluid_report", &report);
+  m.def("fluid_force", [](Simulation& s, std::int64_t body) { return fluid_of(s).force_on(body); });
+}

@@ -1,0 +1,173 @@
+!> Data of a meshless fluid as kernels see them, and the kernel function.
+!> Wendland's C2 function (Wendland 1995) of support 2 h: gradients need no root but that of the distance, and particles do not pair
+!> (Dehnen & Aly 2012).
+module fluid_view
+  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
+  implicit none
+  private
+  public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
+  integer, parameter :: record_size = 8, surface_size = 12, plane_size = 16
+  integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
+
+  type, bind(c) :: cairn_fluid
+    integer(c_int32_t) :: dim, planes
+    real(c_double) :: smoothing, spacing, mass, density, sound_speed, viscosity, diffusion, limiter, artificial
+    real(c_double) :: gravity(3), resting(3), period(3)
+    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open
+  end type cairn_fluid
+
+  type :: fluid
+    integer :: dim, planes
+    real(c_double) :: h, dx, mass, density, c, viscosity, diffusion, limiter, artificial
+    real(c_double) :: gravity(3), resting(3), period(3), per(3), scale !< per: 1/period, 0 without one
+    logical :: periodic
+    real(c_double), pointer, contiguous :: record(:, :), surface(:, :), plane(:, :)
+    integer(c_int64_t), pointer, contiguous :: first(:), first_point(:)
+    integer(c_int32_t), pointer, contiguous :: neighbour(:), point(:)
+    integer(c_int8_t), pointer, contiguous :: open(:)
+  end type fluid
+
+  !> Points of walls about a particle. r: from the point to the particle [m].
+  type :: wall_points
+    integer :: count = 0
+    integer :: plane(most_wall_points) !< number of the half-space, 0: a point of a surface
+    real(c_double) :: r(3, most_wall_points), velocity(3, most_wall_points), normal(3, most_wall_points)
+    real(c_double) :: depth(most_wall_points), volume(most_wall_points)
+    logical :: holds(most_wall_points)
+  end type wall_points
+contains
+
+  pure function gradient_scale(dim, h) result(scale)
+    integer, intent(in) :: dim
+    real(c_double), intent(in) :: h
+    real(c_double) :: scale !< W'/r = -scale (1 - q/2)**3
+    real(c_double), parameter :: pi = acos(-1.0_c_double)
+    if (dim == 2) then
+      scale = 5*7/(4*pi*h**4)
+    else
+      scale = 5*21/(16*pi*h**5)
+    end if
+  end function gradient_scale
+
+  !> View of the data of a call.
+  subroutine open_fluid(given, last, f)
+    type(cairn_fluid), intent(in) :: given
+    integer(c_int64_t), intent(in) :: last !< particles that are read by number at least
+    type(fluid), intent(out) :: f
+    integer(c_int64_t), parameter :: any_size = huge(1_c_int32_t)
+    f%dim = given%dim
+    f%planes = given%planes
+    f%h = given%smoothing
+    f%dx = given%spacing
+    f%mass = given%mass
+    f%density = given%density
+    f%c = given%sound_speed
+    f%viscosity = given%viscosity
+    f%diffusion = given%diffusion
+    f%limiter = given%limiter
+    f%artificial = given%artificial
+    f%gravity = given%gravity
+    f%resting = given%resting
+    f%period = given%period
+    f%per = 0
+    where (f%period > 0) f%per = 1/f%period
+    f%periodic = any(f%period > 0)
+    f%scale = gradient_scale(f%dim, f%h)
+    call c_f_pointer(given%record, f%record, [int(record_size, c_int64_t), any_size])
+    call c_f_pointer(given%surface, f%surface, [int(surface_size, c_int64_t), any_size])
+    call c_f_pointer(given%plane, f%plane, [int(plane_size, c_int64_t), max(1_c_int64_t, int(f%planes, c_int64_t))])
+    call c_f_pointer(given%first, f%first, [last + 1])
+    call c_f_pointer(given%first_point, f%first_point, [last + 1])
+    call c_f_pointer(given%neighbour, f%neighbour, [any_size])
+    call c_f_pointer(given%point, f%point, [any_size])
+    call c_f_pointer(given%open, f%open, [any_size])
+  end subroutine open_fluid
+
+  !> Points of surfaces and half-spaces within reach of particle i.
+  subroutine wall_points_of(f, i, w)
+    type(fluid), intent(in) :: f
+    integer(c_int64_t), intent(in) :: i
+    type(wall_points), intent(inout) :: w
+    integer(c_int64_t) :: k
+    integer :: b, n, p
+    real(c_double) :: r(3)
+    n = 0
+    do k = f%first_point(i) + 1, f%first_point(i + 1)
+      b = f%point(k) + 1
+      r = f%record(1:3, i) - f%surface(1:3, b)
+      if (f%periodic) r = r - f%period*int(r*f%per + sign(0.5_c_double, r))
+      if (sum(r**2) >= 4*f%h**2 .or. n == most_wall_points) cycle
+      n = n + 1
+      w%r(:, n) = r
+      w%velocity(:, n) = f%surface(4:6, b)
+      w%normal(:, n) = f%surface(7:9, b)
+      w%depth(n) = f%surface(10, b)
+      w%volume(n) = f%surface(11, b)
+      w%holds(n) = f%surface(12, b) < 1.5_c_double
+      w%plane(n) = 0
+    end do
+    w%count = n
+    do p = 1, f%planes
+      call points_of_plane(f, i, p, w)
+    end do
+  end subroutine wall_points_of
+
+  !> Points of half-space p about particle i: a lattice below its foot, so that the wall is smooth along itself. A point within a
+  !> half-space before it is that one's.
+  subroutine points_of_plane(f, i, p, w)
+    type(fluid), intent(in) :: f
+    integer(c_int64_t), intent(in) :: i
+    integer, intent(in) :: p
+    type(wall_points), intent(inout) :: w
+    real(c_double) :: n(3), t(3), s(3), r(3), at(3), high, deep, reach
+    integer :: layer, k, l, most, other, depth_layers
+    n = f%plane(4:6, p)
+    r = f%record(1:3, i) - f%plane(1:3, p)
+    high = dot_product(r, n)
+    reach = 2*f%h
+    if (.not. high < reach) return
+    high = max(high, 0.05_c_double*f%dx)
+    t = 0
+    s = 0
+    if (f%dim == 2) then
+      t(1:2) = [-n(2), n(1)]
+    else
+      t(minloc(abs(n), 1)) = 1
+      t = t - dot_product(t, n)*n
+      t = t/sqrt(sum(t**2))
+      s = [n(2)*t(3) - n(3)*t(2), n(3)*t(1) - n(1)*t(3), n(1)*t(2) - n(2)*t(1)]
+    end if
+    depth_layers = ceiling(reach/f%dx)
+    most = int(reach/f%dx)
+    do layer = 1, depth_layers
+      deep = (layer - 0.5_c_double)*f%dx
+      if (high + deep >= reach) exit
+      do l = merge(-most, 0, f%dim == 3), merge(most, 0, f%dim == 3)
+        do k = -most, most
+          r = (high + deep)*n + k*f%dx*t + l*f%dx*s
+          if (sum(r**2) >= reach**2) cycle
+          at = f%record(1:3, i) - r
+          do other = 1, p - 1
+            if (dot_product(at - f%plane(1:3, other), f%plane(4:6, other)) < 0) exit
+          end do
+          if (other < p .or. w%count == most_wall_points) cycle
+          w%count = w%count + 1
+          w%r(:, w%count) = r
+          at = at - f%plane(7:9, p)
+          w%velocity(:, w%count) = f%plane(10:12, p) + cross(f%plane(13:15, p), at)
+          w%normal(:, w%count) = n
+          w%depth(w%count) = deep
+          w%volume(w%count) = f%dx**f%dim
+          w%holds(w%count) = f%plane(16, p) < 1.5_c_double
+          w%plane(w%count) = p
+        end do
+      end do
+    end do
+  end subroutine points_of_plane
+
+  pure function cross(a, b) result(c)
+    real(c_double), intent(in) :: a(3), b(3)
+    real(c_double) :: c(3)
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+end module fluid_view

@@ -1,0 +1,639 @@
+#include "fluid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "../base/call.hpp"
+#include "../base/threads.hpp"
+#include "../bodies/rigid_motion.hpp"
+
+namespace cairn {
+
+namespace {
+constexpr std::int64_t tile = 64;
+constexpr int record = cairn_fluid_record, surface_record = cairn_fluid_surface_record,
+              plane_record = cairn_fluid_plane_record;
+
+template <class T>
+void reorder(std::vector<T>& values, const std::vector<std::int32_t>& order, std::size_t components) {
+  std::vector<T> out(values.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t c = 0; c < components; ++c) out[components * i + c] = values[components * std::size_t(order[i]) + c];
+  values.swap(out);
+}
+} // namespace
+
+Fluid::Fluid(int dim, const FluidSettings& given) : settings(given), dim_(dim) {}
+
+double Fluid::mass() const { return settings.density * std::pow(settings.spacing, dim_); }
+
+void Fluid::set_particles(std::span<const double> position, std::span<const double> velocity,
+                          std::span<const double> pressure) {
+  const std::size_t n = pressure.size();
+  position_.assign(position.begin(), position.end());
+  velocity_.assign(velocity.begin(), velocity.end());
+  density_.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    density_[i] = settings.density + pressure[i] / (settings.sound_speed * settings.sound_speed);
+  acceleration_.assign(3 * n, 0.0);
+  open_.assign(n, 0);
+  number_.resize(n);
+  std::iota(number_.begin(), number_.end(), 0);
+  known_ = list_known_ = false;
+}
+
+// Forces of bodies that were known stay theirs.
+void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
+  std::vector<std::int64_t> ids;
+  for (const auto* from : {&points.body, &planes.body}) ids.insert(ids.end(), from->begin(), from->end());
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<Body> bodies(ids.size());
+  std::vector<double> force(6 * ids.size()), contact(6 * ids.size()), before(6 * ids.size());
+  for (std::size_t k = 0; k < ids.size(); ++k) {
+    bodies[k] = {};
+    bodies[k].id = ids[k];
+    for (std::size_t j = 0; j < bodies_.size(); ++j)
+      if (bodies_[j].id == ids[k])
+        for (std::size_t c = 0; c < 6; ++c) {
+          force[6 * k + c] = force_[6 * j + c];
+          contact[6 * k + c] = contact_[6 * j + c];
+          before[6 * k + c] = contact_before_[6 * j + c];
+        }
+  }
+  const auto places = [&](const std::vector<std::int64_t>& of) {
+    std::vector<std::int32_t> out;
+    for (const std::int64_t id : of)
+      out.push_back(std::int32_t(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin()));
+    return out;
+  };
+  body_of_point_ = places(points.body);
+  body_of_plane_ = places(planes.body);
+  points_ = std::move(points);
+  planes_ = std::move(planes);
+  bodies_ = std::move(bodies);
+  force_ = std::move(force);
+  contact_ = std::move(contact);
+  contact_before_ = std::move(before);
+  mean_.assign(6 * bodies_.size(), 0.0);
+  pose_listed_.assign(12 * bodies_.size(), 0.0);
+  for (std::int64_t b = 0; b < points_.count(); ++b) {
+    Body& body = bodies_[std::size_t(body_of_point_[std::size_t(b)])];
+    const double* x = &points_.offset[std::size_t(3 * b)];
+    body.reach = std::max(body.reach, std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
+    if (points_.depth[std::size_t(b)] < settings.spacing) body.surface += points_.volume[std::size_t(b)] / settings.spacing;
+  }
+  list_known_ = false;
+  list_.at.clear();
+}
+
+void Fluid::check(const Scene& scene) {
+  period_ = corner_ = {};
+  const Cell& cell = scene.cell;
+  for (int k = 0; k < 3; ++k) {
+    for (int i = 0; i < 3; ++i)
+      if (i != k && cell.vectors[i + 3 * k] != 0) throw Error("the fluid flows in no cell that leans: leave out lean and shear_rate");
+    if (cell.velocity_gradient[4 * k] != 0 || cell.velocity_gradient[6] != 0 || cell.velocity_gradient[3] != 0)
+      throw Error("the fluid flows in no cell that shears: leave out shear_rate");
+    if (!cell.periodic[k]) continue;
+    period_[std::size_t(k)] = cell.vectors[4 * k];
+    corner_[std::size_t(k)] = cell.corner[k];
+    const double least = 3 * (reach() + skin());
+    if (period_[std::size_t(k)] < least)
+      throw Error("the periodic cell is " + std::to_string(period_[std::size_t(k)]) + " m long along axis " +
+                  std::to_string(k) + ", and the particles of the fluid reach over " + std::to_string(least) +
+                  " m: give it a smaller spacing, or a longer cell");
+  }
+  if (scene.nodes.count > 0)
+    throw Error("the fluid meets rigid bodies alone, and this scene has deformable ones: leave them out, or the fluid");
+  list_.period = period_;
+  list_.low = corner_;
+}
+
+// Bodies as they stand, and the accelerations that the liquid does not give them: gravity, forces, and that part of the
+// last step's contacts that was there in the step before too.
+void Fluid::load_bodies(const Scene& scene, double h) {
+  const Bodies& all = scene.bodies;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    Body& b = bodies_[k];
+    b.at = scene.find_body(b.id);
+    std::fill_n(b.impulse, 6, 0.0);
+    if (b.at < 0) continue;
+    const int nd = all.dofs();
+    const auto wide = [&](const double* from, double* to) { // (3 | 6) to six
+      std::fill_n(to, 6, 0.0);
+      for (int c = 0; c < dim_; ++c) to[c] = from[c];
+      for (int c = dim_; c < nd; ++c) to[dim_ == 2 ? 5 : c] = from[c];
+    };
+    std::fill_n(b.position, 3, 0.0);
+    std::copy_n(all.position[b.at], dim_, b.position);
+    wide(all.velocity[b.at], b.velocity);
+    const Rotation turn = all.rotation.active ? rotation_of(dim_, all.rotation[b.at]) : upright;
+    std::copy(turn.begin(), turn.end(), b.turn);
+    const bool driven = all.driven.active;
+    const int mask = driven ? *all.driven[b.at] : 0;
+    double force[6] = {}, target[6] = {};
+    if (all.force.active) wide(all.force[b.at], force);
+    if (all.driven_velocity.active) wide(all.driven_velocity[b.at], target);
+    const double m = *all.mass[b.at];
+    double inverse[3]; // of the inertia
+    for (int c = 0; c < 3; ++c) {
+      const double own = dim_ == 2 ? *all.inertia[b.at] : all.inertia[b.at][c];
+      inverse[c] = std::isfinite(own) && own > 0 ? 1 / own : 0;
+      if (dim_ == 2 && c < 2) inverse[c] = 0;
+      b.inverse_mass[c] = std::isfinite(m) && !(mask >> c & 1) && c < dim_ ? 1 / m : 0;
+    }
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (int l = 0; l < 3; ++l) sum += b.turn[3 * r + l] * inverse[l] * b.turn[3 * c + l];
+        const bool held = dim_ == 2 ? (mask >> 2 & 1) != 0 : (mask >> (3 + r) & 1) || (mask >> (3 + c) & 1);
+        b.inverse_inertia[3 * r + c] = held ? 0 : sum;
+      }
+    for (int c = 0; c < 6; ++c) {
+      const double last = contact_[6 * k + std::size_t(c)], before = contact_before_[6 * k + std::size_t(c)];
+      const double kept = last * before <= 0 ? 0 : std::abs(last) < std::abs(before) ? last : before;
+      b.kept[c] = kept;
+      const int dof = dim_ == 3 ? c : c < 2 ? c : 2;
+      const bool is_driven = (mask >> dof & 1) && (dim_ == 3 || c < 2 || c == 5);
+      if (is_driven)
+        b.constant[c] = (target[c] - b.velocity[c]) / h;
+      else if (c < 3)
+        b.constant[c] = b.inverse_mass[c] * force[c] + (b.inverse_mass[c] > 0 ? scene.gravity[std::size_t(c)] : 0) + kept;
+      else
+        b.constant[c] = kept + b.inverse_inertia[3 * (c - 3)] * force[3] + b.inverse_inertia[3 * (c - 3) + 1] * force[4] +
+                        b.inverse_inertia[3 * (c - 3) + 2] * force[5];
+    }
+  }
+}
+
+// Half a kick of all.
+void Fluid::accelerate(double dt) {
+  const auto n = std::int64_t(velocity_.size());
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < n; ++i) velocity_[std::size_t(i)] += 0.5 * dt * acceleration_[std::size_t(i)];
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    Body& b = bodies_[k];
+    if (b.at < 0) continue;
+    const double* f = &force_[6 * k];
+    for (int c = 0; c < 3; ++c) {
+      b.velocity[c] += 0.5 * dt * (b.inverse_mass[c] * f[c] + b.constant[c]);
+      double spin = b.constant[3 + c];
+      for (int l = 0; l < 3; ++l) spin += b.inverse_inertia[3 * c + l] * f[3 + l];
+      b.velocity[3 + c] += 0.5 * dt * spin;
+    }
+    for (int c = 0; c < 6; ++c) b.impulse[c] += 0.5 * dt * f[c];
+  }
+}
+
+void Fluid::move_bodies(double dt) {
+  for (Body& b : bodies_) {
+    if (b.at < 0) continue;
+    for (int c = 0; c < 3; ++c) b.position[c] += dt * b.velocity[c];
+    const double* w = b.velocity + 3;
+    const double speed = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    if (!(speed > 0)) continue;
+    const double s = std::sin(speed * dt) / speed, half = std::sin(0.5 * speed * dt) / speed, c = 2 * half * half;
+    double old[9]; // Rodrigues' formula
+    std::copy_n(b.turn, 9, old);
+    for (int j = 0; j < 3; ++j) {
+      const double x[3] = {old[j], old[3 + j], old[6 + j]};
+      const double cross[3] = {w[1] * x[2] - w[2] * x[1], w[2] * x[0] - w[0] * x[2], w[0] * x[1] - w[1] * x[0]};
+      const double twice[3] = {w[1] * cross[2] - w[2] * cross[1], w[2] * cross[0] - w[0] * cross[2],
+                               w[0] * cross[1] - w[1] * cross[0]};
+      for (int r = 0; r < 3; ++r) b.turn[3 * r + j] = x[r] + s * cross[r] + c * twice[r];
+    }
+  }
+}
+
+// Points of surfaces and half-spaces where their bodies are.
+void Fluid::place_surfaces() {
+  const auto turned = [](const Body& b, const double* x, double* to) {
+    for (int r = 0; r < 3; ++r) to[r] = b.turn[3 * r] * x[0] + b.turn[3 * r + 1] * x[1] + b.turn[3 * r + 2] * x[2];
+  };
+  const std::int64_t n = points_.count();
+  surface_.resize(std::size_t(surface_record * n));
+#pragma omp parallel for schedule(static) if (n > 4096)
+  for (std::int64_t i = 0; i < n; ++i) {
+    double* to = &surface_[std::size_t(surface_record * i)];
+    const Body& b = bodies_[std::size_t(body_of_point_[std::size_t(i)])];
+    double arm[3];
+    turned(b, &points_.offset[std::size_t(3 * i)], arm);
+    turned(b, &points_.normal[std::size_t(3 * i)], to + 6);
+    const double* w = b.velocity + 3;
+    const double spin[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2], w[0] * arm[1] - w[1] * arm[0]};
+    const bool there = b.at >= 0 && points_.slip[std::size_t(i)] != std::int8_t(Slip::none);
+    for (int c = 0; c < 3; ++c) {
+      to[c] = there ? b.position[c] + arm[c] : std::numeric_limits<double>::infinity();
+      to[3 + c] = b.velocity[c] + spin[c];
+    }
+    to[10 - 1] = points_.depth[std::size_t(i)];
+    to[11 - 1] = points_.volume[std::size_t(i)];
+    to[12 - 1] = points_.slip[std::size_t(i)];
+  }
+  plane_.clear();
+  for (std::int64_t i = 0; i < planes_.count(); ++i) {
+    const Body& b = bodies_[std::size_t(body_of_plane_[std::size_t(i)])];
+    double at[3], normal[3];
+    turned(b, &planes_.offset[std::size_t(3 * i)], at);
+    turned(b, &planes_.normal[std::size_t(3 * i)], normal);
+    const bool there = b.at >= 0 && planes_.slip[std::size_t(i)] != std::int8_t(Slip::none);
+    for (int c = 0; c < 3; ++c) // a half-space that is gone is far below
+      plane_.push_back(there ? b.position[c] + at[c] : -std::numeric_limits<double>::max() * 1e-3 * normal[c]);
+    plane_.insert(plane_.end(), normal, normal + 3);
+    plane_.insert(plane_.end(), b.position, b.position + 3);
+    plane_.insert(plane_.end(), b.velocity, b.velocity + 6);
+    plane_.push_back(planes_.slip[std::size_t(i)]);
+  }
+}
+
+bool Fluid::list_is_old() {
+  if (!list_known_) return true;
+  double most = 0;
+  const auto n = std::int64_t(position_.size());
+#pragma omp parallel for schedule(static) reduction(max : most)
+  for (std::int64_t i = 0; i < n; i += 3) {
+    double square = 0;
+    for (std::int64_t c = 0; c < 3; ++c) {
+      const double d = position_[std::size_t(i + c)] - list_.at[std::size_t(i + c)];
+      square += d * d;
+    }
+    most = std::max(most, square);
+  }
+  double of_bodies = 0;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const Body& b = bodies_[k];
+    if (b.at < 0 || b.reach == 0) continue;
+    const double* was = &pose_listed_[12 * k];
+    double way = 0, turn = 0;
+    for (std::size_t c = 0; c < 3; ++c) way += (b.position[c] - was[c]) * (b.position[c] - was[c]);
+    for (std::size_t c = 0; c < 9; ++c) turn += (b.turn[c] - was[3 + c]) * (b.turn[c] - was[3 + c]);
+    of_bodies = std::max(of_bodies, std::sqrt(way) + b.reach * std::sqrt(turn));
+  }
+  const double particles = std::sqrt(most);
+  return !(particles + std::max(particles, of_bodies) < skin());
+}
+
+void Fluid::renew_list() {
+  for (std::size_t i = 0; i < position_.size(); ++i)
+    if (const double p = period_[i % 3]; p > 0) {
+      const double low = corner_[i % 3];
+      position_[i] -= p * std::floor((position_[i] - low) / p);
+    }
+  const std::vector<std::int32_t> order = list_.order(position_, reach() + skin());
+  if (!std::is_sorted(order.begin(), order.end())) {
+    reorder(position_, order, 3);
+    reorder(velocity_, order, 3);
+    reorder(acceleration_, order, 3);
+    reorder(density_, order, 1);
+    reorder(number_, order, 1);
+    reorder(open_, order, 1);
+  }
+  list_.at = position_;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    std::copy_n(bodies_[k].position, 3, &pose_listed_[12 * k]);
+    std::copy_n(bodies_[k].turn, 9, &pose_listed_[12 * k + 3]);
+  }
+  list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  list_known_ = true;
+  ++report.lists;
+  report.neighbours = count() > 0 ? double(list_.neighbour.size()) / double(count()) : 0;
+  report.surface_points = std::int64_t(list_.particle.size());
+}
+
+// The list as it was made, after a state was restored: sums keep their order.
+void Fluid::renew_as_listed() {
+  if (list_.at.size() != position_.size()) return renew_list();
+  const std::vector<Body> now = bodies_;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    std::copy_n(&pose_listed_[12 * k], 3, bodies_[k].position);
+    std::copy_n(&pose_listed_[12 * k + 3], 9, bodies_[k].turn);
+  }
+  place_surfaces();
+  list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  bodies_ = now;
+  place_surfaces();
+  list_known_ = true;
+}
+
+void Fluid::pack() {
+  const std::int64_t n = count();
+  record_.resize(std::size_t(record * n));
+  const double m = mass(), c2 = settings.sound_speed * settings.sound_speed;
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < n; ++i) {
+    double* to = &record_[std::size_t(record * i)];
+    std::copy_n(&position_[std::size_t(3 * i)], 3, to);
+    std::copy_n(&velocity_[std::size_t(3 * i)], 3, to + 3);
+    to[6] = m / density_[std::size_t(i)];
+    to[7] = c2 * (density_[std::size_t(i)] - settings.density) + raised_;
+  }
+}
+
+cairn_fluid Fluid::view(const Scene& scene) const {
+  cairn_fluid f{};
+  f.dim = dim_;
+  f.planes = std::int32_t(planes_.count());
+  f.smoothing = settings.smoothing * settings.spacing;
+  f.spacing = settings.spacing;
+  f.mass = mass();
+  f.density = settings.density;
+  f.sound_speed = settings.sound_speed;
+  f.viscosity = settings.viscosity;
+  f.diffusion = settings.diffusion;
+  f.limiter = settings.limiter;
+  f.artificial = settings.artificial;
+  for (std::size_t k = 0; k < 3; ++k) {
+    f.gravity[k] = scene.gravity[k];
+    f.resting[k] = period_[k] > 0 ? 0 : scene.gravity[k];
+    f.period[k] = period_[k];
+  }
+  f.record = record_.data();
+  f.first = list_.first.data();
+  f.neighbour = list_.neighbour.data();
+  f.surface = surface_.data();
+  f.first_point = list_.first_point.data();
+  f.point = list_.point.data();
+  f.plane = plane_.data();
+  f.open = open_.data();
+  return f;
+}
+
+// Of the particles, and of what they do to bodies, at their places, velocities and densities.
+void Fluid::find_forces(const Scene& scene) {
+  pack();
+  // Viscosity of volume where the liquid is compressed (von Neumann & Richtmyer 1950): sound dies, and shear feels none.
+  const double h = settings.smoothing * settings.spacing, linear = settings.bulk * h * settings.sound_speed;
+  for (std::size_t i = 0; i < rate_.size(); ++i)
+    if (const double r = rate_[i] / density_[i]; r > 0)
+      record_[record * i + 7] += density_[i] * (linear * r + 4 * h * h * r * r);
+  const std::int64_t n = count(), tiles = (n + tile - 1) / tile, planes = planes_.count();
+  drift_.resize(std::size_t(3 * n));
+  open_new_.resize(std::size_t(n));
+  on_planes_.assign(std::size_t(6 * std::max<std::int64_t>(1, planes) * tiles), 0.0);
+  const cairn_fluid f = view(scene);
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::int64_t t = 0; t < tiles; ++t)
+    cairn_fluid_acceleration(&f, tile * t, std::min(tile * (t + 1), n), acceleration_.data(), drift_.data(),
+                             open_new_.data(), &on_planes_[std::size_t(6 * planes * t)]);
+  const std::int64_t points = points_.count();
+  on_points_.resize(std::size_t(3 * points));
+#pragma omp parallel for schedule(dynamic, 1) if (points > 256)
+  for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
+    cairn_fluid_on_points(&f, tile * t, std::min(tile * (t + 1), points), list_.first_of_point.data(),
+                          list_.particle.data(), on_points_.data());
+  open_.swap(open_new_);
+  add_surface_forces();
+}
+
+// Sums in the order of points and tiles.
+void Fluid::add_surface_forces() {
+  std::fill(force_.begin(), force_.end(), 0.0);
+  for (std::int64_t i = 0; i < points_.count(); ++i) {
+    if (list_.first_of_point[std::size_t(i)] == list_.first_of_point[std::size_t(i + 1)]) continue;
+    const std::size_t k = std::size_t(body_of_point_[std::size_t(i)]);
+    const double *f = &on_points_[std::size_t(3 * i)], *x = &surface_[std::size_t(surface_record * i)];
+    double* to = &force_[6 * k];
+    double arm[3];
+    for (int c = 0; c < 3; ++c) {
+      arm[c] = x[c] - bodies_[k].position[c];
+      to[c] += f[c];
+    }
+    to[3] += arm[1] * f[2] - arm[2] * f[1];
+    to[4] += arm[2] * f[0] - arm[0] * f[2];
+    to[5] += arm[0] * f[1] - arm[1] * f[0];
+  }
+  const std::int64_t planes = planes_.count(), tiles = (count() + tile - 1) / tile;
+  for (std::int64_t t = 0; t < tiles; ++t)
+    for (std::int64_t p = 0; p < planes; ++p)
+      for (std::size_t c = 0; c < 6; ++c)
+        force_[6 * std::size_t(body_of_plane_[std::size_t(p)]) + c] += on_planes_[std::size_t(6 * (planes * t + p)) + c];
+  for (double& f : force_) f *= settings.depth;
+}
+
+void Fluid::sub_step(const Scene& scene, double dt) {
+  const std::int64_t n = count(), tiles = (n + tile - 1) / tile;
+  accelerate(dt);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < 3 * n; ++i) position_[std::size_t(i)] += dt * velocity_[std::size_t(i)];
+  move_bodies(dt);
+  place_surfaces();
+  if (list_is_old()) renew_list();
+  pack();
+  rate_.resize(std::size_t(n));
+  const cairn_fluid f = view(scene);
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::int64_t t = 0; t < tiles; ++t)
+    cairn_fluid_density_rate(&f, tile * t, std::min(tile * (t + 1), n), rate_.data());
+  // A free surface bears no tension beyond the pressure of the flow, whatever its divergence was.
+  const double mach = fastest_ / settings.sound_speed, least = settings.density * (1 - mach * mach);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < n; ++i) {
+    double& rho = density_[std::size_t(i)];
+    rho += dt * rate_[std::size_t(i)];
+    if (open_[std::size_t(i)] == 2) rho = std::max(rho, least);
+  }
+  find_forces(scene);
+  accelerate(dt);
+  if (!closed_ || settings.drift == 0) return; // at a free surface the drift would lift the liquid
+  const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < 3 * n; ++i)
+    position_[std::size_t(i)] += std::clamp(settings.drift * dt * fastest_ * h * drift_[std::size_t(i)], -most, most);
+}
+
+double Fluid::fastest() const {
+  double square = 0;
+  const auto n = std::int64_t(velocity_.size());
+#pragma omp parallel for schedule(static) reduction(max : square)
+  for (std::int64_t i = 0; i < n; i += 3) {
+    const double* v = &velocity_[std::size_t(i)];
+    square = std::max(square, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  return std::sqrt(square);
+}
+
+double Fluid::stable_step(const Scene& scene) const {
+  const double h = settings.smoothing * settings.spacing, c = settings.sound_speed;
+  double pull = 0;
+  for (const double g : scene.gravity) pull += g * g;
+  double dt = settings.courant * h / (c + fastest());
+  if (settings.viscosity > 0) dt = std::min(dt, 0.125 * h * h * settings.density / settings.viscosity);
+  if (pull > 0) dt = std::min(dt, 0.25 * std::sqrt(h / std::sqrt(pull)));
+  // A body lighter than the liquid about it follows that as on a spring of its compressibility.
+  for (const Body& b : bodies_) {
+    if (b.at < 0 || b.surface == 0) continue;
+    const double around = settings.density * b.surface * h * settings.depth;
+    double lightest = 0;
+    for (int k = 0; k < 3; ++k) {
+      lightest = std::max(lightest, b.inverse_mass[k]);
+      lightest = std::max(lightest, b.inverse_inertia[4 * k] * b.reach * b.reach);
+    }
+    dt = std::min(dt, settings.courant * h / c / std::sqrt(std::max(1.0, around * lightest)));
+  }
+  return dt;
+}
+
+void Fluid::advance(Scene& scene, double h) {
+  check(scene);
+  const Threads threads(settings.threads, 40 * count());
+  keep_before();
+  load_bodies(scene, h);
+  try {
+    place_surfaces();
+    if (!known_) {
+      if (list_is_old()) renew_list();
+      find_forces(scene);
+      find_forces(scene); // free surfaces are known then
+      known_ = true;
+    } else if (!list_known_) {
+      renew_as_listed();
+    }
+    const double limit = stable_step(scene);
+    fastest_ = fastest();
+      // Without a free surface the level of pressure is free: under tension particles clump.
+    closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
+    raised_ = closed_ ? settings.density * fastest_ * fastest_ : 0;
+    const double parts = std::ceil(h / limit * (1 - 1e-12));
+    if (!(parts <= 1e6))
+      throw Error("a step of " + std::to_string(h) + " s takes the fluid " + std::to_string(parts) +
+                  " sub-steps of " + std::to_string(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
+    report.sub_steps = int(parts);
+    for (int k = 0; k < report.sub_steps; ++k) sub_step(scene, h / parts);
+    double speed = 0, compression = 0;
+    for (std::int64_t i = 0; i < count(); ++i) {
+      const double* v = &velocity_[std::size_t(3 * i)];
+      const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+      const double share = std::abs(density_[std::size_t(i)] / settings.density - 1);
+      if (!(square < std::numeric_limits<double>::infinity()) || !(share < 0.5))
+        throw Error("particle " + std::to_string(number_[std::size_t(i)]) + " of the fluid has a density of " +
+                    std::to_string(density_[std::size_t(i)]) + " kg/m3 and a speed of " + std::to_string(std::sqrt(square)) +
+                    " m/s: its sound speed of " + std::to_string(settings.sound_speed) +
+                    " m/s is too low for this flow, or bodies stand within the liquid; give cn.fluid(sound_speed=...) "
+                    "ten times the greatest speed");
+      speed = std::max(speed, square);
+      compression = std::max(compression, share);
+    }
+    report.speed = std::sqrt(speed);
+    report.compression = compression;
+  } catch (...) {
+    restore_before();
+    throw;
+  }
+  Bodies& all = scene.bodies;
+  if (bodies_.empty()) return;
+  if (!all.force.active) scene.activate(all.force.need);
+  given_.assign(6 * bodies_.size(), 0.0);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const Body& b = bodies_[k];
+    for (std::size_t c = 0; c < 6; ++c) mean_[6 * k + c] = b.impulse[c] / h;
+    if (b.at < 0) continue;
+    double* to = all.force[b.at];
+    std::copy_n(to, all.dofs(), &given_[6 * k]);
+    for (int c = 0; c < dim_; ++c) to[c] += mean_[6 * k + std::size_t(c)];
+    for (int c = dim_; c < all.dofs(); ++c) to[c] += mean_[6 * k + std::size_t(dim_ == 2 ? 5 : c)];
+  }
+  added_ = true;
+}
+
+void Fluid::keep_before() {
+  before_.position = position_;
+  before_.velocity = velocity_;
+  before_.density = density_;
+  before_.acceleration = acceleration_;
+  before_.force = force_;
+  before_.number = number_;
+  before_.open = open_;
+  before_.known = known_;
+  before_.listed = list_.at;
+  before_.pose = pose_listed_;
+}
+
+void Fluid::restore_before() {
+  position_ = before_.position;
+  velocity_ = before_.velocity;
+  density_ = before_.density;
+  acceleration_ = before_.acceleration;
+  force_ = before_.force;
+  number_ = before_.number;
+  open_ = before_.open;
+  known_ = before_.known;
+  list_.at = before_.listed;
+  pose_listed_ = before_.pose;
+  list_known_ = false;
+}
+
+void Fluid::put_forces_back(Scene& scene) {
+  if (!added_) return;
+  Bodies& all = scene.bodies;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) // bodies may have other numbers since
+    if (const std::int32_t at = scene.find_body(bodies_[k].id); at >= 0)
+      std::copy_n(&given_[6 * k], all.dofs(), all.force[at]);
+  added_ = false;
+}
+
+void Fluid::undo(Scene& scene) {
+  restore_before();
+  put_forces_back(scene);
+}
+
+// What bodies did otherwise than was foreseen is due to contacts.
+void Fluid::end(Scene& scene, double h) {
+  put_forces_back(scene);
+  contact_before_.swap(contact_);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const Body& b = bodies_[k];
+    const std::int32_t at = scene.find_body(b.id);
+    for (int c = 0; c < 6; ++c) {
+      const bool has = at >= 0 && (dim_ == 3 || c < 2 || c == 5);
+      const double now = has ? scene.bodies.velocity[at][dim_ == 3 || c < 2 ? c : 2] : 0;
+      contact_[6 * k + std::size_t(c)] = has ? b.kept[c] + (now - b.velocity[c]) / h : 0;
+    }
+  }
+}
+
+void Fluid::state_restored() {
+  known_ = list_.at.size() == position_.size() && !position_.empty();
+  list_known_ = false;
+}
+
+std::vector<double> Fluid::in_order(const std::vector<double>& values, int components) const {
+  std::vector<double> out(values.size());
+  for (std::size_t i = 0; i < number_.size(); ++i)
+    std::copy_n(&values[i * std::size_t(components)], components, &out[std::size_t(number_[i]) * std::size_t(components)]);
+  return out;
+}
+
+std::vector<double> Fluid::position() const { return in_order(position_, 3); }
+std::vector<double> Fluid::velocity() const { return in_order(velocity_, 3); }
+std::vector<double> Fluid::density() const { return in_order(density_, 1); }
+std::vector<double> Fluid::pressure() const {
+  std::vector<double> out = density();
+  for (double& p : out) p = settings.sound_speed * settings.sound_speed * (p - settings.density);
+  return out;
+}
+std::vector<std::int8_t> Fluid::at_surface() const {
+  std::vector<std::int8_t> out(open_.size());
+  for (std::size_t i = 0; i < number_.size(); ++i) out[std::size_t(number_[i])] = open_[i];
+  return out;
+}
+
+std::array<double, 6> Fluid::force_on(std::int64_t body) const {
+  std::array<double, 6> out{};
+  for (std::size_t k = 0; k < bodies_.size(); ++k)
+    if (bodies_[k].id == body) std::copy_n(&mean_[6 * k], 6, out.begin());
+  return out;
+}
+
+std::int64_t Fluid::bytes() const {
+  std::int64_t sum = list_.bytes();
+  for (const auto* v : {&position_, &velocity_, &density_, &acceleration_, &drift_, &record_, &surface_, &plane_, &rate_,
+                        &on_points_, &on_planes_, &before_.position, &before_.velocity, &before_.density,
+                        &before_.acceleration, &before_.listed, &points_.offset, &points_.normal})
+    sum += std::int64_t(8 * v->capacity());
+  return sum;
+}
+
+} // namespace cairn

@@ -1,0 +1,151 @@
+// A meshless liquid among the bodies of a scene: particles of one spacing, weakly compressible, by sub-steps within the
+// step of the bodies. In a sub-step bodies move as they would without new contacts; what the liquid does to them over
+// the whole step is a force of their step.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../scene/scene.hpp"
+#include "cairn/fluid.h"
+#include "particle_list.hpp"
+
+namespace cairn {
+
+struct FluidSettings {
+  double spacing = 0, density = 0, viscosity = 0, sound_speed = 0; // [m], [kg/m3], [Pa s], [m/s]
+  double smoothing = 1.5;                                          // length of the kernel over the spacing
+  double diffusion = 0.1, limiter = 3, artificial = 0;             // see fluid_rates.f90 [-]
+  double bulk = 0;                                                 // viscosity of volume over rho c h [-]
+  double drift = 4;                                                // of particles towards an even spread [-]
+  double courant = 0.25;                                           // sub-step over h / (c + v)
+  double depth = 1;                                                // of a plane scene [m]
+  int threads = 0;                                                 // 0: those of the program
+};
+
+enum class Slip : std::int8_t { none = 0, holds = 1, slides = 2 };
+
+// Points on the surfaces of bodies, in the axes of these; a half-space has one, of no depth and volume.
+struct FluidSurface {
+  std::vector<std::int64_t> body;     // ids (n)
+  std::vector<double> offset, normal; // (3, n) from the centre of mass [m], out of the body
+  std::vector<double> depth, volume;  // (n) [m], [m3 | m2]
+  std::vector<std::int8_t> slip;      // (n) Slip
+  std::int64_t count() const { return std::int64_t(body.size()); }
+};
+
+class Fluid {
+public:
+  Fluid(int dim, const FluidSettings& settings);
+
+  FluidSettings settings;
+  // (3, n) relative to the origin of the scene [m], [m/s], (n) [Pa].
+  void set_particles(std::span<const double> position, std::span<const double> velocity,
+                     std::span<const double> pressure);
+  void set_surfaces(FluidSurface points, FluidSurface planes);
+  std::int64_t count() const { return std::int64_t(density_.size()); }
+  double mass() const; // of a particle [kg | kg/m]
+
+  // Moves the liquid over a step of h, and adds its mean forces to those of the bodies.
+  void advance(Scene& scene, double h);
+  void end(Scene& scene, double h); // the step of the bodies was made
+  void undo(Scene& scene);          // it was not: all is as before
+
+  // In the order in which particles were given.
+  std::vector<double> position() const, velocity() const, pressure() const, density() const; // (3, n), (n)
+  std::vector<std::int8_t> at_surface() const;
+  std::array<double, 6> force_on(std::int64_t body) const; // mean of the last step, torque about its centre [N, N m]
+  double stable_step(const Scene& scene) const;            // of a sub-step [s]
+
+  struct Report {
+    int sub_steps = 0;           // of the last step
+    std::int64_t lists = 0;      // of neighbours, made since the start
+    double speed = 0;            // greatest [m/s]
+    double compression = 0;      // greatest |rho - rho0| / rho0
+    double neighbours = 0;       // mean number listed
+    std::int64_t surface_points = 0;
+  };
+  Report report;
+  std::int64_t bytes() const;
+
+  // What a checkpoint keeps, by name.
+  template <class F>
+  void each_state_array(F&& f) {
+    f("position", position_);
+    f("velocity", velocity_);
+    f("density", density_);
+    f("acceleration", acceleration_);
+    f("listed", list_.at);
+    f("number", number_);
+    f("open", open_);
+    f("force", force_);
+    f("contact", contact_);
+    f("contact_before", contact_before_);
+    f("pose_listed", pose_listed_);
+  }
+  void state_restored();
+
+private:
+  // A body that the liquid meets, as it moves within the step.
+  struct Body {
+    std::int64_t id;
+    std::int32_t at = -1; // in the scene; -1: it is gone
+    double position[3], velocity[6], turn[9];
+    double inverse_mass[3], inverse_inertia[9];
+    double constant[6]; // acceleration that is no liquid's
+    double kept[6];     // its part by lasting contacts
+    double impulse[6];  // of the liquid, in this step
+    double surface = 0; // area or length of it that meets the liquid
+    double reach = 0;   // farthest point of it from the centre
+  };
+
+  void load_bodies(const Scene& scene, double h);
+  void accelerate(double dt);
+  void move_bodies(double dt);
+  void place_surfaces();
+  double fastest() const; // [m/s]
+  void renew_list();
+  void renew_as_listed();
+  void keep_before();
+  void restore_before();
+  void put_forces_back(Scene& scene);
+  bool list_is_old();
+  void sub_step(const Scene& scene, double dt);
+  void pack();
+  void find_forces(const Scene& scene);
+  void add_surface_forces();
+  cairn_fluid view(const Scene& scene) const;
+  void check(const Scene& scene);
+  double skin() const { return 0.5 * settings.spacing; }
+  double reach() const { return 2 * settings.smoothing * settings.spacing; }
+  std::array<double, 3> period_{}, corner_{};
+  std::vector<double> in_order(const std::vector<double>& values, int components) const;
+
+  int dim_;
+  FluidSurface points_, planes_;
+  std::vector<std::int32_t> body_of_point_, body_of_plane_;
+  std::vector<Body> bodies_;
+  std::vector<double> position_, velocity_, density_, acceleration_, drift_, record_, surface_, plane_, rate_;
+  std::vector<double> on_points_, on_planes_;
+  std::vector<std::int32_t> number_;
+  std::vector<std::int8_t> open_, open_new_;
+  std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
+  ParticleList list_;
+  double fastest_ = 0; // at the begin of the step [m/s]
+  double raised_ = 0;  // of all pressures where there is no free surface [Pa]
+  bool closed_ = false; // no particle is at a free surface
+  bool known_ = false, list_known_ = false, added_ = false;
+
+  struct Before { // of a step that may be undone
+    std::vector<double> position, velocity, density, acceleration, listed, force, pose;
+    std::vector<std::int32_t> number;
+    std::vector<std::int8_t> open;
+    bool known = false;
+  };
+  Before before_;
+  std::vector<double> given_, mean_; // (6, bodies) forces of bodies before the liquid's, and the liquid's
+};
+
+} // namespace cairn

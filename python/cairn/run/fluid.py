@@ -1,0 +1,286 @@
+"""The liquid of a simulation: given to the core once, with the surfaces of bodies; and what is read of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..base import checks
+from ..base.geometry import turn
+from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
+from ..model.fluids import slip_between, sound_speed_of
+from .shown import shown
+
+FIELDS = ("position", "velocity", "pressure", "density", "open")
+
+
+class Running:
+    """The liquid of a simulation, as its scene has it."""
+
+    def __init__(self, simulation, core):
+        self._simulation, self._core = simulation, core
+        scene = simulation.scene
+        self.fluids = list(scene.fluids)
+        self._refuse(scene)
+        first, gravity = self.fluids[0], self._gravity()
+        periodic = np.zeros(scene.dim, bool) if scene.periodic is None else scene.periodic.arrays(scene.dim)[0][: scene.dim]
+        across = np.where(periodic, 0.0, gravity)
+        bodies = _bodies_of(scene, simulation._sets, first.spacing)
+        self.sets_seen = len(simulation._sets)
+        kept = [_outside(f, bodies, scene.dim) for f in self.fluids]
+        position, velocity = (np.concatenate([getattr(f, n)[k] for f, k in zip(self.fluids, kept)]) for n in ("position", "velocity"))
+        if not len(position):
+            raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
+        speed = first.sound_speed or sound_speed_of(self.fluids, across, periodic)
+        pressure = np.concatenate([_pressure(f, across)[k] for f, k in zip(self.fluids, kept)])
+        self.count, self.sound_speed = len(position), speed
+        settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
+        settings |= {"smoothing": first.smoothing, "artificial": first.artificial, "depth": float(scene.depth)}
+        settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
+        self.settings = settings
+        _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
+        self._give_surfaces(bodies)
+
+    def _refuse(self, scene):
+        liquids = {f.liquid() for f in self.fluids}
+        if len(liquids) > 1:
+            raise ValueError(
+                f"fluids {', '.join(sorted(f.name for f in self.fluids))} differ in spacing, density, viscosity, sound_speed, "
+                "smoothing or artificial: two liquids do not mix here, give both the same values"
+            )
+        if any(s.mesh is not None for s in self._simulation._sets):
+            raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave them out, or the fluid")
+
+    def _gravity(self):
+        scene = self._simulation.scene
+        if not callable(scene.gravity):
+            return scene.gravity
+        return checks.real_array("gravity", scene.gravity(self._simulation.time), (scene.dim,))
+
+    def _give_surfaces(self, bodies):
+        tables = {"points": [], "planes": []}
+        for body in bodies:
+            slip = slip_between(self._simulation.scene, body.material, body.group)
+            table = tables["planes" if body.plane else "points"]
+            for k in body.ids:
+                table.append((k, body.points, slip))
+        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]))
+
+    def follow(self):
+        """Gives surfaces of bodies that came since to the core."""
+        sets = self._simulation._sets
+        if len(sets) == self.sets_seen:
+            return
+        self.sets_seen = len(sets)
+        self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing))
+
+
+class _Body:
+    """Contactors of one form, on bodies of a set: ids (n,), where they stand, and their points in the axes of the body."""
+
+    def __init__(self, ids, position, rotation, material, group, shape, form):
+        self.ids, self.position, self.rotation = ids, position, rotation
+        self.material, self.group, self.shape, self.form = material, group, shape, form
+        self.plane, self.points = shape in PLANES, None
+
+
+def _bodies_of(scene, sets, spacing):
+    dim, out = scene.dim, []
+    reach = 2 * scene.fluids[0].smoothing * spacing
+    for s in sets:
+        parts = {}
+        for c in s.contactors:
+            if c.joint:
+                continue
+            for row in range(len(c.body)):
+                parts.setdefault(int(c.body[row]), []).append((c, row))
+        made = {}
+        for row, contactors in parts.items():
+            key = tuple((id(c), _key(c, k)) for c, k in contactors)
+            if key not in made:
+                made[key] = [_form(c, k, dim) for c, k in contactors]
+                _sampled(made[key], dim, spacing, reach, slip_between(scene, contactors[0][0].material.name, s.group), s.ids[row])
+            for (c, _), (shape, form, points) in zip(contactors, made[key]):
+                body = _Body(s.ids[[row]], s.position[row], None if s.rotation is None else s.rotation[row], c.material.name,
+                             s.group, shape, form)  # fmt: skip
+                body.points = points
+                out.append(body)
+    return out
+
+
+def _key(c, row):
+    """Numbers that tell the form of a contactor."""
+    hull = None if c.hull is None else int(c.hull[row])
+    return (float(c.radius[row]), hull, *(None if a is None else tuple(a[row]) for a in (c.offset, c.direction)))
+
+
+def _form(c, row, dim):
+    """[name of the shape, its form, None] of a contactor."""
+    form = {"offset": np.zeros(dim) if c.offset is None else np.asarray(c.offset[row], float), "radius": float(c.radius[row])}
+    if c.direction is not None:
+        way = np.asarray(c.direction[row], float)
+        form |= {"direction": way[:dim] / np.linalg.norm(way[:dim]), "half": float(way[dim])}
+    if c.hulls is not None:
+        h, k = c.hulls, int(c.hull[row])
+        form["vertex"] = np.asarray(h.vertex[h.first_vertex[k] : h.first_vertex[k + 1]], float)
+        if c.shape == "polyhedron":
+            faces = range(int(h.first_face[k]), int(h.first_face[k + 1]))
+            form["faces"] = [np.asarray(h.corner[h.first_corner[f] : h.first_corner[f + 1]], int) for f in faces]
+        if c.shape in ("capsule", "cylinder"):
+            form |= {"half": float(form["vertex"][1, 2]), "direction": np.array([0.0, 0, 1]), "radius": float(h.plane[k, 3])}
+    return [c.shape, form, None]
+
+
+def _sampled(contactors, dim, spacing, reach, slip, body):
+    """Fills in the points of the contactors of a body: those of later ones stand outside the former ones."""
+    for k, (shape, form, _) in enumerate(contactors):
+        if shape in PLANES:
+            place = form["offset"][None]
+            contactors[k][2] = Points(place, form["direction"][None], np.zeros(1), np.zeros(1))
+            continue
+        if slip == 0:
+            contactors[k][2] = Points(np.zeros((0, dim)), np.zeros((0, dim)), np.zeros(0), np.zeros(0))
+            continue
+        if shape not in LAYERED:
+            raise ValueError(
+                f"body {body} has a {shape}, which the fluid does not meet: it meets {', '.join((*LAYERED, *PLANES))}; give "
+                "Scene.interact(fluid, material, None), and it flows through"
+            )
+        if "vertex" not in form and form["radius"] < spacing:
+            raise ValueError(
+                f"body {body} is a {shape} of radius {form['radius']:g} m, less than the spacing of the fluid, {spacing:g} m: give "
+                "a smaller spacing, larger bodies, or Scene.interact(fluid, material, None), and it flows through"
+            )
+        points = points_of(shape, dim, form, spacing, reach)
+        for other, of, _ in contactors[:k]:
+            if other not in PLANES:
+                points = points.where(depth_in(other, dim, of, points.place) <= 0)
+        contactors[k][2] = points
+
+
+def _table(rows):
+    """Arrays of the core for points of bodies, in space."""
+    wide = [(np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, np.full(len(p), slip)) for k, p, slip in rows]
+    columns = [np.concatenate(c) for c in zip(*wide)] if wide else [np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))] + [np.zeros(0)] * 3
+    kinds = ("body", np.int64), ("offset", float), ("normal", float), ("depth", float), ("volume", float), ("slip", np.int8)
+    return {name: np.ascontiguousarray(c, kind) for (name, kind), c in zip(kinds, columns)}
+
+
+def _three(x):
+    return np.ascontiguousarray(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
+
+
+def _outside(fluid, bodies, dim):
+    """True for particles (n,) of a fluid that lie outside all bodies. Raises ValueError for given ones that do not."""
+    deepest, where = np.full(len(fluid), -np.inf), np.full(len(fluid), -1)
+    for body in bodies:
+        if not body.plane and not len(body.points):
+            continue
+        x = fluid.position - body.position
+        if body.rotation is not None:
+            back = np.broadcast_to(body.rotation * ([1, -1, -1, -1] if dim == 3 else -1), (len(x), 4) if dim == 3 else (len(x),))
+            x = turn(back, x, dim)
+        depth = depth_in(body.shape, dim, body.form, x)
+        where = np.where(depth > deepest, body.ids[0], where)
+        deepest = np.maximum(deepest, depth)
+    kept = deepest <= (0 if fluid.given else -0.25 * fluid.spacing)
+    if fluid.given and not np.all(kept):
+        k = int(np.argmin(kept))
+        raise ValueError(
+            f"particle {k} of the fluid at {tuple(float(v) for v in fluid.position[k])} lies {deepest[k]:g} m deep in body "
+            f"{where[k]}: give places outside bodies and walls"
+        )
+    return kept
+
+
+def _pressure(fluid, gravity):
+    """Pressure of each particle at the start [Pa]."""
+    if fluid.pressure is not None:
+        return fluid.pressure
+    pull = np.linalg.norm(gravity)
+    if not pull > 0:
+        return np.zeros(len(fluid))
+    along = fluid.position @ (gravity / pull)
+    return fluid.density * pull * (along - along.min() + 0.5 * fluid.spacing)
+
+
+class FluidView:
+    """Particles of the liquid of a simulation, in the order in which they were given: position (n, dim) [m], velocity (n, dim)
+    [m/s], pressure (n,) [Pa], density (n,) [kg/m3], open (n,): 2 at a free surface, 1 beside one, 0 within."""
+
+    def __init__(self, simulation, core, running):
+        self._simulation, self._core, self._running = simulation, core, running
+
+    def __len__(self):
+        return self._running.count
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in FIELDS:
+            raise AttributeError(f"a fluid has no array {name!r}; it has {', '.join(FIELDS)}")
+        values = _core.fluid_field(self._core, name)
+        if name == "position" and np.any(self._simulation.scene.origin):
+            values += self._simulation.scene.origin
+        return shown(values, "particles move by the flow alone, and are given by cn.fluid(region or places, velocity=, pressure=)")
+
+    @property
+    def settings(self):
+        """Spacing, density, viscosity, sound_speed and others, a dict."""
+        return dict(self._running.settings)
+
+    @property
+    def info(self):
+        """Numbers of the last step: sub_steps, lists, speed [m/s], compression, neighbours, stable_step [s], bytes."""
+        return _core.fluid_report(self._core)
+
+    def force_on(self, body):
+        """Gives the mean force of the liquid on a body in the last step.
+
+        Parameters
+        ----------
+        body : int
+            Id of a body.
+
+        Returns
+        -------
+        ndarray (3,) or (6,)
+            Force [N], and torque about its centre of mass [N m].
+        """
+        found = np.array(_core.fluid_force(self._core, int(checks.body_ids([body])[0])))
+        return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
+
+    def energy(self):
+        """Gives the energy of the liquid.
+
+        Returns
+        -------
+        dict
+            "kinetic", "potential" by the gravity of now, and "elastic" of its compression [J].
+        """
+        scene, s = self._simulation.scene, self._running.settings
+        mass = s["density"] * s["spacing"] ** scene.dim * (s["depth"] if scene.dim == 2 else 1.0)
+        velocity, excess = np.asarray(self.velocity), np.asarray(self.density) / s["density"] - 1
+        gravity = self._running._gravity()
+        return {
+            "kinetic": 0.5 * mass * float(np.sum(velocity**2)),
+            "potential": -mass * float(np.sum(np.asarray(self.position) @ gravity)),
+            "elastic": 0.5 * mass * s["sound_speed"] ** 2 * float(np.sum(excess**2)),
+        }
+
+    def snapshot(self):
+        """Fields of an output, by name."""
+        return {name: np.array(getattr(self, name)) for name in ("position", "velocity", "pressure", "density")}
+
+    def lines(self):
+        """Lines for Simulation.explain."""
+        s, info = self._running.settings, self.info
+        nu = s["viscosity"] / s["density"]
+        return [
+            "",
+            f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, viscosity {s['viscosity']:g} Pa s"
+            f" ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
+            f"  delta-SPH, Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
+            f"  sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, speed {info['speed']:.3g} m/s,"
+            f" compression {info['compression']:.2%}, {info['lists']} lists so far",
+        ]
