@@ -45,7 +45,7 @@ public:
   void update_configuration(Simulation& s);
   void commit_contacts(Simulation& s);
   void project_positions(Simulation& s);
-  const Array<double>& margins() const { return margins_; } // of contactors, in the last detection [m]
+  const Array<double>& margins() const { return margins_.each(); } // of contactors, in the last detection [m]
   bool parts_overlaps() const { return std::isfinite(settings.overlap); }
   void part_overlaps(Simulation& s); // see overlap_limit.cpp of contacts; nothing to do after most steps
   void undo_step(Simulation& s);
