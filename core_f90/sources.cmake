@@ -14,6 +14,7 @@ set(CAIRN_CORE_SOURCES
   contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90
   contact_laws/dry_friction.f90
+  contact_laws/granular_normal.f90
   contact_laws/held_components.f90
   contact_laws/lane_blocks.f90
   contact_laws/law_context.f90
@@ -21,6 +22,7 @@ set(CAIRN_CORE_SOURCES
   contact_laws/mixed_mode.f90
   contact_laws/rods.f90
   contact_laws/rolling_cones.f90
+  contact_laws/spin_springs.f90
   contact_laws/spring_slider.f90
   detection/contactor_places.f90
   detection/convex/bracketed_zero.f90
@@ -82,6 +84,7 @@ set(CAIRN_CORE_SOURCES
   sides/reached_bodies.f90
   sides/velocity_records.f90
   smooth/gear_steps.f90
+  smooth/local_damping.f90
   smooth/smooth_contacts2.f90
   smooth/smooth_contacts3.f90
   smooth/smooth_moments.f90

@@ -88,7 +88,7 @@ contains
     integer(c_int32_t), intent(in) :: n, axes
     real(c_double), intent(in)     :: h, params(own), a(n), k(n), dashpot(n), limit(n), u(n, axes)
     real(c_double), intent(inout)  :: radius(n), spring(n, axes - 1), f(n, axes), stored(n), spent(n)
-    real(c_double) :: stiffness(n), damping(n), energy(n, 3)
+    real(c_double) :: stiffness(n), damping(n), energy(n, 3), old(n, axes - 1)
     integer :: i, model
     model = nint(params(p_slip))
     select case (model)
@@ -113,10 +113,11 @@ contains
       damping = sqrt(merge(shear_of(params)/(2*modulus_of(params)), 0.0_c_double, modulus_of(params) > 0))*dashpot
     end if
     energy = 0
+    old = spring
     call slide(n, axes, h, stiffness, damping, limit, u, spring, f, energy)
     stored = stored + energy(:, 1)
     do i = 1, n
-      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes))
+      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) - 0.5_c_double*stiffness(i)*sum((spring(i, :) - old(i, :))**2)
     end do
   end subroutine tangential
 

@@ -7,7 +7,8 @@ module spin_springs
 contains
 
   !> Elastic-plastic spring and dashpot (Ai, Chen, Rotter & Ooi 2011, model C): M = -k theta - c w within the limit; beyond it the spring
-  !> gives way and the dashpot gives nothing. One component (twist, or rolling in 2D) or two.
+  !> gives way and the dashpot gives nothing. Both together stay within the limit, too: a dashpot alone would exceed it many times over
+  !> where a load that swings lets the spring of a fast roll go. One component (twist, or rolling in 2D) or two.
   pure subroutine roll(n, c, h, k, damping, limit, w, spring, moment, stored, spent)
     integer(c_int32_t), intent(in) :: n             !< contacts
     integer(c_int32_t), intent(in) :: c             !< components: 1 or 2
@@ -19,10 +20,11 @@ contains
     real(c_double), intent(inout)  :: spring(n, c)  !< angle [rad]
     real(c_double), intent(out)    :: moment(n, c)  !< on A [N m]
     real(c_double), intent(inout)  :: stored(n)     !< energies of springs are added [J]
-    real(c_double), intent(inout)  :: spent(n)      !< works against the moments are added [J]
-    real(c_double) :: size, yield
+    real(c_double), intent(inout)  :: spent(n)      !< works against the moments in the middle of the step are added [J]
+    real(c_double) :: size, yield, old(c)
     integer :: i
     do i = 1, n
+      old = spring(i, :)
       spring(i, :) = spring(i, :) + h*w(i, :)
       moment(i, :) = -k(i)*spring(i, :)
       size = sqrt(sum(moment(i, :)**2))
@@ -33,9 +35,11 @@ contains
         spring(i, :) = yield*spring(i, :)
       else
         moment(i, :) = moment(i, :) - damping(i)*w(i, :)
+        size = sqrt(sum(moment(i, :)**2))
+        if (size > limit(i)) moment(i, :) = (limit(i)/size)*moment(i, :)
       end if
       stored(i) = stored(i) + 0.5_c_double*k(i)*sum(spring(i, :)**2)
-      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :))
+      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*sum((spring(i, :) - old)**2)
     end do
   end subroutine roll
 

@@ -165,7 +165,18 @@ void SmoothDem::compute_forces(Simulation& s) {
       cairn_smooth_add(b.dofs(), last - first, list.incoming_body.data() + first, list.incoming_place.data() + first,
                        list.other.data(), b.contact_force.values.data());
     });
+  for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
+    damp_locally(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count),
+                 &sums_[sums_of_tile * t + 8]);
+  contactors_seen_ = s.scene.next_contactor_id;
   forces_known_ = true;
+}
+
+void SmoothDem::damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const {
+  Bodies& b = s.scene.bodies;
+  cairn_local_damping(dim_, b.dofs(), first, last, h_, settings.local_damping, s.scene.gravity.data(),
+                      b.mass.values.data(), b.velocity.values.data(), b.contact_force.values.data(), spent,
+                      pointer(b.force), bits(b.driven));
 }
 
 void SmoothDem::kick(Simulation& s) {

@@ -16,6 +16,9 @@ void cairn_uneven_end(int64_t n, const int64_t* body, double h, const double* in
                       int64_t* wrong, const double* force, const double* damping, const int8_t* driven,
                       double* reaction, double* terms);
 double cairn_uneven_kinetic(int64_t n, const int64_t* body, const double* velocity, const double* angular_momentum);
+void cairn_local_damping(int32_t dim, int32_t nd, int64_t first, int64_t last, double h, double share,
+                         const double* gravity, const double* mass, const double* velocity, double* contact_force,
+                         double* spent, const double* force, const int8_t* driven);
 void cairn_smooth_spins(int32_t dim, int32_t n, int32_t m, const int32_t* lane, const int32_t* body_a,
                         const int32_t* body_b, const double* velocity, const double* frame, double* spin);
 void cairn_smooth_moments(int32_t dim, int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,

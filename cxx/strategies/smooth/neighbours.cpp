@@ -109,6 +109,7 @@ void SmoothDem::read_laws(const Simulation& s) {
     states_ = std::max(states_, shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3));
     shape.turns = (dim_ == 2 ? law.components2 : law.components3) > dim_;
     turns_ = turns_ || shape.turns;
+    shape.bonds = !law.state.empty() && law.state[0] == "held";
     const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
     double k[3];
     law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
@@ -256,6 +257,19 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   list.active.assign(pairs, 0);
   list.loss.assign(counts_loss_ ? pairs : 0, 0);
   cut_batches(s, shaped, kinds, list);
+  join_first(s, list);
+}
+
+// Bodies that came in together and touch may be bonded: the first state of such a law, held, is 1 until its first force.
+void SmoothDem::join_first(const Simulation& s, NeighbourList& list) const {
+  if (std::none_of(entries_.begin(), entries_.end(), [](const EntryShape& e) { return e.bonds; })) return;
+  const auto& id = s.scene.contactors.id;
+  for (const NeighbourList::Batch& batch : list.batches)
+    for (std::int64_t p = batch.first; p < batch.first + batch.count && entries_[batch.entry].bonds; ++p) {
+      if (*id[list.a[p]] < contactors_seen_ || *id[list.b[p]] < contactors_seen_) continue;
+      list.state[p * states_] = 1;
+      list.active[p] = 1;
+    }
 }
 
 void SmoothDem::cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const {
@@ -305,11 +319,16 @@ void SmoothDem::cut_batches(const Simulation& s, bool shaped, int kinds, Neighbo
 
 // States of pairs that act, by key: what a list leaves to the next, or to a file.
 ContactMemory SmoothDem::memory(const Simulation&) const {
-  if (list_.pairs == 0 && shaped_.pairs == 0) return memory_;
+  if (list_.pairs == 0 && shaped_.pairs == 0) {
+    ContactMemory known = memory_;
+    known.contactors_seen = contactors_seen_;
+    return known;
+  }
   ContactMemory m;
   m.h = h_;
   m.impulse_components = dim_; // force on A
   m.state_components = states_;
+  m.contactors_seen = contactors_seen_;
   add_memory(list_, m);
   add_memory(shaped_, m);
   return m;
@@ -360,6 +379,7 @@ void SmoothDem::recall(const Simulation& s) {
 
 void SmoothDem::restore(Simulation&, ContactMemory memory) {
   memory_ = std::move(memory);
+  contactors_seen_ = memory_.contactors_seen;
   lost_.clear();
   list_.pairs = shaped_.pairs = 0;
   list_.valid = shaped_.valid = false;

@@ -101,6 +101,7 @@ private:
   static constexpr int sums_of_tile = 16;
   struct EntryShape {
     int scalars = 0, vectors = 0;
+    bool bonds = false; // the law joins bodies that came in touching
     bool turns = false; // the law sees relative spins and gives moments
     double reach = 0; // gap at which the force of the law begins [m]
   };
@@ -108,6 +109,8 @@ private:
   void make_list(Simulation& s);
   void lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list);
   void cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const;
+  void join_first(const Simulation& s, NeighbourList& list) const;
+  void damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const;
   void add_memory(const NeighbourList& list, ContactMemory& m) const;
   ContactKey key_of(const NeighbourList& list, std::int64_t p) const;
   void remember(Simulation& s);
@@ -190,6 +193,7 @@ private:
   Array<double> lost_;      // of its contacts [J]
   bool counts_loss_ = true; // dissipation of contacts is recorded, for the balance or a network of heat
   std::vector<EntryShape> entries_;
+  std::int64_t contactors_seen_ = 0; // ids below it can no longer bond on first sight
   int states_ = 0;     // numbers of a pair
   bool turns_ = false; // some law gives moments
   bool has_shaped_ = false, lone_spheres_ = false; // lone: each sphere is the only contactor of its body, at its centre

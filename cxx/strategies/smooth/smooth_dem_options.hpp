@@ -10,6 +10,7 @@ struct SmoothDemOptions {
   double skin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair, beyond the reach of its law; NaN: from sizes
   double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
   bool refuse_unstable = true;
+  double local_damping = 0; // share of the force on a body that is set against its motion
   bool energy = true; // keep the balance of energy
   int threads = 0;
   int renumber_every = 1000;

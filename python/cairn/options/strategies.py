@@ -781,7 +781,8 @@ class GranularElement(NSCD):
 class SmoothDEM(Strategy):
     """Explicit dynamics with smooth contacts, unconstrained: the discrete element method of Cundall & Strack (1979).
 
-    Laws: LinearSpring, HertzMindlin, JKR, AdhesiveSpring.
+    Laws: LinearSpring, HertzMindlin, JKR, AdhesiveSpring, GranularContact (see cairn.granular), LiquidBridge, PlasticContact,
+    YieldContact, SmoothBond.
 
     Parameters
     ----------
@@ -793,6 +794,9 @@ class SmoothDEM(Strategy):
     unstable : {"error", "warn", "ignore"}
         Reaction to a dt beyond the stable step of two equal bodies; a dt beyond the bound for the current contacts gives a
         warning.
+    local_damping : float, default 0.0
+        Share of the force on each body, along each axis, that is set against its motion (Cundall 1987), in [0, 1): brings bodies
+        to rest; flows and impacts are wrong under it. It is part of `bodies.contact_force`, and `dissipated_bulk` of the energy.
     energy : bool, default True
         Computes the energy balance.
     threads : int, default 0
@@ -816,6 +820,7 @@ class SmoothDEM(Strategy):
     skin: float | None = None
     overlap: float = 0.01
     unstable: str = "error"
+    local_damping: float = 0.0
     energy: bool = True
     threads: int = 0
     renumber_every: int = 1000
@@ -829,6 +834,8 @@ class SmoothDEM(Strategy):
         if not 0 < checks.number("overlap", self.overlap) < 1:
             raise ValueError(f"overlap is {self.overlap}: give a share of the effective radius between 0 and 1; 0.01 is usual")
         one_of("unstable", self.unstable, ("error", "warn", "ignore"))
+        if not 0 <= checks.number("local_damping", self.local_damping) < 1:
+            raise ValueError(f"local_damping is {self.local_damping}: give a share of the force in [0, 1); 0.7 is usual for rest")
         checks.flag("energy", self.energy)
         checks.count("threads", self.threads, 0, MOST_THREADS)
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
@@ -853,6 +860,7 @@ class SmoothDEM(Strategy):
             "strategy": self.row,
             "skin": math.nan if self.skin is None else float(self.skin),
             "overlap": float(self.overlap),
+            "local_damping": float(self.local_damping),
             "refuse_unstable": self.unstable == "error",
             "energy": bool(self.energy),
             "threads": int(self.threads),
