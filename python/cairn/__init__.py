@@ -60,8 +60,8 @@ _LATER = {
 }
 _LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "model.bulk")
 _PARTS = {
-    "fracture": "model.fracture", "legacy": "legacy", "networks": "networks", "problems": "problems", "soe": "run.soe",
-    "study": "study",
+    "fracture": "model.fracture", "legacy": "legacy", "networks": "networks", "precice": "run.precice", "problems": "problems",
+    "soe": "run.soe", "study": "study",
 }
 
 

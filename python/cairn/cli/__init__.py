@@ -14,8 +14,8 @@ from .parser import Parser, add_command
 
 COMMANDS = {
     "run": run,
-    "check": check,
     "import": import_blocks,
+    "check": check,
     "info": info,
     "plot": plot,
     "convert": convert,

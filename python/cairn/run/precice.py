@@ -1,0 +1,379 @@
+"""Coupling with other codes through preCICE: rigid bodies and meshes that take forces and give displacements.
+
+Explicit and implicit coupling; an implicit window is repeated from a state in memory, which holds all that the future depends on.
+Needs `pyprecice` (the Python bindings) and the preCICE library, version 3.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+
+import numpy as np
+
+from ..base import checks
+from ..base.errors import FileError
+from ..names import listed, teach
+from .sets import living
+from .simulation import Simulation
+
+READ = ("force", "torque")
+WRITE = ("displacement", "velocity", "position")
+MISSING = ("the Python bindings of preCICE are needed: install the preCICE library (https://precice.org), then pip install "
+           "pyprecice")  # fmt: skip
+
+
+class _Load:
+    """Force of a coupled set as a function of time: values at the begin and the end of the step at hand."""
+
+    needs_simulation = True
+
+    def __init__(self, shape):
+        self.early, self.late, self.begin = np.zeros(shape), np.zeros(shape), 0.0
+
+    def __call__(self, t, simulation=None):
+        return self.early if t <= self.begin else self.late
+
+
+class _OnBodies:
+    """Points on rigid bodies: forces on them act at the points."""
+
+    def __init__(self, simulation, name, ids, offsets, owner, read, write):
+        self.simulation, self.name, self.ids, self.read, self.write = simulation, name, ids, read, write
+        self.offsets, self.owner, self.dim = offsets, owner, simulation.scene.dim
+        self.load = _Load((len(ids), 3 if self.dim == 2 else 6))
+        self.start = self.places()
+
+    def rows(self):
+        known = np.asarray(self.simulation.bodies.id)
+        order = np.argsort(known)
+        return order[np.searchsorted(known[order], self.ids)]
+
+    def arms(self):
+        """Vectors (m, dim) from the centres of the bodies to the points."""
+        from ..base.geometry import turn
+
+        rotation = np.asarray(self.simulation.bodies.rotation)[self.rows()][self.owner]
+        return turn(rotation, self.offsets, self.dim) if np.any(self.offsets) else self.offsets
+
+    def places(self):
+        return np.asarray(self.simulation.bodies.position)[self.rows()][self.owner] + self.arms()
+
+    def value(self, what):
+        if what == "velocity":
+            v = np.asarray(self.simulation.bodies.velocity)[self.rows()][self.owner]
+            spin = v[:, self.dim :]
+            return v[:, : self.dim] + _cross(spin, self.arms(), self.dim)
+        return self.places() - (self.start if what == "displacement" else 0.0)
+
+    def take(self, what, values, into):
+        """Adds forces or torques (m, .) to the resultants (n, 3 | 6) of the bodies."""
+        if what == "torque":
+            np.add.at(into[:, self.dim :], self.owner, values.reshape(len(self.owner), -1))
+            return
+        np.add.at(into[:, : self.dim], self.owner, values)
+        moment = _moment(self.arms(), values, self.dim)
+        np.add.at(into[:, self.dim :], self.owner, moment)
+
+
+class _OnMesh:
+    """Nodes of a deformable body."""
+
+    def __init__(self, simulation, name, mesh, nodes, read, write):
+        self.simulation, self.name, self.mesh, self.nodes, self.read, self.write = simulation, name, mesh, nodes, read, write
+        self.dim = simulation.scene.dim
+        self.load = _Load((len(nodes), self.dim))
+        d, given = mesh._mesh.d, mesh._mesh.d.force
+
+        def force(t):
+            found = dict((given(t) if callable(given) else given) or {})
+            return found | {(int(n),): f for n, f in zip(nodes, self.load(t))}
+
+        d.force = force
+
+    def places(self):
+        return self.mesh.position[self.nodes]
+
+    def value(self, what):
+        return getattr(self.mesh, what)[self.nodes]
+
+    def take(self, what, values, into):
+        into += values
+
+
+def _cross(spin, arm, dim):
+    if dim == 2:
+        return spin[:, :1] * np.column_stack((-arm[:, 1], arm[:, 0]))
+    return np.cross(spin, arm)
+
+
+def _moment(arm, force, dim):
+    if dim == 2:
+        return (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])[:, None]
+    return np.cross(arm, force)
+
+
+class Coupling:
+    """A simulation as a participant of preCICE.
+
+    Parameters
+    ----------
+    name : str
+        Name of the participant in the configuration.
+    configuration : path-like
+        The configuration file of preCICE (XML).
+    simulation : Simulation
+        The simulation.
+
+    Raises
+    ------
+    ImportError
+        If the bindings of preCICE are missing.
+    FileError
+        If there is no such file.
+    ValueError
+        If an argument is wrong.
+
+    Examples
+    --------
+    >>> coupling = cn.precice.Coupling("Grains", "precice-config.xml", sim)                     # doctest: +SKIP
+    >>> coupling.bodies("Grains-Mesh", ids, read={"Force": "force"}, write={"Displacement": "displacement"})  # doctest: +SKIP
+    >>> coupling.run(output="coupled.vtkhdf", every=10)                                         # doctest: +SKIP
+    """
+
+    def __init__(self, name, configuration, simulation):
+        if not isinstance(simulation, Simulation):
+            raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
+        if not isinstance(name, str) or not name:
+            raise ValueError(f"name is {name!r}: give the name of the participant in the configuration")
+        try:
+            precice = importlib.import_module("precice")
+        except ImportError as error:
+            raise ImportError(f"{MISSING} ({error})") from None
+        if not hasattr(precice, "Participant"):
+            raise ImportError("these bindings of preCICE are older than version 3, which has precice.Participant: update pyprecice")
+        if not os.path.isfile(os.fspath(configuration)):
+            raise FileError(configuration, "no such file", "give the configuration of preCICE, precice-config.xml say")
+        self.simulation, self.windows, self.repeated = simulation, 0, 0
+        self._participant = precice.Participant(name, os.fspath(configuration), 0, 1)
+        self._parts, self._vertices, self._done = [], [], False
+        simulation.follow_rotations()
+
+    def bodies(self, mesh, ids, *, points=None, owner=None, read=None, write=None):
+        """Couples rigid bodies, at their centres or at points on them.
+
+        Parameters
+        ----------
+        mesh : str
+            Name of the coupling mesh.
+        ids : array_like (n,) of int
+            Ids of the bodies, as Scene.add returned them.
+        points : array_like (m, dim), optional
+            Points on the bodies, where they are now [m]: forces act there, displacements are those of the points.
+        owner : array_like (m,) of int, optional
+            Which of the n bodies each point is on; needed with points on several bodies.
+        read : dict, optional
+            {name of the data: "force" | "torque"}, forces [N] on each vertex, torques [N m] about the centres.
+        write : dict, optional
+            {name of the data: "displacement" | "velocity" | "position"} of each vertex.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body, or an argument is wrong.
+        """
+        self._open("bodies")
+        ids, dim = checks.body_ids(ids), self.simulation.scene.dim
+        known = np.asarray(self.simulation.bodies.id)
+        lost = np.setdiff1d(ids, known)
+        if len(lost) or not len(ids):
+            raise ValueError(f"ids names body {lost[0]}: the simulation has none such" if len(lost) else "ids is empty: give bodies")
+        if points is None:
+            offsets, owner = np.zeros((len(ids), dim)), np.arange(len(ids))
+        else:
+            points = checks.real_array("points", points, (None, dim))
+            if owner is None and len(ids) > 1:
+                raise ValueError("owner is missing: tell which of the bodies each point is on, (m,)")
+            owner = np.zeros(len(points), int) if owner is None else np.asarray(owner)
+            if owner.shape != (len(points),) or owner.dtype.kind not in "iu" or np.any((owner < 0) | (owner >= len(ids))):
+                raise ValueError(f"owner has shape {owner.shape}: give for each of {len(points)} points a number 0 to {len(ids) - 1}")
+            offsets = _back(self.simulation, ids, owner, points)
+        read, write = self._data(mesh, read, write, True)
+        part = _OnBodies(self.simulation, mesh, ids, offsets, owner, read, write)
+        if read:
+            self._carry(ids, part.load)
+        self._parts.append(part)
+
+    def mesh(self, mesh, body=0, group="boundary", *, read=None, write=None):
+        """Couples nodes of a deformable body.
+
+        Parameters
+        ----------
+        mesh : str
+            Name of the coupling mesh.
+        body : int, default 0
+            Number of the body in simulation.meshes.
+        group : str or array_like of int
+            Group of its nodes, or their numbers.
+        read : dict, optional
+            {name of the data: "force"}, forces [N] on the nodes.
+        write : dict, optional
+            {name of the data: "displacement" | "velocity" | "position"} of the nodes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body or group, or an argument is wrong.
+        """
+        self._open("mesh")
+        meshes = self.simulation.meshes
+        if not isinstance(body, (int, np.integer)) or not -len(meshes) <= body < len(meshes):
+            raise ValueError(f"body is {body!r}: the simulation has {len(meshes)} deformable bodies, from 0")
+        view = meshes[body]
+        read, write = self._data(mesh, read, write, False)
+        self._parts.append(_OnMesh(self.simulation, mesh, view, view.body_nodes(group), read, write))
+
+    def run(self, *, output=None, every=1, overwrite=False, probes=None, callback=None, progress=False):
+        """Runs until the coupling ends.
+
+        The step is that of the simulation, or what is left of a time window if that is less.
+
+        Parameters
+        ----------
+        output : path-like, optional
+            Name of the .vtkhdf file.
+        every : int, default 1
+            Time windows between outputs; the history has a row for each window.
+        overwrite : bool, default False
+            Replaces the file if it is there.
+        probes : dict, optional
+            {name: function of the simulation}, recorded with the history.
+        callback : callable, optional
+            Function of the simulation that is called after each window that counts.
+        progress : bool, default False
+            Prints each window to the standard error.
+
+        Returns
+        -------
+        int
+            Number of windows.
+
+        Raises
+        ------
+        ValueError
+            If nothing is coupled, or the coupling was run before.
+        """
+        self._open("run")
+        if not self._parts:
+            raise ValueError("nothing is coupled: call coupling.bodies(...) or coupling.mesh(...) before run")
+        every = checks.count("every", every, 1)
+        from .loop import _Recorder
+
+        precice = self._participant
+        self._done = True
+        for part in self._parts:
+            wide = precice.get_mesh_dimensions(part.name)
+            if wide != part.dim:
+                raise ValueError(f"mesh {part.name!r} of the configuration has {wide} dimensions, and the scene {part.dim}")
+            self._vertices.append(precice.set_mesh_vertices(part.name, part.places()))
+        if precice.requires_initial_data():
+            self._write()
+        precice.initialize()
+        recorder = _Recorder(self.simulation, output, 2**53, None, overwrite, False, probes)
+        try:
+            self._loop(recorder, every, probes, callback, progress)
+        finally:
+            recorder.close()
+        precice.finalize()
+        return self.windows
+
+    def _loop(self, recorder, every, probes, callback, progress):
+        precice, simulation, kept = self._participant, self.simulation, None
+        while precice.is_coupling_ongoing():
+            if precice.requires_writing_checkpoint():
+                kept = simulation.get_state()
+            h = min(simulation.dt, precice.get_max_time_step_size())
+            self._read(h)
+            simulation.step(h)
+            self._write()
+            precice.advance(h)
+            if precice.requires_reading_checkpoint():
+                simulation.set_state(kept)
+                self.repeated += 1
+            elif precice.is_time_window_complete():
+                self.windows += 1
+                recorder.record(probes)
+                if recorder.writer is not None and self.windows % every == 0:
+                    recorder.write()
+                if callback is not None:
+                    callback(simulation)
+                if progress:
+                    import sys
+
+                    told = f"window {self.windows}: t = {simulation.time:g} s, {self.repeated} repeated so far"
+                    print(told, file=sys.stderr, flush=True)
+
+    def _read(self, h):
+        """Forces at the begin and at the end of a step."""
+        for part, vertices in zip(self._parts, self._vertices):
+            part.load.begin = self.simulation.time
+            for at, name in ((0.0, "early"), (h, "late")):
+                into = np.zeros_like(part.load.early)
+                for data, what in part.read.items():
+                    found = np.asarray(self._participant.read_data(part.name, data, vertices, at), float)
+                    if not np.all(np.isfinite(found)):
+                        raise ValueError(f"data {data!r} of mesh {part.name!r} holds values that are no numbers at t = "
+                                         f"{self.simulation.time:g} s: the other participant gave them")  # fmt: skip
+                    part.take(what, found, into)
+                setattr(part.load, name, into)
+
+    def _write(self):
+        for part, vertices in zip(self._parts, self._vertices):
+            for data, what in part.write.items():
+                self._participant.write_data(part.name, data, vertices, part.value(what))
+
+    def _open(self, what):
+        if self._done:
+            raise ValueError(f"{what} was called after run: a participant runs once; make another Coupling")
+
+    def _data(self, mesh, read, write, rigid):
+        """Checked copies of what is read and written."""
+        if not isinstance(mesh, str) or not mesh:
+            raise ValueError(f"mesh is {mesh!r}: give the name of the coupling mesh in the configuration")
+        if any(mesh == part.name for part in self._parts):
+            raise ValueError(f"mesh {mesh!r} is coupled already: a mesh of the configuration is of one call")
+        for field, given, due in (("read", read, READ if rigid else READ[:1]), ("write", write, WRITE)):
+            if given is not None and not isinstance(given, dict):
+                raise ValueError(f"{field} is {given!r}: give {{name of the data: {due[0]!r}}}")
+            for data, what in (given or {}).items():
+                if what not in due:
+                    raise ValueError(f"{field}[{data!r}] is {what!r}: give one of {listed(due, str(what))}")
+        if not read and not write:
+            raise ValueError("read and write are both missing: give the data that are exchanged")
+        return dict(read or {}), dict(write or {})
+
+    def _carry(self, ids, load):
+        """Gives bodies a force beside that of their sets."""
+        from ..model import bodies
+
+        simulation = self.simulation
+        dim = simulation.scene.dim
+        carrier = bodies.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], ids=ids, force=load)
+        simulation._sets.append(bodies.checked(carrier))
+        simulation._sets = living(simulation._sets, simulation._sets_seen, simulation._present())
+        simulation._start_functions()
+
+
+def _back(simulation, ids, owner, points):
+    """Points on bodies from their centres, in the axes of the bodies, (m, dim)."""
+    from ..base.geometry import turn
+
+    known = np.asarray(simulation.bodies.id)
+    order = np.argsort(known)
+    rows = order[np.searchsorted(known[order], ids)][owner]
+    rotation = np.asarray(simulation.bodies.rotation)[rows]
+    back = -rotation if rotation.ndim == 1 or rotation.shape[1] == 1 else rotation * [1.0, -1.0, -1.0, -1.0]
+    return turn(back, points - np.asarray(simulation.bodies.position)[rows], simulation.scene.dim)
+
+
+teach(globals())
