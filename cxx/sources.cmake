@@ -177,6 +177,7 @@ set(CAIRN_CXX_SOURCES
   soe/unit_reaches.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
+  solvers/policy.cpp
   solvers/nlgs/newton_help.cpp
   solvers/nlgs/nlgs.cpp
   solvers/nlgs/solid_help.cpp

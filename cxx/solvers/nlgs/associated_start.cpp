@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../policy.hpp"
 #include "nlgs_part.hpp"
 
 namespace cairn {
@@ -22,12 +23,11 @@ public:
   // Follows each true error, that of Coulomb's law, and the change of the sweep before it. The error of the convex
   // problem is estimated as the change times the smallest ratio of error to change so far.
   bool follow(const StepError& error, double change) override {
-    constexpr double near = 4, beside = 0.01; // of the aim; of Coulomb's error, where that is of what slides
     if (!on_ || !s_.taken_over) return false;
     const double moved = std::sqrt(change / s_.free.energy), size = std::sqrt(error.square);
     least_ratio_ = std::min(least_ratio_, size / moved);
     on_ = s_.report.iterations < s_.options.max_iterations / 4 && moved > 0 &&
-          least_ratio_ * moved > std::max(near * s_.aim(), beside * size);
+          least_ratio_ * moved > std::max(policy().associated_near * s_.aim(), policy().associated_beside * size);
     if (on_) return false;
     s_.changed = true;
     s_.ratio = 0;
@@ -49,7 +49,7 @@ bool all_cones(const ContactSystem& system) {
 } // namespace
 
 void add_associated_start(NlgsState& s, NlgsParts& parts) {
-  constexpr double at_rest = 0.1; // of the speed by loads in a step: bodies that move will slide
+  const double at_rest = policy().associated_at_rest; // of the speed by loads in a step: bodies that move will slide
   if (s.options.associated_start && s.extrapolates &&
       s.system.begin_speed_square <= at_rest * at_rest * s.system.weight_speed_square && all_cones(s.system) &&
       begins_from_nothing(s.system))

@@ -2,6 +2,7 @@
 // impulses of the last, so that later steps reduce the residual of this one.
 #include <algorithm>
 
+#include "../policy.hpp"
 #include "../sweeps/batch.hpp"
 #include "nlgs_part.hpp"
 
@@ -23,7 +24,6 @@ void refine_cones(ContactSystem& system) {
 
 // True of a dense pack: many contacts press, and most of them did in the last step. In impacts most of them are new.
 bool persists(const ContactSystem& system) {
-  constexpr std::int64_t many = 100;
   std::int64_t press = 0, persist = 0;
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
@@ -31,7 +31,7 @@ bool persists(const ContactSystem& system) {
       press += presses;
       persist += presses && b.status[lane] != 0;
     }
-  return press >= many && 2 * persist > press;
+  return press >= policy().pack_contacts && 2 * persist > press;
 }
 
 class DensePack final : public NlgsPart {

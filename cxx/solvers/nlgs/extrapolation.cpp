@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "../policy.hpp"
 #include "../sweeps/batch.hpp"
 #include "../sweeps/light_error.hpp"
 #include "../sweeps/nesterov_sequence.hpp"
@@ -15,7 +16,6 @@ namespace {
 
 // A light body under a heavy one feels the rounding of an impulse that is extrapolated, and its velocity, extrapolated
 // beside it, does not: what differs grows with the ratio of masses.
-constexpr double largest_ratio = 0x1p20;
 
 // Between faces a step often has several right answers: plain sweeps stay with the one that is near, and a panel that
 // may stand stands; extrapolated ones leap over it, and it falls.
@@ -29,7 +29,9 @@ bool faced(const cairn_batch& b) {
 
 } // namespace
 
-bool ExtrapolationGrounds::extrapolates() const { return mass_ratio <= largest_ratio && 2 * faced_share <= 1; }
+bool ExtrapolationGrounds::extrapolates() const {
+  return mass_ratio <= policy().extrapolation_mass_ratio && faced_share <= policy().extrapolation_faces;
+}
 
 ExtrapolationGrounds extrapolation_grounds(const ContactSystem& system) {
   double faces = 0, contacts = 0;
@@ -58,14 +60,13 @@ public:
   }
 
   void prepare(SweepPass& pass) override {
-    constexpr int cycles = 128; // sweeps after which those of clumps may cycle
     const int done = s_.report.iterations;
-    if (system_.clumps && done >= cycles) s_.extrapolates = false;
+    if (system_.clumps && done >= policy().clump_sweeps) s_.extrapolates = false;
     if (!s_.extrapolates) return;
-    if (done >= plain_sweeps)
+    if (done >= policy().plain_sweeps)
       pass.by = this;
     else
-      pass.sweeps = std::min(pass.sweeps, plain_sweeps - done);
+      pass.sweeps = std::min(pass.sweeps, policy().plain_sweeps - done);
   }
 
   // Sweeps, some of whose work is done where most is left to do.
@@ -100,8 +101,8 @@ private:
 
   // A few grains that wedge or slide keep a whole pile from its answer: of the work most goes where most is left to do.
   void sweep_slow_tasks() {
-    constexpr double above_mean = 4, largest_share = 0.25; // change of a contact; of the contacts
-    constexpr int times = 4;
+    const double above_mean = policy().slow_task_change;
+    const int times = policy().slow_task_sweeps;
     const std::size_t tasks = system_.first_batch.size() - 1;
     const double change = total(system_.change, system_.batches.size(), 1, 0);
     double share = 0;
@@ -114,7 +115,7 @@ private:
       system_.chosen[t] = of_task * contacts_ > above_mean * change * contacts;
       if (system_.chosen[t]) share += contacts / contacts_;
     }
-    if (!(share > 0) || share > largest_share) return;
+    if (!(share > 0) || share > policy().slow_task_share) return;
     cairn_sweep_chosen(times, &s_.schedule, system_.chosen.data(), system_.along.data());
     swept_beside_ += times * share;
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../policy.hpp"
 #include "../problems/ppa_newton.hpp"
 #include "../sweeps/error_forecast.hpp"
 #include "../sweeps/light_error.hpp"
@@ -18,36 +19,39 @@ class NewtonHelp : public SweepHelp {
 public:
   NewtonHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
-        ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()),
+        ratio_(mass_ratio(system)), patience_(first_patience()),
+        cost_(policy().newton_iterations * policy().newton_contact * contacts()),
         from_nothing_(begins_from_nothing(system)),
         given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()),
         enough_(system.condensed.empty() ? light_enough(options.tolerance, ratio_) : 0.1 * options.tolerance) {}
 
   bool pays(int iterations, double error) override {
-    constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
+    const double believed =
+        policy().newton_believed; // times the way that is behind: errors may stand still for a while
     // Price relative to the expected cost: errors that sweeps leave just below the tolerance must be swept again in the
     // next steps. In 2D, where a sweep takes a twentieth of an iteration, piles take ten times as many iterations as
     // expected.
-    const double price = in_plane() && !tries_sticking() ? 1.2 : 0.15;
+    const double price = in_plane() && !tries_sticking() ? policy().newton_price_plane : policy().newton_price;
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     const bool last = iterations >= options_.max_iterations; // rather than fail
     sweeps_ = iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const auto far = [&] { return last || to_come * sweep_operations(system_) >= price * cost_; };
     if (!far()) return false;
-    if (!asked_ && !last && (iterations + to_come) * sweep_operations(system_) < of_asking * operations_of_asking())
+    if (!asked_ && !last &&
+        (iterations + to_come) * sweep_operations(system_) < policy().newton_asking * operations_of_asking())
       return false;
     if (!asked_) ask();
     return !given_up_ && far();
   }
 
   bool accepts(int iterations, double light) override {
-    constexpr double few_contacts = 5000, few_sweeps = 256;
-    if (given_up_ || refinements_ >= most_refinements || light <= enough_) return true;
-    const bool urgent = light > 0.1; // something sinks
+    const double few_contacts = policy().light_contacts, few_sweeps = policy().light_sweeps;
+    if (given_up_ || refinements_ >= policy().light_refinements || light <= enough_) return true;
+    const bool urgent = light > policy().light_urgent; // something sinks
     if (!urgent && contacts() > few_contacts) return true;
     if (!asked_) ask();
-    const double cost = 0.2 * cost_; // a refinement takes few iterations
+    const double cost = policy().light_cost * cost_; // a refinement takes few iterations
     if (given_up_ || (!urgent && cost > std::max(few_sweeps, 2.0 * iterations) * sweep_operations(system_)))
       return true;
     ++refinements_;
@@ -67,8 +71,9 @@ public:
           std::clamp(0.1 * options_.tolerance / light_ * std::sqrt(measure()), finest, options.tolerance);
     }
     // as much work as was done before, so that neither method wastes much; larger systems take more (measured)
-    const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations(system_) + newton_operations_;
-    const int least = std::max(least_iterations, int(std::sqrt(system_.dim * contacts())));
+    const double operations = cost_ / policy().newton_iterations,
+                 before = sweeps_ * sweep_operations(system_) + newton_operations_;
+    const int least = std::max(policy().newton_iterations_least, int(std::sqrt(system_.dim * contacts())));
     options.max_iterations = std::max(least, int(std::min(before / operations, 1e6)));
     Array<double> r(start);
     // From nothing it finds the impulses that are smallest, far inside their cones. From those of a few sweeps it ends
@@ -77,7 +82,7 @@ public:
     const bool tries = tries_sticking() && !last;
     // In 2D, where it fails from the impulses of sweeps, it needs a start of its own, and about as many iterations as
     // there are unknowns: once sweeps took a quarter of that work, if those still allowed would take longer.
-    const double whole = of_unknowns * system_.dim * contacts(), left = options_.max_iterations - sweeps_;
+    const double whole = policy().newton_unknowns * system_.dim * contacts(), left = options_.max_iterations - sweeps_;
     const bool anew = fails_from_sweeps_ && !began_anew_ && !last && 4 * before >= whole * operations &&
                       whole * operations <= left * sweep_operations(system_);
     if (anew) options.max_iterations = int(whole);
@@ -96,7 +101,7 @@ public:
       return now < error || now <= options_.tolerance;
     });
     if (report.status != ProblemStatus::converged) {
-      if (!tries) patience_ *= follows && !began_anew_ ? 4 : 8;
+      if (!tries) patience_ *= follows && !began_anew_ ? policy().newton_failed_plane : policy().newton_failed;
       fails_from_sweeps_ = fails_from_sweeps_ || follows;
     }
     return better;
@@ -104,8 +109,8 @@ public:
 
   bool settles(const cairn_schedule& schedule, double error, double wanted,
                const std::function<double()>& measure) override {
-    constexpr double most_sweeps = 4096; // as long as which it may take
-    constexpr int most = 24;             // iterations
+    const double most_sweeps = policy().newton_settling_cost; // as long as which it may take
+    const int most = policy().newton_settling_iterations;     // iterations
     if (given_up_ || !system_.condensed.empty()) return false;
     if (!asked_) ask();
     if (given_up_ || cost_ > most_sweeps * sweep_operations(system_)) return false;
@@ -128,7 +133,7 @@ public:
   }
   bool given_up() const override { return given_up_; }
   const char* name() const override { return "ppa_newton"; }
-  int few_unknowns() const override { return 96; }
+  int few_unknowns() const override { return policy().newton_few_unknowns; }
 
 private:
   // Impulses of a solver, with records to go with them, where they are better than those it began with.
@@ -157,9 +162,9 @@ private:
   // Sweeps before the first help. Few contacts get an active set after 64 sweeps, which is exact where masses are
   // alike.
   std::int64_t first_patience() const {
-    if (heavy_on_light()) return 32;
-    if (system_.dim * contacts() <= NewtonHelp::few_unknowns()) return 64;
-    return system_.dim == 2 ? 16 : 8;
+    if (heavy_on_light()) return policy().newton_patience_uneven;
+    if (system_.dim * contacts() <= NewtonHelp::few_unknowns()) return policy().newton_patience_few;
+    return system_.dim == 2 ? policy().newton_patience_plane : policy().newton_patience;
   }
 
   double contacts() const {
@@ -169,7 +174,7 @@ private:
   }
 
   // Cost of the graph of bodies and of the order of its factors (measured).
-  double operations_of_asking() const { return 1000.0 * system_.velocities() * contacts(); }
+  double operations_of_asking() const { return policy().newton_asking_contact * system_.velocities() * contacts(); }
 
   // Finds the cost of Newton's method; before that its least cost is known.
   void ask() {
@@ -187,22 +192,18 @@ private:
     Array<double> r(problem.unknowns());
     try {
       const ProximalNewton newton(problem, problem_options(options_), r.data());
-      cost_ = of_newton * (newton.operations() + of_contact * double(problem.contacts));
+      cost_ = policy().newton_iterations * (newton.operations() + policy().newton_contact * double(problem.contacts));
       given_up_ = false;
     } catch (const FactorsTooLarge&) { // sweeps alone
     }
   }
 
-  static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
-  static constexpr double of_unknowns = 0.75;                // iterations from nothing in the plane (measured)
-  static constexpr double of_asking = 2;                     // work of a step over that of asking
   ContactSystem& system_;
   Velocities velocity_free_;
   SolverOptions options_;
   ErrorForecast forecast_;
   double ratio_;          // of masses
   std::int64_t patience_; // sweeps
-  static constexpr int least_iterations = 24, most_refinements = 64;
   int sweeps_ = 0, refinements_ = 0;
   double cost_, newton_operations_ = 0; // expected, done
   double light_ = 0;                    // the light error that was not accepted last

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../policy.hpp"
 #include "../sweeps/light_error.hpp"
 #include "nlgs_part.hpp"
 
@@ -30,10 +31,12 @@ StepError NlgsState::measure(bool last) { return cairn::measure(system, schedule
 
 bool NlgsState::asks_for_accuracy() const { return std::isfinite(options.accuracy); }
 
-double NlgsState::aim() const { return asks_for_accuracy() ? 1e-3 * options.accuracy : options.tolerance; }
+double NlgsState::aim() const {
+  return asks_for_accuracy() ? policy().accuracy_aim * options.accuracy : options.tolerance;
+}
 
 bool near_rest(const NlgsState& s) {
-  constexpr double tolerances = 64;
+  const double tolerances = policy().rest_speed;
   const double most = tolerances * tolerances * s.options.tolerance * s.options.tolerance * s.free.energy;
   double u[6 * 128], moving = 0;
   for (std::size_t k = 0; k < s.system.batches.size(); ++k) {
@@ -95,7 +98,7 @@ private:
   // A pass of sweeps; returns dr.W dr of the last one, dr its change of impulses [J].
   double sweep() {
     int& done = s_.report.iterations;
-    SweepPass pass{std::max({1, done / 16, s_.options.min_iterations - done})};
+    SweepPass pass{std::max({1, done / policy().pass_share, s_.options.min_iterations - done})};
     for (NlgsPart* part : parts_) part->prepare(pass);
     const int left = s_.options.max_iterations - done, sweeps = std::min(pass.sweeps, left);
     if (!pass.by) cairn_nlgs_sweep(sweeps, &s_.schedule, s_.system.change.data());
@@ -127,7 +130,10 @@ private:
     bool ends = false;
     s_.ratio = change > 0 ? error.square / change : 0;
     for (NlgsPart* part : parts_) ends = part->follow(error, change) || ends;
-    next_check_ = s_.report.iterations + std::max(8, s_.report.iterations / (s_.taken_over ? 8 : 2));
+    next_check_ =
+        s_.report.iterations +
+        std::max(policy().check_sweeps, s_.report.iterations / (s_.taken_over ? policy().check_share_extrapolated
+                                                                              : policy().check_share_plain));
     return ends;
   }
 

@@ -118,10 +118,6 @@ private:
   std::size_t count_ = 0;
 };
 
-// Sweeps without acceleration at the beginning: few contacts are solved by then, good impulses stay as they are.
-inline constexpr int plain_sweeps = 9;
-// Unknowns of a system whose solution takes as long as some dozen sweeps.
-inline constexpr int settled_unknowns = 80;
 // True if contacts move too little for the tolerance to tell it from rest. Errors of one sign would move standing
 // bodies by a margin below the tolerance, step by step, until they fall (a stack at the edge of toppling).
 bool near_rest(const NlgsState&);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "../policy.hpp"
 #include "nlgs_part.hpp"
 
 namespace cairn {
@@ -18,18 +19,17 @@ public:
   bool follow(const StepError& error, double) override {
     if (s_.extrapolates) return false;
     double& factor = s_.schedule.relaxation;
-    if (!begun_ && s_.report.iterations >= plain_sweeps) {
+    if (!begun_ && s_.report.iterations >= policy().plain_sweeps) {
       begun_ = true;
-      factor = first;
-    } else if (!(error.square < least_fall * best_)) {
-      factor = std::max(1.0, factor - decrement);
+      factor = policy().relaxation_first;
+    } else if (!(error.square < policy().relaxation_fall * best_)) {
+      factor = std::max(1.0, factor - policy().relaxation_decrement);
     }
     best_ = std::min(best_, error.square);
     return false;
   }
 
 private:
-  static constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   NlgsState& s_;
   bool begun_ = false;
   double best_ = std::numeric_limits<double>::infinity();

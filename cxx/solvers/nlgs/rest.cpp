@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "../policy.hpp"
 #include "../refinement_memory.hpp"
 #include "../sweeps/contact_rows.hpp"
 #include "nlgs_part.hpp"
@@ -46,14 +47,15 @@ public:
   // among the points of a face, and bodies at rest would begin to tremble, step by step.
   bool begin() override {
     const bool may = helped() && !s_.extrapolates && !s_.asks_for_accuracy() && s_.options.min_iterations <= 1 &&
-                     s_.report.contacts > settled_unknowns && s_.error_square() <= s_.wanted &&
+                     s_.report.contacts > policy().settled_unknowns && s_.error_square() <= s_.wanted &&
                      !s_.help->refines(0, s_.report.error);
     if (may) come_to_rest(s_.report.error * s_.report.error);
     return may;
   }
 
   Verdict judge(StepError& error) override {
-    if (s_.help && !s_.uneven && s_.report.contacts * s_.system.dim > settled_unknowns && come_to_rest(error.square))
+    if (s_.help && !s_.uneven && s_.report.contacts * s_.system.dim > policy().settled_unknowns &&
+        come_to_rest(error.square))
       error = s_.measure();
     return Verdict::none;
   }
@@ -75,7 +77,7 @@ private:
   // step adds up, and a tower of many blocks comes to sway. Later steps start from a solution. Bodies that move slowly
   // ask for it in each step, so attempts that follow each other become ever rarer.
   bool come_to_rest(double error_square) {
-    constexpr int most = 13, free = 3; // attempts in a row; those after which no steps are left out
+    const int most = policy().rest_attempts, free = policy().rest_free_attempts;
     if (!helped() || !memory_) return false;
     if (error_square <= small() * small()) {
       RestMemory& rest = *std::exchange(memory_, nullptr);
@@ -86,14 +88,13 @@ private:
     RestMemory& rest = *std::exchange(memory_, nullptr);
     rest.attempts = std::min(most, rest.attempts + 1);
     rest.idle = rest.attempts > free ? (1 << (rest.attempts - free)) - 1 : 0;
-    if (!s_.help->settles(s_.schedule, std::sqrt(error_square), finest, s_.error_square)) return false;
+    if (!s_.help->settles(s_.schedule, std::sqrt(error_square), policy().rest_error, s_.error_square)) return false;
     s_.report.solver = s_.help->name();
     return true;
   }
 
-  // Relative errors in the energy norm: target of Newton's method at rest, and the largest that counts as rest.
-  static constexpr double finest = 0x1p-44;
-  double small() const { return std::max(0x1p-17 * s_.options.tolerance, 0x1p-36); }
+  // Largest relative error in the energy norm that counts as rest.
+  double small() const { return std::max(policy().rest_share * s_.options.tolerance, policy().rest_least); }
 
   NlgsState& s_;
   RestMemory* memory_ = nullptr; // null: this step is not solved to rounding, or not once more

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "../policy.hpp"
 #include "../sweeps/active_set.hpp"
 #include "../sweeps/error_forecast.hpp"
 #include "../sweeps/jointed_problem.hpp"
@@ -29,7 +30,7 @@ public:
     const double to_come = forecast_.sweeps_to_come(iterations, error);
     const bool last = iterations >= options_.max_iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
-    const double passes = failures_ > 0 ? 32 : 4;
+    const double passes = failures_ > 0 ? policy().passes_price_failed : policy().passes_price;
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
     // Errors of joints move whole chains, where errors fall fast at first and then stand: work done by sweeps counts,
     // too.
@@ -41,15 +42,16 @@ public:
   // True if the light error is accepted. Under heavy bodies the error of the whole does not show light bodies: passes
   // go on to a smaller error for their sake.
   bool accepts(int, double light) override {
-    constexpr double margin = 0.25;
-    if (light <= options_.tolerance || given_up_ || refinements_ >= most_refinements || !possible()) return true;
+    const double margin = policy().passes_margin;
+    if (light <= options_.tolerance || given_up_ || refinements_ >= policy().passes_refinements || !possible())
+      return true;
     finer_ *= margin * std::max(options_.tolerance / light, 0x1p-20);
     ++refinements_;
     return false;
   }
 
   bool improve(const cairn_schedule&, double error, const std::function<double()>& measure) override {
-    constexpr double fall = 4;
+    const double fall = policy().passes_fall;
     const double wanted = finer_ * options_.tolerance;
     if (zones_) {
       const int passes = solid_->solve_zones(error * error, wanted * wanted, measure);
@@ -66,14 +68,14 @@ public:
 
   // The more a pass costs beside the sweeps until now, the more it has to be worth.
   bool refines(int iterations, double error) override {
-    constexpr double most = 8, share = 4, small = 1e5;
+    const double most = policy().refinement_dearest, share = policy().refinement_share;
     if (!(solid_bonds_ || jointed_) || given_up_ || refined_ > 0 || !(error > 0)) return false;
     if (std::isfinite(options_.accuracy) && solid_bonds_) return true;
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
     const bool wanted =
         SolidCorrection::amplification(system_) * error_of_speed() > std::clamp(cost / share, 1.0, most) * tolerance_;
     // Self-stress of rings by sweeps stays from step to step: it is dropped after several sweeps, and in small solids.
-    const bool cheap = cost <= share || SolidCorrection::operations(system_) < small;
+    const bool cheap = cost <= share || SolidCorrection::operations(system_) < policy().refinement_small;
     only_rings_ = !wanted && iterations > 1 && cheap && SolidCorrection::has_bonds(system_);
     return wanted || only_rings_;
   }
@@ -115,14 +117,13 @@ private:
     return !given_up_;
   }
 
-  static constexpr int most_refinements = 16;
   ContactSystem& system_;
   const Velocities& velocity_free_;
   SolverOptions options_;
   ErrorForecast forecast_;
   cairn_schedule schedule_{};
   std::optional<SolidCorrection> solid_;
-  std::int64_t patience_ = options_.again == 2 ? 1 : 8; // sweeps
+  std::int64_t patience_ = options_.again == 2 ? 1 : policy().passes_patience; // sweeps
   int failures_ = 0, refinements_ = 0;
   double finer_ = 1; // share of the tolerance that passes aim at
   double tolerance_; // that was asked for

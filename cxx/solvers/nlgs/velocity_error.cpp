@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../policy.hpp"
 #include "../sweeps/batch.hpp"
 #include "../sweeps/newton_correction.hpp"
 #include "nlgs_part.hpp"
@@ -67,16 +68,15 @@ private:
   double value_ = std::numeric_limits<double>::quiet_NaN(); // proved where s_.proven, else an estimate
   double bound_ = std::numeric_limits<double>::quiet_NaN();
   double kept_error_ = 0, slope_ = 0, slope_before_ = 0;
-  double held_at_ = 0;                    // error at which the estimate held first
-  int next_newton_ = 0, small_since_ = 0; // sweeps; what Newton's method changes was small since
-  int next_points_ = 1024;                // sweeps until proximal points are looked for
+  double held_at_ = 0;                         // error at which the estimate held first
+  int next_newton_ = 0, small_since_ = 0;      // sweeps; what Newton's method changes was small since
+  int next_points_ = policy().velocity_points; // sweeps until proximal points are looked for
   bool known_ = false, confirmed_ = false;
   bool alone_ = false;                    // Newton's method has no word
   bool tiny_ = false, exhausted_ = false; // the error, to velocities; and to rounding alone
   // Largest ratio of the velocity error in |.|_M to the error of contact impulses in the same norm, with a margin: in
   // hoppers and drums of seven laws it was 2e5 at most, mostly below 100.
-  static constexpr double reach = 0x1p20;
-  static constexpr double fall = 4; // of the error, from one slope to the next
+  const double reach = policy().velocity_reach, fall = policy().velocity_fall;
 };
 
 // Bound of the velocity error, where the slowest cluster is no slower than `reach`; rounding counts as an error.
@@ -93,7 +93,7 @@ void VelocityError::bound(double error) {
 }
 
 void VelocityError::look(double error) {
-  constexpr double safety = 4, tiny = 0x1p-30;
+  const double safety = policy().velocity_safety, tiny = policy().velocity_tiny;
   s_.proven = false;
   bound(error);
   if (kept_error_ > 0 && error * fall <= kept_error_) {
@@ -146,10 +146,11 @@ Verdict VelocityError::judge(StepError& error) {
 }
 
 bool VelocityError::holds(double& error_square) {
-  constexpr int most = 8; // one after the other
+  const int most = policy().velocity_corrections;
   // ratios of sweeps: until the next correction, and until a small value is believed; by the estimate, a value far
   // below the accuracy is believed at the next
-  constexpr double patience = 1.5, to_confirm = 4, far = 64;
+  const double patience = policy().velocity_patience, to_confirm = policy().velocity_confirm,
+               far = policy().velocity_far;
   const int iterations = s_.report.iterations;
   bool taken = iterations >= next_newton_;
   for (int k = 0; k < most && taken && !tiny_ && worth_asking(iterations); ++k) {
@@ -173,7 +174,7 @@ bool VelocityError::holds(double& error_square) {
 }
 
 bool VelocityError::solve_on(double& error_square) {
-  constexpr double patience = 2;
+  const double patience = policy().velocity_points_again;
   const int iterations = s_.report.iterations;
   if (iterations < next_points_) return false;
   // far enough, as impulses that just do are as far from doing once they are measured again

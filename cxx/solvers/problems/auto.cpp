@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "../policy.hpp"
 #include "../sweeps/error_forecast.hpp"
 #include "../sweeps/light_error.hpp"
 #include "block_factors.hpp"
@@ -41,7 +42,7 @@ private:
 
   // Share of all work so far for the correction of velocities once the error is met. Unbounded for velocity errors
   // above so many roots of the tolerance: a body then falls that rests on light bodies.
-  static constexpr double settling = 0.15, falling = 30;
+  const double settling = policy().problem_settling, falling = policy().problem_falling;
 
   const FrictionProblem& p_;
   const ProblemOptions& options_;
@@ -70,7 +71,8 @@ ProblemOptions Auto::inner() {
 // An iteration, in units of what a block of W takes in a sweep, where a contact takes ten: fitted to the times of both
 // on piles, vaults and disks. Blocks of the factors beside the diagonal, and operations on them.
 double Auto::newton_work(double blocks, double operations) const {
-  constexpr double of_contact = 70, of_block = 15, of_operation = 0.04;
+  const double of_contact = policy().problem_contact, of_block = policy().problem_block,
+               of_operation = policy().problem_operation;
   return of_contact * double(p_.contacts) + of_block * blocks + of_operation * operations / (p_.dim * p_.dim);
 }
 
@@ -89,7 +91,9 @@ void Auto::weigh_newton() {
 // rate of the last quarter counts, so that errors that stand still predict no end however fast they fell before.
 // Between turns of Newton's method sweeps end where they predict more than half of the last turn.
 bool Auto::leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_come) const {
-  constexpr double patience = 16, trial = 0.1, again = 0.5, few = 8, largest = 0.9;
+  constexpr double largest = 0.9;
+  const double patience = policy().problem_patience, trial = policy().problem_trial, again = policy().problem_again,
+               few = policy().problem_few;
   const auto done = double(sweeps);
   if (turn_ > 0) return done >= std::max(patience, trial * turn_) && to_come > again * turn_;
   if (done < patience) return false;
@@ -119,7 +123,7 @@ void Auto::sweep() {
 
 // True if many of the closed contacts slip, in the best impulses.
 bool Auto::many_slip() const {
-  constexpr double edge = 0.999, many = 0.1;
+  const double edge = policy().problem_edge, many = policy().problem_many_slip;
   std::int64_t press = 0, slip = 0;
   for (std::int64_t a = 0; a < p_.contacts; ++a) {
     const double* r = r_ + p_.dim * a;
@@ -165,7 +169,7 @@ bool Auto::turn_of_newton() {
 // Corrects velocities once the error is met. Where velocities of some contacts are far from the solution, Newton's
 // method has a share of the work so far; where a body falls, or masses differ much, as much again.
 void Auto::make_velocities_right() {
-  constexpr double least = 10;
+  const double least = policy().problem_velocities_least;
   const double power = monitor_.best_error() > options_.tolerance ? 0 : monitor_.best_power_error();
   const double enough = std::sqrt(options_.tolerance);
   if (power <= enough) return;
@@ -195,7 +199,7 @@ void Auto::make_velocities_right() {
 }
 
 ProblemReport Auto::solve() {
-  constexpr double least = 30, gain = 0.1; // iterations of a turn; of the error, where it goes on with the next at once
+  const double least = policy().problem_turn, gain = policy().problem_gain;
   monitor_.start_error();
   while (!monitor_.ended(iterations_)) {
     sweep();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../policy.hpp"
 #include "batch.hpp"
 
 namespace cairn {
@@ -18,7 +19,6 @@ void each(const ContactSystem& system, F&& f) {
       for (int k = 0; k < b.components; ++k) f(b, lane, k);
 }
 
-constexpr int most_iterations = 12, most_corrections = 6;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 } // namespace
 
@@ -205,12 +205,12 @@ double ActiveSet::improve(double error, double wanted, int most) {
   keep(memory_.best);
   memory_.u.resize(numbers);
   refresh();
-  for (int iteration = 0; iteration < most_iterations && error > wanted; ++iteration) {
+  for (int iteration = 0; iteration < policy().active_set_iterations && error > wanted; ++iteration) {
     if (!choose(most) || memory_.unknowns.empty()) break;
     assemble();
     factor();
     refresh();
-    for (int k = 0; k < most_corrections && correct(); ++k) {}
+    for (int k = 0; k < policy().active_set_corrections && correct(); ++k) {}
     const double now = measure_();
     if (now < error) {
       error = now;

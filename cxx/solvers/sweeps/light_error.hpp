@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "../../base/field.hpp"
+#include "../policy.hpp"
 #include "../problems/friction_problem.hpp"
 #include "contact_system.hpp"
 
@@ -29,7 +30,7 @@ struct LightError {
   // Grains of deep piles bear a hundred times their weight, and velocities there are 40 to 300 times less exact than
   // the true error: of many contacts that bear no more, light bodies are not held to more either.
   double leave() const {
-    constexpr double of_piles = 300, lightly_loaded = 100, few = 100;
+    const double of_piles = policy().light_piles, lightly_loaded = policy().light_load, few = policy().light_few;
     if (!(load > 0)) return 1;
     const double share = lightly_loaded / load, loaded = of_piles * share * share;
     const double many = double(contacts) / few;
@@ -45,10 +46,14 @@ double mass_ratio(const ContactSystem&);
 double mass_ratio(const ContactBodies&);
 // Where light errors count. Sweeps alone cannot do much about them: there, not before a ratio at which others are
 // chosen.
-inline bool masses_differ(double ratio, bool has_newton) { return ratio > (has_newton ? 100 : 900); }
+inline bool masses_differ(double ratio, bool has_newton) {
+  return ratio > (has_newton ? policy().light_mass_ratio : policy().light_mass_ratio_sweeps);
+}
 // Light errors below it change nothing that shows in a thousand steps: what a body carries turns with it and pushes it
 // on by as much as it weighs.
-inline double light_enough(double tolerance, double ratio) { return 0.1 * tolerance * std::min(1.0, 10 / ratio); }
+inline double light_enough(double tolerance, double ratio) {
+  return policy().light_enough * tolerance * std::min(1.0, 10 / ratio);
+}
 
 // Records hold the velocity that the impulses leave. Laws with a local solution of their own have no power.
 LightError measure_light(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);

@@ -2,6 +2,8 @@
 #pragma once
 #include <algorithm>
 
+#include "../policy.hpp"
+
 namespace cairn {
 
 class NesterovSequence {
@@ -13,11 +15,10 @@ public:
   // detect that the direction leads back [J]. Measured over deposits at rest and in motion: where contacts slip sweeps
   // do not descend on a function, and direction alone tells too late. descends: they do, and direction suffices.
   void follow(double change, double along, bool descends = false) {
-    constexpr double growth = 4; // of the change
-    constexpr int longest = 200; // sweeps
     const bool first = ++since_restart_ == 1;
     least_change_ = first ? change : std::min(least_change_, change);
-    const bool astray = !(change <= growth * least_change_) || since_restart_ > longest;
+    const bool astray =
+        !(change <= policy().nesterov_growth * least_change_) || since_restart_ > policy().nesterov_longest;
     if (!first && (along > 0 || (astray && !descends))) restart();
   }
 

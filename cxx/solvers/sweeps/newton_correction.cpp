@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../policy.hpp"
 #include "../problems/newton_step.hpp"
 #include "../problems/ppa_newton.hpp"
 #include "../problems/scaled_problem.hpp"
@@ -20,7 +21,8 @@ constexpr double proximal_weight = 0x1p-24;
 
 // Measured: on one core 800 take about as long as a full block in space.
 double sweep_operations(const ContactSystem& system) {
-  const double packed = system.dim == 2 ? 30 : 100, full = system.dim == 2 ? 100 : 800;
+  const double packed = system.dim == 2 ? policy().sweep_packed_plane : policy().sweep_packed,
+               full = system.dim == 2 ? policy().sweep_full_plane : policy().sweep_full;
   double sum = 0;
   for (const cairn_batch& b : system.batches) sum += b.contacts * (b.pack ? packed : full);
   return sum;
@@ -55,7 +57,7 @@ double NewtonCorrection::least_operations() const {
 }
 
 double NewtonCorrection::find(int sweeps) {
-  constexpr double times = 8;
+  const double times = policy().correction_cost;
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   const double allowed = times * sweeps * sweep_operations(system_);
   if (!make_problem() || operations_ > allowed) return unknown;

@@ -11,7 +11,7 @@ public:
   // Change of the smooth dynamics over the step, contacts excluded, and the displacement beyond that of the velocities
   // at both ends.
   void measure(Simulation& s, const StepScheme& step);
-  // That displacement, and the histories at the end of the step.
+  // Advances positions by that displacement, and the histories to the end of the step.
   void update(Simulation& s, const StepScheme& step);
   // Displacements of bodies and of nodes beyond those of the velocities [m, rad].
   const double* way() const { return way_.data(); }

@@ -6,7 +6,8 @@ namespace cairn {
 
 class SearchMargins {
 public:
-  // Of pairs that could close within a step at the speeds at hand. Returns the longest way of a body over its size.
+  // Finds those of pairs that could close within a step at the speeds at hand. Returns the longest way of a body over
+  // its size.
   double measure(const Simulation& s, double h);
   Array<double>& each() { return each_; }
   const Array<double>& each() const { return each_; }
