@@ -114,7 +114,7 @@ contains
     end if
     energy = 0
     old = spring
-    call slide(n, axes, h, stiffness, damping, limit, u, spring, f, energy)
+    call slide(n, axes, h, stiffness, damping, params(p_mu)*limit, u, spring, f, energy)
     stored = stored + energy(:, 1)
     do i = 1, n
       spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) - 0.5_c_double*stiffness(i)*sum((spring(i, :) - old(i, :))**2)
