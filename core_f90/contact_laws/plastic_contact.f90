@@ -1,6 +1,6 @@
-!> Grains that yield: linear springs that unload stiffer than they load, with cohesion (Luding 2008).
-!> A contact loads along k1 delta, unloads and reloads along k2 (delta - delta_0), and pulls by at most k_c delta. k2 grows from k1 to
-!> `unloading` as the largest overlap grows to delta* = k2/(k2 - k1) `plastic` 2 R, beyond which the spring is elastic.
+!> Grains that yield: linear springs that unload stiffer than they load, with cohesion (Luding 2008). A contact loads along k1
+!> delta, unloads and reloads along k2 (delta - delta_0), and pulls by at most k_c delta. k2 grows from k1 to `unloading` as the
+!> largest overlap grows to delta* = k2/(k2 - k1) `plastic` 2 R, beyond which the spring is elastic.
 module plastic_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -21,7 +21,8 @@ contains
     real(c_double), intent(in)          :: gap(n)         !< [m]
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
     real(c_double), intent(in)          :: params(own)    !< see laws.def
-    real(c_double), intent(inout)       :: state(n, c + 3) !< largest overlap [m], last force [N], last overlap [m]; energy of the spring [J], spring [m]
+    real(c_double), intent(inout)       :: state(n, c + 3) !< largest overlap [m], last force [N], last overlap [m]; energy of the
+    !< spring [J], spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by yield and damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)

@@ -8,9 +8,9 @@ module spin_springs
   public :: roll, constant_torque, slide_by_the_books
 contains
 
-  !> Elastic-plastic spring and dashpot (Ai, Chen, Rotter & Ooi 2011, model C): M = -k theta - c w within the limit; beyond it the spring
-  !> gives way and the dashpot gives nothing. Both together stay within the limit, too: a dashpot alone would exceed it many times over
-  !> where a load that swings lets the spring of a fast roll go. One component (twist, or rolling in 2D) or two.
+  !> Elastic-plastic spring and dashpot (Ai, Chen, Rotter & Ooi 2011, model C): M = -k theta - c w within the limit; beyond it the
+  !> spring gives way and the dashpot gives nothing. Both stay within the limit, too: a dashpot alone would exceed it many times
+  !> over where a load that swings lets the spring of a fast roll go. One component (twist, or rolling in 2D) or two.
   pure subroutine roll(n, c, h, k, damping, limit, w, spring, moment, stored, spent)
     integer(c_int32_t), intent(in) :: n             !< contacts
     integer(c_int32_t), intent(in) :: c             !< components: 1 or 2
@@ -45,8 +45,8 @@ contains
     end do
   end subroutine roll
 
-  !> Tangential spring and slider (spring_slider.f90) whose energy is remembered from step to step: what a stiffness that changes gives or
-  !> takes counts as dissipated by friction, and the balance closes. The work is that of the mean force of the step.
+  !> Tangential spring and slider (spring_slider.f90) whose energy is remembered from step to step: what a stiffness that changes
+  !> gives or takes counts as dissipated by friction, and the balance closes. The work is that of the mean force of the step.
   pure subroutine slide_by_the_books(n, c, h, k, damping, limit, u, spring, f, remembered, energy)
     integer(c_int32_t), intent(in) :: n                !< contacts
     integer(c_int32_t), intent(in) :: c                !< components: 2 or 3

@@ -35,14 +35,14 @@ def granular(
     restitution : float
         Of a collision of two bodies, for damping "restitution" and "tsuji" [-].
     damping : {"restitution", "tsuji", "velocity", "mass_velocity", "viscoelastic"}, optional
-        Dashpot: exact for the restitution (LAMMPS's coeff_restitution); by the polynomial of Tsuji, Tanaka & Ishida (1992) with the
-        effective mass, as LAMMPS has it, which lets more rebound than it is asked for; by a coefficient [N s/m], one times the
+        Dashpot: exact for the restitution (LAMMPS's coeff_restitution); by the polynomial of Tsuji, Tanaka & Ishida (1992) with
+        the effective mass, which lets more rebound than it is asked for; by a coefficient [N s/m], one times the
         effective mass [1/s], or that times the contact radius [1/(m s)]. Not given: "restitution".
     coefficient : float, optional
         That of the last three.
     tangential : {"no_history", "linear", "mindlin", "mindlin_rescale"}, optional
-        A dashpot alone, a linear spring, Mindlin's, or Mindlin's that gets shorter as the contact shrinks. Not given: "linear" for
-        "hooke", else "mindlin".
+        A dashpot alone, a linear spring, Mindlin's, or Mindlin's that gets shorter as the contact shrinks. Not given: "linear"
+        for "hooke", else "mindlin".
     ratio : float, optional
         Tangential over normal stiffness of "hooke", 2/7 unless given; of a "linear" spring beside another normal force, its
         stiffness over Mindlin's, 1 unless given.
@@ -125,8 +125,8 @@ def mix(one, other, **given):
     """Makes the law between two materials from the laws that each has with its like.
 
     Young's modulus and Poisson's ratio are those of two like bodies with the effective moduli of the unlike ones, 1/E* =
-    (1 - nu1^2)/E1 + (1 - nu2^2)/E2 and 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (Mindlin 1949; Johnson 1985). Stiffnesses of springs are in
-    series. Restitution, friction and all else are geometric means.
+    (1 - nu1^2)/E1 + (1 - nu2^2)/E2 and 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (Mindlin 1949; Johnson 1985). Stiffnesses of springs
+    are in series. Restitution, friction and all else are geometric means.
 
     Parameters
     ----------
