@@ -18,8 +18,8 @@ module granular_contact
   integer, parameter :: torque = 1, spring_dashpot = 2, by_coefficient = 1, marshall = 2
 contains
 
-  !> Components of u and f: n, t [, s], then spins: in 2D one, in 3D about n, t, s. The energy of springs is told as it was in the last
-  !> step, so that a stiffness that changes with the normal force spends or gives it, and the balance closes.
+  !> Components of u and f: n, t [, s], then spins: in 2D one, in 3D about n, t, s. The energy of springs is told as it was in the
+  !> last step, so that a stiffness that changes with the normal force spends or gives it, and the balance closes.
   subroutine cairn_law_granular_contact_force(n, c, context, gap, u, params, state, f, energy) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components: 3 in 2D, 6 in 3D
@@ -114,16 +114,16 @@ contains
     end if
     energy = 0
     old = spring
-    call slide(n, axes, h, stiffness, damping, limit, u, spring, f, energy)
+    call slide(n, axes, h, stiffness, damping, params(p_mu)*limit, u, spring, f, energy)
     stored = stored + energy(:, 1)
     do i = 1, n
       spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) - 0.5_c_double*stiffness(i)*sum((spring(i, :) - old(i, :))**2)
     end do
   end subroutine tangential
 
-  !> Moments against rolling and twisting. The spring of rolling has k_r = ratio k_n (mu_r R)^2 (Ai et al. 2011: 3 in 2D, Iwashita & Oda:
-  !> 2.25), its dashpot is the share of the critical damping of a sphere of 7/5 m R^2 on a wall. That of twisting is half of the tangential
-  !> one times a^2, within the limit that is given, or two thirds of mu f_n a (Marshall 2009).
+  !> Moments against rolling and twisting. The spring of rolling has k_r = ratio k_n (mu_r R)^2 (Ai et al. 2011: 3 in 2D, Iwashita &
+  !> Oda: 2.25), its dashpot is the share of the critical damping of a sphere of 7/5 m R^2 on a wall. That of twisting is half of
+  !> the tangential one times a^2, within the limit that is given, or two thirds of mu f_n a (Marshall 2009).
   subroutine spins(n, axes, h, params, a, k, geometry, limit, w, twist, rolled, moment, stored, spent)
     integer(c_int32_t), intent(in) :: n, axes
     real(c_double), intent(in)     :: h, params(own), a(n), k(n), geometry(n, 3), limit(n), w(n, 2*axes - 3)

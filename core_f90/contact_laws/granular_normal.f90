@@ -57,9 +57,9 @@ contains
   end subroutine normal_force
 
   !> Coefficient of the normal dashpot [N s/m]. By the restitution e: the share -ln e/sqrt(pi^2 + ln^2 e) of the critical damping of
-  !> the linear spring, sqrt(5/6) times that of Hertz's (Antypov & Elliott 2011); by Tsuji, Tanaka & Ishida's polynomial in e (1992),
-  !> alpha sqrt(m k), k the secant stiffness f/delta; a coefficient [N s/m], one times the mass [1/s], or times contact radius and mass
-  !> [1/(m s)].
+  !> the linear spring, sqrt(5/6) times that of Hertz's (Antypov & Elliott 2011); by Tsuji, Tanaka & Ishida's polynomial in e
+  !> (1992), alpha sqrt(m k), k the secant stiffness f/delta; a coefficient [N s/m], one times the mass [1/s], or times contact
+  !> radius and mass [1/(m s)].
   pure subroutine damping_coefficient(n, model, damping, value, a, stiffness, mass, c)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer, intent(in)            :: model, damping !< of the force and of the dashpot

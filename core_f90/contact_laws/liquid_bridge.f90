@@ -1,11 +1,12 @@
-!> Wet elastic grains: Hertz's contact, and a capillary bridge from touch until it ruptures at (1 + angle/2) V^(1/3) (Lian, Thornton &
-!> Adams 1993). Forces of bridges: by Derjaguin's approximation, 4 pi R g cos(t) (1 - D/sqrt(D^2 + V/(pi R))), R the effective radius
-!> (Lambert et al. 2008; Rabinovich, Esayanur & Moudgil 2005), or the fit of Willett et al. (2000) to the exact bridges,
-!> 4 pi R g cos(t)/(1 + 1.05 x + 2.5 x^2), x = D sqrt(2 R/V).
+!> Wet elastic grains: Hertz's contact, and a capillary bridge from touch until it ruptures at (1 + angle/2) V^(1/3) (Lian, Thornton
+!> & Adams 1993). Forces of bridges: by Derjaguin's approximation, 4 pi R g cos(t) (1 - D/sqrt(D^2 + V/(pi R))), R the effective
+!> radius (Lambert et al. 2008; Rabinovich, Esayanur & Moudgil 2005), or the fit of Willett et al. (2000) to the exact bridges, 4 pi
+!> R g cos(t)/(1 + 1.05 x + 2.5 x^2), x = D sqrt(2 R/V).
 module liquid_bridge
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damping_of, damp
+  use spin_springs, only: slide_by_the_books
+  use spring_slider, only: damping_of, damp
   implicit none
   private
   public :: cairn_law_liquid_bridge_force, cairn_law_liquid_bridge_stiffness
@@ -22,7 +23,8 @@ contains
     real(c_double), intent(in)          :: gap(n)         !< [m]
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
     real(c_double), intent(in)          :: params(own)    !< see laws.def
-    real(c_double), intent(inout)       :: state(n, c)    !< 1 while there is a bridge; tangential spring [m]
+    real(c_double), intent(inout)       :: state(n, c + 1)    !< 1 while there is a bridge; energy of the tangential spring [J],
+    !< spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and rupture, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
@@ -62,7 +64,7 @@ contains
       energy(:, 2) = (elastic - f(:, 1))*u(:, 1)*context%h + change
       energy(:, 3) = 0
     end if
-    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy)
+    call slide_by_the_books(n, c, context%h, tangential, damping, limit, u, state(:, 3:), f, state(:, 2), energy)
     f(:, 1) = f(:, 1) - pull
   end subroutine cairn_law_liquid_bridge_force
 

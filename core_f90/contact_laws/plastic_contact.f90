@@ -1,10 +1,11 @@
-!> Grains that yield: linear springs that unload stiffer than they load, with cohesion (Luding 2008).
-!> A contact loads along k1 delta, unloads and reloads along k2 (delta - delta_0), and pulls by at most k_c delta. k2 grows from k1 to
-!> `unloading` as the largest overlap grows to delta* = k2/(k2 - k1) `plastic` 2 R, beyond which the spring is elastic.
+!> Grains that yield: linear springs that unload stiffer than they load, with cohesion (Luding 2008). A contact loads along k1
+!> delta, unloads and reloads along k2 (delta - delta_0), and pulls by at most k_c delta. k2 grows from k1 to `unloading` as the
+!> largest overlap grows to delta* = k2/(k2 - k1) `plastic` 2 R, beyond which the spring is elastic.
 module plastic_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damp
+  use spin_springs, only: slide_by_the_books
+  use spring_slider, only: damp
   implicit none
   private
   public :: cairn_law_plastic_contact_force, cairn_law_plastic_contact_stiffness
@@ -20,7 +21,8 @@ contains
     real(c_double), intent(in)          :: gap(n)         !< [m]
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
     real(c_double), intent(in)          :: params(own)    !< see laws.def
-    real(c_double), intent(inout)       :: state(n, c + 2) !< largest overlap [m], last force [N], last overlap [m]; spring [m]
+    real(c_double), intent(inout)       :: state(n, c + 3) !< largest overlap [m], last force [N], last overlap [m]; energy of the
+    !< spring [J], spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by yield and damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
@@ -39,6 +41,7 @@ contains
         if (k2 > params(p_loading)) state(i, 1) = min(state(i, 1), (k2 + params(p_cohesion))/(k2 - params(p_loading))*depth)
       end if
       if (.not. gap(i) < 0) elastic(i) = 0
+      k2 = stiffness_of(params, geometry(i, 2), state(i, 1))
       stored(i) = energy_of(k2, elastic(i))
       spent(i) = 0.5_c_double*(elastic(i) + state(i, 2))*(depth - state(i, 3)) - (stored(i) - before)
       state(i, 2) = elastic(i)
@@ -57,7 +60,7 @@ contains
       energy(:, 2) = spent + (elastic - f(:, 1))*u(:, 1)*context%h
       energy(:, 3) = 0
     end if
-    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 4:), f, energy)
+    call slide_by_the_books(n, c, context%h, tangential, damping, limit, u, state(:, 5:), f, state(:, 4), energy)
   end subroutine cairn_law_plastic_contact_force
 
   !> Stiffness of unloading from a largest overlap [N/m].

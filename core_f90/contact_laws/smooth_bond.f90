@@ -134,8 +134,8 @@ contains
     twisting = 2*bending
   end subroutine sections
 
-  !> Stiffness, its tangential part with the moments, damping ratio, and the opening up to which a bond may go: that at which tension
-  !> breaks it, at most the effective radius.
+  !> Stiffness, its tangential part with the moments, damping ratio, and the opening up to which a bond may go: that at which
+  !> tension breaks it, at most the effective radius.
   subroutine cairn_law_smooth_bond_stiffness(n, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
     real(c_double), intent(in)  :: overlap(n)  !< not read [m]

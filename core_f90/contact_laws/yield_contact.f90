@@ -1,10 +1,11 @@
-!> Elastic, ideally plastic spheres (Thornton & Ning 1998): Hertz's contact until the pressure at its centre is the yield pressure p, at
-!> delta_y = R (pi p/2 E*)^2; beyond, the force grows along F_y + pi p R (delta - delta_y), and unloads as Hertz's contact of the flatter
-!> radius R_p = 4/3 E*/F ((2 F + F_y)/(2 pi p))^(3/2). Tangentially as Hertz-Mindlin.
+!> Elastic, ideally plastic spheres (Thornton & Ning 1998): Hertz's contact until the pressure at its centre is the yield pressure
+!> p, at delta_y = R (pi p/2 E*)^2; beyond, the force grows along F_y + pi p R (delta - delta_y), and unloads as Hertz's contact of
+!> the flatter radius R_p = 4/3 E*/F ((2 F + F_y)/(2 pi p))^(3/2). Tangentially as Hertz-Mindlin.
 module yield_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damp, damping_of
+  use spin_springs, only: slide_by_the_books
+  use spring_slider, only: damp, damping_of
   implicit none
   private
   public :: cairn_law_yield_contact_force, cairn_law_yield_contact_stiffness
@@ -21,7 +22,8 @@ contains
     real(c_double), intent(in)          :: gap(n)         !< [m]
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
     real(c_double), intent(in)          :: params(own)    !< see laws.def
-    real(c_double), intent(inout)       :: state(n, c + 1) !< largest overlap [m], energy spent by yield so far [J]; spring [m]
+    real(c_double), intent(inout)       :: state(n, c + 2) !< largest overlap [m], energy spent by yield
+    !< and of the spring [J], spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by yield and damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
@@ -59,7 +61,7 @@ contains
       energy(:, 3) = 0
     end if
     state(:, 2) = spent
-    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 3:), f, energy)
+    call slide_by_the_books(n, c, context%h, tangential, damping, limit, u, state(:, 4:), f, state(:, 3), energy)
   end subroutine cairn_law_yield_contact_force
 
   !> Overlap at which it yields [m].

@@ -9,8 +9,8 @@ module verlet_uneven
   public :: cairn_uneven_begin, cairn_uneven_end, cairn_uneven_kinetic
 contains
 
-  !> Momentum in the middle of the step, the spin that contacts see there, and the orientation at its end. Bodies whose spin is driven
-  !> turn by it.
+  !> Momentum in the middle of the step, the spin that contacts see there, and the orientation at its end. Bodies whose spin is
+  !> driven turn by it.
   pure subroutine cairn_uneven_begin(n, body, h, inertia, contact_force, rotation, velocity, angular_momentum, turned, fastest, &
                                      unsolved, force, damping, driven) bind(c)
     integer(c_int64_t), value      :: n                        !< bodies

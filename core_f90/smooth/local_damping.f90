@@ -1,5 +1,5 @@
-!> Cundall's local damping (1987): each component of the force on a body is less by a share where it acts along the motion, and more by as
-!> much where it acts against it. It brings bodies to rest, whatever their frequencies, and leaves forces at rest as they are.
+!> Cundall's local damping (1987): each component of the force on a body is less by a share where it acts along the motion, and more
+!> by as much where it acts against it. It brings bodies to rest, whatever their frequencies, and leaves forces at rest as they are.
 module local_damping
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
   implicit none

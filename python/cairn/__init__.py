@@ -18,6 +18,7 @@ from .base.materials import Material
 from .base.time_functions import Harmonic, Servo, Table
 from .model import laws
 from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
+from .model.grain_laws import granular, interact_by_mixing, mix
 from .model.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
 from .model.laws import Law
 from .model.missing_laws import MissingLawWarning
@@ -135,7 +136,10 @@ __all__ = [
     "deformable",
     "disks",
     "find_equilibrium",
+    "granular",
+    "interact_by_mixing",
     "load",
+    "mix",
     "open_series",
     "plug",
     "polygons",

@@ -73,7 +73,8 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   return count;
 }
 
-void SmoothDem::keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w) {
+void SmoothDem::keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m,
+                          const Lanes& w) {
   for (std::int32_t i = 0; i < count; ++i)
     list.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
 }
@@ -118,7 +119,8 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
     cairn_smooth_spins(dim_, n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.frame,
                        &w.u[dim_ * m]);
   const int components = shape.turns ? nd : dim_;
-  law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
+  law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
+                                            energy);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
       shape.vectors, w.state, stored, &list.force[p * dim_], b.contact_force.values.data(), other);

@@ -260,7 +260,8 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   join_first(s, list);
 }
 
-// Bodies that came in together and touch may be bonded: the first state of such a law, held, is 1 until its first force.
+// Bodies that came in together and touch may be bonded: the first state of such a law, held, is 1 until its first
+// force.
 void SmoothDem::join_first(const Simulation& s, NeighbourList& list) const {
   if (std::none_of(entries_.begin(), entries_.end(), [](const EntryShape& e) { return e.bonds; })) return;
   const auto& id = s.scene.contactors.id;

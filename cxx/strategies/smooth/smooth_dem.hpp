@@ -23,12 +23,12 @@ struct NeighbourList {
   };
   std::int64_t pairs = 0, others = 0;
   Array<std::int32_t> a, b, body_a, body_b, image;
-  Array<double> state; // (states, pairs), vectors in space axes
-  Array<double> force; // (dim, pairs) on A [N]
-  Array<double> loss;  // (pairs) to damping and friction in the step, if anyone asks for it [J]
+  Array<double> state;  // (states, pairs), vectors in space axes
+  Array<double> force;  // (dim, pairs) on A [N]
+  Array<double> loss;   // (pairs) to damping and friction in the step, if anyone asks for it [J]
   Array<double> moment; // (1 | 3, pairs) on A, where laws have one [N m]
   Array<std::int8_t> active;
-  Array<std::int32_t> source;    // of contacts of shapes: their numbers among those that were found
+  Array<std::int32_t> source;                   // of contacts of shapes: their numbers among those that were found
   std::vector<std::int64_t> start, begin, slot; // of groups of pairs, as they are laid out
   std::vector<Batch> batches;
   std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
@@ -103,7 +103,7 @@ private:
     int scalars = 0, vectors = 0;
     bool bonds = false; // the law joins bodies that came in touching
     bool turns = false; // the law sees relative spins and gives moments
-    double reach = 0; // gap at which the force of the law begins [m]
+    double reach = 0;   // gap at which the force of the law begins [m]
   };
   void read_laws(const Simulation& s);
   void make_list(Simulation& s);
@@ -149,7 +149,8 @@ private:
   bool held(const Simulation& s, std::int64_t body) const;
   void follow_drives(const Simulation& s);
   bool weigh_grains(const Simulation& s);
-  int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
+  int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
+                    double* sums);
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
   void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                  bool first, Lanes& w) const;
@@ -193,9 +194,9 @@ private:
   Array<double> lost_;      // of its contacts [J]
   bool counts_loss_ = true; // dissipation of contacts is recorded, for the balance or a network of heat
   std::vector<EntryShape> entries_;
-  std::int64_t contactors_seen_ = 0; // ids below it can no longer bond on first sight
-  int states_ = 0;     // numbers of a pair
-  bool turns_ = false; // some law gives moments
+  std::int64_t contactors_seen_ = 0;               // ids below it can no longer bond on first sight
+  int states_ = 0;                                 // numbers of a pair
+  bool turns_ = false;                             // some law gives moments
   bool has_shaped_ = false, lone_spheres_ = false; // lone: each sphere is the only contactor of its body, at its centre
   Array<double> body_arm_;                         // from a body to its farthest point, beside lone balls [m]
   ContactMemory shaped_before_;

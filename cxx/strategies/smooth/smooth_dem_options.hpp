@@ -11,7 +11,7 @@ struct SmoothDemOptions {
   double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
   bool refuse_unstable = true;
   double local_damping = 0; // share of the force on a body that is set against its motion
-  bool energy = true; // keep the balance of energy
+  bool energy = true;       // keep the balance of energy
   int threads = 0;
   int renumber_every = 1000;
   Integrator integrator{"velocity_verlet"}; // that, or gear

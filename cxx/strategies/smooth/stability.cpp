@@ -42,7 +42,8 @@ double SmoothDem::pair_limit(const Simulation& s) const {
     double k[3], reach;
     law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
                                                                 &reach);
-    const double rate = 2 * stiffness_over_mass(s, k, *c.body[i], shaped || !uneven_.empty() ? arm_of(s, i) : 2 * radius);
+    const double rate =
+        2 * stiffness_over_mass(s, k, *c.body[i], shaped || !uneven_.empty() ? arm_of(s, i) : 2 * radius);
     if (rate > 0) limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
   }
   return limit * limit_share();
@@ -76,7 +77,8 @@ double SmoothDem::contact_limit(Simulation& s) {
       damping = std::max(damping, k[2]);
       for (const std::int32_t body : {list.body_a[p], list.body_b[p]}) {
         const bool first = body == list.body_a[p];
-        const double arm = uneven_.empty() ? (first ? w.radius_a : w.radius_b)[i] : arm_of(s, (first ? list.a : list.b)[p]);
+        const double arm =
+            uneven_.empty() ? (first ? w.radius_a : w.radius_b)[i] : arm_of(s, (first ? list.a : list.b)[p]);
         rate[body] += stiffness_over_mass(s, k, body, arm);
       }
     }

@@ -35,8 +35,9 @@ void SmoothDem::check_uneven(const Simulation& s) const {
   for (std::int64_t i = 0; i < b.count; ++i) {
     if (!is_uneven(b, i)) continue;
     if (settings.integrator.name == "gear")
-      throw Error("inertia of body " + std::to_string(*b.id[i]) +
-                  " differs from axis to axis, which Gear's integrators do not turn; give integrator='velocity_verlet'");
+      throw Error(
+          "inertia of body " + std::to_string(*b.id[i]) +
+          " differs from axis to axis, which Gear's integrators do not turn; give integrator='velocity_verlet'");
     const int spins = b.driven.active ? *b.driven[i] & 56 : 0;
     if (spins != 0 && spins != 56)
       throw Error("body " + std::to_string(*b.id[i]) +

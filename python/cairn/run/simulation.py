@@ -30,8 +30,8 @@ class Simulation(Reshaping, Restarts, Spelt):
     ----------
     scene : Scene
         Bodies and laws.
-    dt : float
-        Step [s]; it may be changed between steps.
+    dt : float or "stable"
+        Step [s]; it may be changed between steps. "stable", under SmoothDEM: a fifth of `stable_step` at the start.
     strategy : Strategy, optional
         NSCD(...), SmoothDEM(...) and others; NSCD() when not given.
     overlap : {"warn", "error", "ignore"}
@@ -65,7 +65,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ranks, self._ranks = over.asked(ranks), None
         if ranks is not None:
             given = over.solved_by_sweeps(given)
-        self._dt = checks.positive("dt", dt)
+        self._dt = 1.0 if isinstance(dt, str) and one_of("dt", dt, ("stable",)) else checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
@@ -97,9 +97,17 @@ class Simulation(Reshaping, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+        if isinstance(dt, str):
+            self.dt = self._stable_fifth()
         if ranks is not None:
             self._ranks = over.Ranks(self, ranks)
         self._made = True
+
+    def _stable_fifth(self):
+        limit = self.stable_step if self._given.row == "smooth_dem" else np.inf
+        if not np.isfinite(limit):
+            raise ValueError(f"dt is 'stable', and {self._given.row} has no stable step in this scene: give dt [s]")
+        return limit / 5
 
     def _elsewhere(self, name):
         own = "; sim.bodies.set(...) sets position, velocity and rotation" if name == "bodies" else ""

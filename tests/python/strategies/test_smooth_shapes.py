@@ -15,7 +15,9 @@ def sheet(n, half=0.05, bend=0.0):
     x, y = np.meshgrid(at, at, indexing="ij")
     points = np.stack([x, y, bend * np.abs(x)], -1).reshape(-1, 3)
     corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    cells = np.concatenate([np.stack([corner, corner + n + 1, corner + n + 2], 1), np.stack([corner, corner + n + 2, corner + 1], 1)])
+    cells = np.concatenate(
+        [np.stack([corner, corner + n + 1, corner + n + 2], 1), np.stack([corner, corner + n + 2, corner + 1], 1)]
+    )
     return cn.surface(points, cells, STONE)
 
 
@@ -92,7 +94,9 @@ def test_a_sphere_goes_round_an_edge_of_a_box_with_one_force():
     law = cn.LinearSpring(stiffness=1e4)
     scene = cn.Scene(3)
     depth = 0.05 * R
-    scene.add(cn.spheres([[-R, 0.0013, R - depth]], R, STONE, velocity=[[1, 0, 0, 0, 0, 0]], driven=HELD, drive=[(1.0, 0, 0, 0, 0, 0)]))
+    scene.add(
+        cn.spheres([[-R, 0.0013, R - depth]], R, STONE, velocity=[[1, 0, 0, 0, 0, 0]], driven=HELD, drive=[(1.0, 0, 0, 0, 0, 0)])
+    )
     scene.add(cn.boxes([[-0.1, 0, -0.1]], 0.2, STONE, density=1e12))
     scene.interact("*", "*", law)
     sim = cn.Simulation(scene, 2e-5, cn.SmoothDEM())
@@ -117,7 +121,18 @@ def advance(sim, steps):
 
 def twirl(dt, steps, **options):
     scene = cn.Scene(3)
-    scene.add(cn.clumps([[0, 0, 0]], [[-0.05, 0, 0], [0.05, 0, 0]], [0.1, 0.1], 1.0, (0.1, 0.25, 0.2), STONE, velocity=[[0, 0, 0, 1, 2, 3]], **options))
+    scene.add(
+        cn.clumps(
+            [[0, 0, 0]],
+            [[-0.05, 0, 0], [0.05, 0, 0]],
+            [0.1, 0.1],
+            1.0,
+            (0.1, 0.25, 0.2),
+            STONE,
+            velocity=[[0, 0, 0, 1, 2, 3]],
+            **options,
+        )
+    )
     scene.interact(STONE, STONE, cn.LinearSpring(stiffness=1e3))
     sim = cn.Simulation(scene, dt, cn.SmoothDEM())
     for _ in range(steps):
@@ -158,7 +173,16 @@ def mixed(strategy=None, count=3, dt=2e-5, seed=3, boxes=True, bend=0.6):
         cn.capsules(x[k == 1], 0.004, 0.008, STONE, rotation=q[k == 1], velocity=v[k == 1]),
         cn.superquadrics(x[k == 2], (0.004, 0.005, 0.007), (0.7, 0.9), STONE, rotation=q[k == 2], velocity=v[k == 2]),
         cn.spheres(x[k == 3], 0.005, STONE, velocity=v[k == 3]),
-        cn.clumps(x[k == 4], [[-0.003, 0, 0], [0.003, 0, 0]], [0.004, 0.004], 1e-3, (1e-8, 2e-8, 2e-8), STONE, rotation=q[k == 4], velocity=v[k == 4]),
+        cn.clumps(
+            x[k == 4],
+            [[-0.003, 0, 0], [0.003, 0, 0]],
+            [0.004, 0.004],
+            1e-3,
+            (1e-8, 2e-8, 2e-8),
+            STONE,
+            rotation=q[k == 4],
+            velocity=v[k == 4],
+        ),
         sheet(8, half=0.1, bend=bend),
     )
     scene.interact("*", "*", cn.LinearSpring(stiffness=3e3, mu=0.4, restitution=0.6))
