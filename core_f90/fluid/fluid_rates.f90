@@ -61,7 +61,7 @@ contains
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     real(c_double), intent(inout) :: acceleration(3, 0:*) !< [m/s2]
-    real(c_double), intent(inout) :: drift(3, 0:*)        !< - gradient of the concentration, 0 at free surfaces [1/m]
+    real(c_double), intent(inout) :: drift(3, 0:*)        !< - gradient of the concentration, 0 at free surfaces and walls [1/m]
     integer(c_int8_t), intent(inout) :: open(0:*)         !< 2 at a free surface, 1 beside one, 0 within
     real(c_double), intent(inout) :: on_planes(6, *)      !< force, torque about the body's centre, added [N, N m]
     type(fluid) :: v
@@ -115,7 +115,7 @@ contains
       end do
       acceleration(:, i - 1) = a*own(7)/v%mass + v%gravity
       open(i - 1) = merge(2_c_int8_t, merge(1_c_int8_t, 0_c_int8_t, beside == 2), spread < open_share*v%dim)
-      drift(:, i - 1) = merge(s, 0*s, open(i - 1) == 0)
+      drift(:, i - 1) = merge(s, 0*s, open(i - 1) == 0 .and. w%count == 0) ! shear along walls would go with it
     end do
   end subroutine cairn_fluid_acceleration
 

@@ -140,7 +140,8 @@ def _ball(dim, radius, spacing, layers, hollow=False):
     """Shells within a ball, or about a hollow one."""
     parts = []
     for k in range(layers):
-        sides = (radius + k * spacing, radius + (k + 1) * spacing) if hollow else (radius - (k + 1) * spacing, radius - k * spacing)
+        inner = radius + k * spacing if hollow else radius - (k + 1) * spacing
+        sides = (inner, inner + spacing)
         low, high = max(sides[0], 0.0), sides[1]
         if high <= 0:
             break

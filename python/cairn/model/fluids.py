@@ -115,8 +115,8 @@ def fluid(
     viscosity : float, default 0
         Dynamic viscosity [Pa s].
     sound_speed : float, optional
-        Speed of sound [m/s], ten times the greatest speed of the flow or more: the density then varies by 1 %. When not given, ten
-        times sqrt(2 g H + v**2), with the height H of the liquid at the start and its greatest speed v.
+        Speed of sound [m/s], ten times the greatest speed of the flow or more: the density then varies by 1 %. When not given,
+        ten times sqrt(2 g H + v**2), with the height H of the liquid at the start and its greatest speed v.
     velocity : array_like (dim,) or (n, dim), optional
         Velocity at the start [m/s]; zero when not given.
     pressure : float or array_like (n,), optional
@@ -151,7 +151,7 @@ def fluid(
     spacing, density = checks.positive("spacing", spacing), checks.positive("density", density)
     region = checks.reals("region", region)
     if region.ndim != 2 or region.shape[1] not in (2, 3) or len(region) < 2:
-        raise ValueError(f"region has shape {region.shape}: give both corners of a box (2, dim), or places (n, dim) of more particles")
+        raise ValueError(f"region has shape {region.shape}: give both corners of a box (2, dim), or places (n, dim)")
     if not np.all(np.isfinite(region)):
         raise ValueError("region holds numbers that are not finite: give finite coordinates [m]")
     if not isinstance(name, str) or not name:

@@ -28,11 +28,12 @@ class Running:
         bodies = _bodies_of(scene, simulation._sets, first.spacing)
         self.sets_seen = len(simulation._sets)
         kept = [_outside(f, bodies, scene.dim) for f in self.fluids]
-        position, velocity = (np.concatenate([getattr(f, n)[k] for f, k in zip(self.fluids, kept)]) for n in ("position", "velocity"))
+        position = np.concatenate([place for place, _ in kept])
+        velocity = np.concatenate([f.velocity[k] for f, (_, k) in zip(self.fluids, kept)])
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
         speed = first.sound_speed or sound_speed_of(self.fluids, across, periodic)
-        pressure = np.concatenate([_pressure(f, across)[k] for f, k in zip(self.fluids, kept)])
+        pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
         self.count, self.sound_speed = len(position), speed
         settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
         settings |= {"smoothing": first.smoothing, "artificial": first.artificial, "depth": float(scene.depth)}
@@ -49,7 +50,7 @@ class Running:
                 "smoothing or artificial: two liquids do not mix here, give both the same values"
             )
         if any(s.mesh is not None for s in self._simulation._sets):
-            raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave them out, or the fluid")
+            raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave out either of them")
 
     def _gravity(self):
         scene = self._simulation.scene
@@ -148,8 +149,8 @@ def _sampled(contactors, dim, spacing, reach, slip, body):
             )
         if "vertex" not in form and form["radius"] < spacing:
             raise ValueError(
-                f"body {body} is a {shape} of radius {form['radius']:g} m, less than the spacing of the fluid, {spacing:g} m: give "
-                "a smaller spacing, larger bodies, or Scene.interact(fluid, material, None), and it flows through"
+                f"body {body} is a {shape} of radius {form['radius']:g} m, less than the spacing of the fluid, {spacing:g} m: "
+                "give a smaller spacing, larger bodies, or Scene.interact(fluid, material, None), and it flows through"
             )
         points = points_of(shape, dim, form, spacing, reach)
         for other, of, _ in contactors[:k]:
@@ -160,8 +161,11 @@ def _sampled(contactors, dim, spacing, reach, slip, body):
 
 def _table(rows):
     """Arrays of the core for points of bodies, in space."""
-    wide = [(np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, np.full(len(p), slip)) for k, p, slip in rows]
-    columns = [np.concatenate(c) for c in zip(*wide)] if wide else [np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))] + [np.zeros(0)] * 3
+    none = (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+    wide = [none]
+    for k, p, slip in rows:
+        wide.append((np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, np.full(len(p), slip)))
+    columns = [np.concatenate(c) for c in zip(*wide)]
     kinds = ("body", np.int64), ("offset", float), ("normal", float), ("depth", float), ("volume", float), ("slip", np.int8)
     return {name: np.ascontiguousarray(c, kind) for (name, kind), c in zip(kinds, columns)}
 
@@ -170,27 +174,56 @@ def _three(x):
     return np.ascontiguousarray(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
 
 
-def _outside(fluid, bodies, dim):
-    """True for particles (n,) of a fluid that lie outside all bodies. Raises ValueError for given ones that do not."""
-    deepest, where = np.full(len(fluid), -np.inf), np.full(len(fluid), -1)
+def _deepest(x, bodies, dim):
+    """Depth of places (n, dim) in the body that they are deepest in, < 0 outside, and its id."""
+    deepest, where = np.full(len(x), -np.inf), np.full(len(x), -1)
     for body in bodies:
         if not body.plane and not len(body.points):
             continue
-        x = fluid.position - body.position
+        own = x - body.position
         if body.rotation is not None:
-            back = np.broadcast_to(body.rotation * ([1, -1, -1, -1] if dim == 3 else -1), (len(x), 4) if dim == 3 else (len(x),))
-            x = turn(back, x, dim)
-        depth = depth_in(body.shape, dim, body.form, x)
+            back = body.rotation * ([1, -1, -1, -1] if dim == 3 else -1)
+            own = turn(np.broadcast_to(back, (len(x), *np.shape(back))), own, dim)
+        depth = depth_in(body.shape, dim, body.form, own)
         where = np.where(depth > deepest, body.ids[0], where)
         deepest = np.maximum(deepest, depth)
-    kept = deepest <= (0 if fluid.given else -0.25 * fluid.spacing)
-    if fluid.given and not np.all(kept):
-        k = int(np.argmin(kept))
-        raise ValueError(
-            f"particle {k} of the fluid at {tuple(float(v) for v in fluid.position[k])} lies {deepest[k]:g} m deep in body "
-            f"{where[k]}: give places outside bodies and walls"
-        )
-    return kept
+    return deepest, where
+
+
+NEAREST = 0.3  # distance of particles of a region from bodies, over the spacing
+FINE = 4  # points along each axis by which the share of a cell that bodies take is found
+
+
+def _outside(fluid, bodies, dim):
+    """Places (m, dim) of the particles of a fluid that lie outside all bodies, and their rows. Those of a region take the volume
+    that bodies leave. Raises ValueError for given ones that lie in a body."""
+    x, dx = fluid.position, fluid.spacing
+    deepest, where = _deepest(x, bodies, dim)
+    if fluid.given:
+        if np.any(deepest > 0):
+            k = int(np.argmax(deepest))
+            raise ValueError(
+                f"particle {k} of the fluid at {tuple(float(v) for v in x[k])} lies {deepest[k]:g} m deep in body "
+                f"{where[k]}: give places outside bodies and walls"
+            )
+        return x, np.arange(len(x))
+    share = np.where(deepest > 0, 1.0, 0.0)
+    cut = np.flatnonzero(np.abs(deepest) < dx * np.sqrt(dim))
+    if len(cut):
+        at = (np.arange(FINE) + 0.5) / FINE - 0.5
+        steps = np.stack([a.ravel() for a in np.meshgrid(*[at] * dim, indexing="ij")], axis=1) * dx
+        share[cut] = np.mean([_deepest(x[cut] + step, bodies, dim)[0] > 0 for step in steps], axis=0)
+    left_out = int(round(float(share.sum())))
+    order = np.argsort(-deepest, kind="stable")
+    rows = np.sort(order[left_out:])
+    place = x[rows].copy()
+    near = np.flatnonzero(deepest[rows] > -NEAREST * dx)
+    for _ in range(3 if len(near) else 0):  # edges have two normals
+        depth = _deepest(place[near], bodies, dim)[0]
+        slope = np.stack([_deepest(place[near] + 1e-3 * dx * axis, bodies, dim)[0] - depth for axis in np.eye(dim)], axis=1)
+        slope /= np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
+        place[near] -= np.maximum(depth + NEAREST * dx, 0.0)[:, None] * slope
+    return place, rows
 
 
 def _pressure(fluid, gravity):
@@ -222,7 +255,7 @@ class FluidView:
         values = _core.fluid_field(self._core, name)
         if name == "position" and np.any(self._simulation.scene.origin):
             values += self._simulation.scene.origin
-        return shown(values, "particles move by the flow alone, and are given by cn.fluid(region or places, velocity=, pressure=)")
+        return shown(values, "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start")
 
     @property
     def settings(self):
@@ -278,9 +311,10 @@ class FluidView:
         nu = s["viscosity"] / s["density"]
         return [
             "",
-            f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, viscosity {s['viscosity']:g} Pa s"
-            f" ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
-            f"  delta-SPH, Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
-            f"  sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, speed {info['speed']:.3g} m/s,"
-            f" compression {info['compression']:.2%}, {info['lists']} lists so far",
+            f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, "
+            f"viscosity {s['viscosity']:g} Pa s ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
+            f"  delta-SPH, Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, "
+            f"{info['bytes']} bytes",
+            f"  sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "
+            f"speed {info['speed']:.3g} m/s, compression {info['compression']:.2%}, {info['lists']} lists so far",
         ]
