@@ -8,6 +8,7 @@
 #include "impulse_transfer.hpp"
 #include "interaction.hpp"
 #include "joint_projection.hpp"
+#include "../solvers/sweeps/moving_cell.hpp"
 #include "law_commit.hpp"
 
 namespace cairn {
@@ -30,6 +31,7 @@ struct Interactions::State {
   ContactMemory memory;
   ContactEnergy energy;
   AssemblyInput in;
+  MovingCell moving_cell;
 
   // contacts that are held by more than touch
   Ropes ropes{in, system};

@@ -5,6 +5,7 @@ A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -227,6 +228,9 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
+    if s.drive is not None and not s.driven and s.mass is not None and s.mesh is None:
+        text = f"drive is given to bodies whose dofs are all free, and moves none: name those it drives, driven={names[0]!r}"
+        warnings.warn(text, UserWarning, stacklevel=4)
     for name in ("drive", "force", "surface_velocity"):
         value = getattr(s, name)
         if name == "surface_velocity" and getattr(value, "needs_simulation", False):
