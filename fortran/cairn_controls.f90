@@ -72,7 +72,7 @@ module cairn_controls
       integer(c_int32_t), value :: probe
       integer(c_int64_t), value :: capacity
       real(c_double), intent(inout) :: times(*), values(*)
-      integer(c_int64_t), intent(out) :: n
+      integer(c_int64_t), intent(inout) :: n
       type(c_error), intent(inout) :: error
     end function
   end interface
@@ -186,7 +186,7 @@ contains
     integer(c_int32_t), intent(in) :: probe
     real(dp), allocatable, intent(out) :: times(:), values(:)
     type(cairn_error), intent(out), optional :: error
-    integer(c_int64_t) :: n
+    integer(c_int64_t) :: n, rows
     integer(c_int32_t) :: code
     type(c_error) :: what
 
@@ -195,8 +195,9 @@ contains
     code = c_read_probe(simulation%handle, probe, 0_c_int64_t, times, values, n, what)
     if (code == 0 .and. n > 0) then
       deallocate (times, values)
-      allocate (times(n), values(n))
-      code = c_read_probe(simulation%handle, probe, n, times, values, n, what)
+      rows = n
+      allocate (times(rows), values(rows))
+      code = c_read_probe(simulation%handle, probe, rows, times, values, n, what)
     end if
     call report_back(code, what, error)
   end subroutine read_probe

@@ -12,8 +12,8 @@ struct Cell {
   double velocity_gradient[9] = {0, 0, 0, 0, 0,
                                  0, 0, 0, 0}; // rate of the cell vectors per cell vector; an image moves with it
   bool any() const { return periodic[0] || periodic[1] || periodic[2]; }
-  // Components of the velocity gradient that follow the stress (see solvers/sweeps/moving_cell.hpp), the pressure of the
-  // surroundings on each [Pa], and the stress of the last step, compression positive.
+  // Components of the velocity gradient that follow the stress (see solvers/sweeps/moving_cell.hpp), the pressure of
+  // the surroundings on each [Pa], and the stress of the last step, compression positive.
   bool follows[9] = {};
   double pressure[9] = {}, stress[9] = {};
   double mass = 0;  // inertia of the cell [kg]

@@ -48,7 +48,9 @@ const Function functions[] = {
 };
 constexpr int table_kind = first_function + int(std::size(functions));
 
-bool of_a_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c >= '0' && c <= '9'); }
+bool of_a_word(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c >= '0' && c <= '9');
+}
 
 } // namespace
 

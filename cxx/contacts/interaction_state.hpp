@@ -1,5 +1,6 @@
 // Parts of Interactions, in the order in which a step uses them. No source but those of Interactions reads this.
 #pragma once
+#include "../solvers/sweeps/moving_cell.hpp"
 #include "batch_assembly.hpp"
 #include "body_records.hpp"
 #include "contact_plan.hpp"
@@ -8,7 +9,6 @@
 #include "impulse_transfer.hpp"
 #include "interaction.hpp"
 #include "joint_projection.hpp"
-#include "../solvers/sweeps/moving_cell.hpp"
 #include "law_commit.hpp"
 
 namespace cairn {

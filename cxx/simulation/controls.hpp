@@ -1,5 +1,5 @@
-// What drives a run from step to step, by functions of time that are compiled once: dofs of bodies, walls under a stress,
-// the shape of a periodic cell.
+// What drives a run from step to step, by functions of time that are compiled once: dofs of bodies, walls under a
+// stress, the shape of a periodic cell.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -19,12 +19,12 @@ class Simulation;
 enum class ServoArea { given, grains, walls };
 
 struct Servo {
-  std::int64_t body = 0;                 // id
-  std::array<double, 3> normal{};        // unit vector out of the solid, to which its force is parallel
-  Expression stress;                     // [Pa]
+  std::int64_t body = 0;          // id
+  std::array<double, 3> normal{}; // unit vector out of the solid, to which its force is parallel
+  Expression stress;              // [Pa]
   ServoArea kind = ServoArea::grains;
-  Expression area;                       // [m2]
-  double depth = 1;                      // [m], in 2D
+  Expression area;  // [m2]
+  double depth = 1; // [m], in 2D
 };
 
 class Controls {
@@ -72,8 +72,8 @@ private:
   std::vector<Servo> servos_;
   std::vector<Component> components_;
   bool keeps_volume_ = false;
-  double volume_ = 0;     // to be kept [m3]
-  double cell_mass_ = 1;  // over that of the bodies
+  double volume_ = 0;    // to be kept [m3]
+  double cell_mass_ = 1; // over that of the bodies
   double depth_ = 1;
   std::int64_t order_ = -1, bodies_ = -1; // that the places are of
 };

@@ -53,7 +53,8 @@ int Probes::add(const Simulation& s, const std::string& quantity, std::span<cons
   } else if (made.name == "stress" || made.name == "cell") {
     made.kind = made.name == "stress" ? Kind::stress : Kind::cell;
     const int i = part.size() == 2 ? part[0] - 'x' : -1, j = part.size() == 2 ? part[1] - 'x' : -1;
-    if (i < 0 || j < i || j >= dim) refuse(made.name + (dim == 2 ? ".xx, .yy or .xy" : ".xx, .yy, .zz, .xy, .xz or .yz"));
+    if (i < 0 || j < i || j >= dim)
+      refuse(made.name + (dim == 2 ? ".xx, .yy or .xy" : ".xx, .yy, .zz, .xy, .xz or .yz"));
     if (!s.scene.cell.any()) throw Error("a probe asks for '" + quantity + "' of a scene that is not periodic");
     made.component = i + 3 * j;
   } else if (made.name == "contact_force") {
@@ -72,16 +73,22 @@ int Probes::add(const Simulation& s, const std::string& quantity, std::span<cons
       }
     });
     if (!found) refuse("contact_force, energy, report, stress, cell or a field of bodies: " + known);
-    if (made.component < 0) refuse(made.name + (dim == 2 ? ".x, .y or .w" : ".x, .y, .z, .wx, .wy or .wz") +
-                                   std::string(", as many as it has components, nothing if it is one number"));
+    if (made.component < 0)
+      refuse(made.name + (dim == 2 ? ".x, .y or .w" : ".x, .y, .z, .wx, .wy or .wz") +
+             std::string(", as many as it has components, nothing if it is one number"));
   }
   for (const std::int64_t id : ids) s.scene.internal(id);
   made.ids.assign(ids.begin(), ids.end());
-  if (take == "mean") made.take = Take::mean;
-  else if (take == "sum") made.take = Take::sum;
-  else if (take == "min") made.take = Take::least;
-  else if (take == "max") made.take = Take::most;
-  else throw Error("take is '" + take + "': give mean, sum, min or max");
+  if (take == "mean")
+    made.take = Take::mean;
+  else if (take == "sum")
+    made.take = Take::sum;
+  else if (take == "min")
+    made.take = Take::least;
+  else if (take == "max")
+    made.take = Take::most;
+  else
+    throw Error("take is '" + take + "': give mean, sum, min or max");
   if (every < 1) throw Error("every is " + std::to_string(every) + ": give a number of steps of at least 1");
   made.every = every;
   made.keeps = keeps;
@@ -137,7 +144,8 @@ double Probes::value_of(Simulation& s, const Probe& probe) {
   if (!first) return none;
   std::ptrdiff_t stride = 0;
   if (b.count > 1) stride = body_value(s, probe, 1) - first;
-  const double origin = probe.kind == Kind::field && probe.name == "position" ? s.scene.origin[std::size_t(probe.component)] : 0;
+  const double origin =
+      probe.kind == Kind::field && probe.name == "position" ? s.scene.origin[std::size_t(probe.component)] : 0;
   double sum = 0, least = std::numeric_limits<double>::infinity(), most = -least;
   std::int64_t counted = 0;
   const auto add = [&](std::int32_t body) {

@@ -12,12 +12,12 @@ namespace cairn {
 class Simulation;
 
 // "NAME.COMPONENT" of rigid bodies, a field as "position.z", "velocity.wy", "temperature", or "contact_force.x", the
-// force of contacts on a body [N]; of the run "energy.TERM", "report.NUMBER", and of its periodic cell "stress.xx" [Pa],
-// compression positive, "cell.xx", a component of its vectors [m].
+// force of contacts on a body [N]; of the run "energy.TERM", "report.NUMBER", and of its periodic cell "stress.xx"
+// [Pa], compression positive, "cell.xx", a component of its vectors [m].
 class Probes {
 public:
-  // ids: of bodies, none: of all. take: "mean", "sum", "min" or "max" of them. keeps: rows are kept until they are read.
-  // Returns its number. Throws Error for what there is not.
+  // ids: of bodies, none: of all. take: "mean", "sum", "min" or "max" of them. keeps: rows are kept until they are
+  // read. Returns its number. Throws Error for what there is not.
   int add(const Simulation& s, const std::string& quantity, std::span<const std::int64_t> ids, const std::string& take,
           int every, bool keeps);
   void clear() { probes_.clear(); }

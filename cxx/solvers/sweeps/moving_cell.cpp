@@ -6,8 +6,7 @@
 
 namespace cairn {
 
-void MovingCell::begin(const Cell& cell, int dim, double h, const ContactSystem& system,
-                       const std::int32_t* image) {
+void MovingCell::begin(const Cell& cell, int dim, double h, const ContactSystem& system, const std::int32_t* image) {
   dim_ = dim;
   places_.clear();
   double mobile = 0;

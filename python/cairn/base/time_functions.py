@@ -377,7 +377,8 @@ def from_dict(d):
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     if d["kind"] != "constant":
-        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo, expression, of_temperature or constant is due")
+        kinds = "table, harmonic, ramp, components, servo, expression, of_temperature or constant"
+        raise ValueError(f"kind is {d['kind']!r}: {kinds} is due")
     value = np.asarray(d["value"], float)
     if not np.all(np.isfinite(value)):
         raise ValueError(f"value is {value}: give finite numbers")

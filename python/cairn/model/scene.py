@@ -93,9 +93,8 @@ class Periodic:
                     raise ValueError(f"{what} of the periodic cell names {name!r}: give {listed(names, name)}")
                 texts = None if isinstance(value, str) else texts_of(value)
                 if texts is None or len(texts) != 1:
-                    raise ValueError(
-                        f"{what}[{name!r}] of the periodic cell is {value!r}: give a finite number, cairn.Table, Harmonic or Expression"
-                    )
+                    due = "give a finite number, cairn.Table, Harmonic or Expression"
+                    raise ValueError(f"{what}[{name!r}] of the periodic cell is {value!r}: {due}")
                 found[name] = texts[0]
             given.append(found)
         twice = sorted(set(given[0]) & set(given[1]))
@@ -561,7 +560,7 @@ class Scene(Spelt):
                 tuple(periodic["corner"]),
                 float(periodic["lean"]),
                 float(periodic["shear_rate"]),
-                *({name: Expression(str(text)) for name, text in periodic.get(of, {}).items()} or None for of in ("rate", "stress")),
+                *({name: Expression(str(of)) for name, of in periodic.get(k, {}).items()} or None for k in ("rate", "stress")),
                 bool(periodic.get("constant_volume", False)),
                 float(periodic.get("inertia", 1.0)),
             )

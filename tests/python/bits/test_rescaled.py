@@ -112,7 +112,10 @@ LAWS = {
 }  # fmt: skip
 SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring")
 ONLY_3D = ("Capillary", "RollingCapillary", "HertzMindlin", "JKR")
-BITS = ("Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "RollingBonded", "Wear", "Wet", "Rod", "Wire")
+BITS = (
+    "Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "RollingBonded", "Wear", "Wet",
+    "Rod", "Wire",
+)  # fmt: skip
 
 
 def factor(units, dim, scale):

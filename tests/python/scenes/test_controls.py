@@ -1,4 +1,4 @@
-"""Servo walls, drives and probes that the core evaluates: expressions, tables, the area of a wall, numbers every so many steps."""
+"""Servo walls, drives and probes that the core evaluates: expressions, tables, the area of a wall, numbers of a run."""
 
 import math
 import warnings
