@@ -48,10 +48,10 @@ class Periodic:
 
     Examples
     --------
-    >>> cn.Periodic((1.0, 1.0, 1.0), stress=1e4)                                     # isotropic
-    >>> cn.Periodic((1.0, 1.0, 1.0), rate={"zz": -0.1}, stress={"xx": 1e4, "yy": 1e4})  # triaxial
-    >>> cn.Periodic((1.0, 1.0), rate={"xy": 0.1}, stress={"yy": 1e4})                # simple shear
-    >>> cn.Periodic((1.0, 1.0), rate={"yy": -0.1}, constant_volume=True)
+    >>> isotropic = cn.Periodic((1.0, 1.0, 1.0), stress=1e4)
+    >>> triaxial = cn.Periodic((1.0, 1.0, 1.0), rate={"zz": -0.1}, stress={"xx": 1e4, "yy": 1e4})
+    >>> sheared = cn.Periodic((1.0, 1.0), rate={"xy": 0.1}, stress={"yy": 1e4})
+    >>> undrained = cn.Periodic((1.0, 1.0), rate={"yy": -0.1}, constant_volume=True)
     """
 
     lengths: tuple

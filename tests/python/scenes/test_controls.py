@@ -82,12 +82,12 @@ def test_drives_of_the_core_are_those_of_python(dim):
     sim.step()
     assert sim.bodies.velocity[0, 0] == 3.0
     sim.drive([0], (), None)
-    sim.bodies.set([0], velocity=np.zeros((1, 3 if dim == 2 else 6)))
+    sim.bodies.set(velocity=np.zeros((1, 3 if dim == 2 else 6)))
     sim.step()
     assert sim.bodies.velocity[0, 0] == 0.0
 
 
-def box(dim, area, stress=1e3, python=False):
+def box(dim, area, stress=1e3):
     """Grains between a floor, side walls and a lid under a stress; ids of the right wall and of the lid."""
     rng = np.random.default_rng(0)
     place = np.stack(np.meshgrid(*[np.arange(3)] * dim, indexing="ij"), -1).reshape(-1, dim)
@@ -100,8 +100,7 @@ def box(dim, area, stress=1e3, python=False):
         moving = {"velocity": tuple(-0.02 * axes[k])} if k == 0 else {}
         if k == dim - 1:
             servo = cn.Servo(stress, -axes[k], area=area)
-            force = (lambda t, servo=servo: servo(t, box.sim)) if python else servo
-            moving = {"mass": 2.0, "free": "vy" if dim == 2 else "vz", "force": force}
+            moving = {"mass": 2.0, "free": "vy" if dim == 2 else "vz", "force": servo}
         walls.append(scene.add(cn.wall(0.0602 * axes[k], -axes[k], ROCK, **moving))[0])
     scene.interact("*", "*", cn.Coulomb(mu=0.3))
     sim = cn.Simulation(scene, dt=1e-3, overlap="ignore")
