@@ -209,7 +209,7 @@ public:
     end.rounded = end.vague && velocity_.exhausted();
     SolverOptions asked = options_;
     asked.tolerance = ends_at();
-    if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
+    if (end.square <= wanted_ && report_.light_error <= asked.tolerance && !system_.cell) // which gives way
       end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;

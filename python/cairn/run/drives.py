@@ -36,7 +36,7 @@ class Drives:
                     compiled.append((texts, at, bits))
                 if before.size:
                     velocity[at] = np.where(bits, before.reshape(len(present), -1)[at], velocity[at])
-            elif s.drive is not None:
+            elif s.drive is not None and not callable(s.drive):
                 velocity[at] = np.where(bits, s.drive[alive], velocity[at])
         self._ids, self._velocity = present, velocity
         moving = np.zeros(len(present), bool)
@@ -66,8 +66,6 @@ def _compiled(s, dofs):
     texts = texts_of(s.drive)
     if texts is None:
         return None
-    if len(texts) == 1 and len(s.driven) == 1:
-        texts = [texts[0] if name in s.driven else "0" for name in DOFS[s.dim]]
-    elif len(texts) == s.dim:
+    if len(texts) == s.dim:
         texts = texts + ["0"] * (dofs - s.dim)
     return texts if len(texts) == dofs else None

@@ -683,7 +683,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         dofs : str or sequence of str
             Names of the dofs.
         velocity : float, array_like (3,), (6,), (n, 3) or (n, 6), or callable
-            Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time.
+            Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time that gives them;
+            a Table, Harmonic or Expression of a single dof may give a number.
 
         Raises
         ------

@@ -135,16 +135,15 @@ def test_an_area_between_walls_needs_walls():
     scene.add(cn.disks([[0.0, 0.1]], 0.1, ROCK), cn.wall((0, 0), (0, 1), ROCK))
     scene.add(cn.wall((0, 0.2), (0, -1), ROCK, mass=1.0, free="vy", force=cn.Servo(1e3, (0, -1), area="walls")))
     scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
-    sim = cn.Simulation(scene, dt=1e-3)
     with pytest.raises(ValueError, match="no two planes face each other"):
-        sim.step()
+        cn.Simulation(scene, dt=1e-3)
     with pytest.raises(ValueError, match="'walls', a function of the simulation"):
         cn.Servo(1e3, (0, -1), area="floor")
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_probes_of_the_core_read_what_python_reads(dim, tmp_path):
-    sim, _, lid = box(dim, None)
+    sim, _, lid = box(dim, None, stress=1e5)
     axis = "xyz"[dim - 1]
     grains = np.arange(3**dim)
     probes = {
@@ -205,7 +204,7 @@ def test_a_drive_that_drives_nothing_is_told():
 @pytest.mark.parametrize("dim", [2, 3])
 def test_overlap_of_a_sliver_is_over_its_reach(dim):
     # the width of a sliver is rounding: an overlap of a thousandth of its length is no 1e13 of its size
-    thin = 1e-15
+    thin = 1e-12 if dim == 2 else 4e-8  # hulls in space have a least thickness
     if dim == 2:
         sliver = cn.polygons([[(-0.1, 0.0), (0.1, 0.0), (0.0, thin)]], ROCK, position=[[0.0, -1e-4]])
     else:
