@@ -79,6 +79,7 @@ void bind_controls(py::class_<Simulation>& simulation) {
            [](Simulation& s, const std::string& component, const std::string& stress) {
              s.controlled().press_cell(s, component, cairn::Expression(stress));
            })
+      .def("release_cell", [](Simulation& s) { s.controlled().release_cell(s); })
       .def("weigh_cell",
            [](Simulation& s, double inertia, double depth, bool keeps_volume) {
              s.controlled().weigh_cell(s, inertia, depth);

@@ -38,6 +38,15 @@ void Controls::release(std::span<const std::int64_t> ids) {
   order_ = -1;
 }
 
+void Controls::release_cell(Simulation& s) {
+  Cell& cell = s.scene.cell;
+  for (const Component& c : components_) cell.velocity_gradient[c.i + 3 * c.j] = 0;
+  for (int k = 0; keeps_volume_ && k < 3; ++k) cell.velocity_gradient[4 * k] = 0;
+  std::fill(std::begin(cell.follows), std::end(cell.follows), false);
+  components_.clear();
+  keeps_volume_ = false;
+}
+
 void Controls::drive(Simulation& s, std::span<const std::int64_t> ids, int dof, Expression velocity) {
   Bodies& b = s.scene.bodies;
   if (dof < 0 || dof >= b.dofs())

@@ -44,7 +44,7 @@ public:
   void weigh_cell(Simulation& s, double share, double depth);
   void release_bodies() { drives_.clear(), servos_.clear(); }
   void release(std::span<const std::int64_t> ids); // no function drives them any more
-  void release_cell() { components_.clear(), keeps_volume_ = false; }
+  void release_cell(Simulation& s);                // components that something drove stay from now on
   bool has_cell() const { return !components_.empty() || keeps_volume_; }
 
   // Writes velocities at the end of a step of h [s], forces and pressures in the mean of both ends by the share of the

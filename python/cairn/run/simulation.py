@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from .. import _core
@@ -76,7 +78,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
         if scene.periodic is not None:
-            drive_cell(self._core, scene)
+            drive_cell(self._core, scene, scene.periodic)
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
@@ -793,6 +795,32 @@ class Simulation(Reshaping, Restarts, Spelt):
         a rate, a stress or a constant volume, else zero."""
         found = self._core.driven_cell()
         return {**found, "lengths": np.diag(found["vectors"]).copy()}
+
+    def drive_cell(self, rate=None, stress=None, constant_volume=False):
+        """Drives the periodic cell in later steps, as Periodic does, in the place of what drove it; all else stays.
+
+        Parameters
+        ----------
+        rate : dict, optional
+            {component: rate [1/s]}.
+        stress : float, function of time or dict, optional
+            Pressure along all axes or {component: stress} [Pa].
+        constant_volume : bool, default False
+            Lengths that have neither keep the volume.
+
+        Raises
+        ------
+        ValueError
+            If the scene has no periodic cell, or a component is none or has a value that the core cannot evaluate.
+        """
+        self.between_steps("drive_cell")
+        if self.scene.periodic is None:
+            raise ValueError("the scene has no periodic cell: give cairn.Scene(periodic=cairn.Periodic(...))")
+        given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}
+        cell = dataclasses.replace(self.scene.periodic, **given)
+        cell.components(self.scene.dim)
+        self._core.release_cell()
+        drive_cell(self._core, self.scene, cell)
 
     def _start_meshes(self, state=None, anew=False):
         """Passes the deformable bodies to the core, see Meshes; their modules are imported only if there are any."""
