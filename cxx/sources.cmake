@@ -5,6 +5,7 @@ set(CAIRN_LAYERS
 )
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
+  api/controls.cpp
   api/files.cpp
   api/frames.cpp
   api/hulls.cpp
@@ -202,6 +203,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/active_set.cpp
   solvers/sweeps/contact_rows.cpp
   solvers/sweeps/contact_system.cpp
+  solvers/sweeps/moving_cell.cpp
   solvers/sweeps/light_error.cpp
   solvers/sweeps/newton_correction.cpp
   solvers/sweeps/solid_correction.cpp
@@ -226,7 +228,11 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_sweeps.cpp
   ranks/ranked_views.cpp
   ranks/virtual_ranks.cpp
+  base/expression.cpp
   simulation/contact_fields.cpp
+  simulation/controls.cpp
+  simulation/probes.cpp
+  simulation/servo_area.cpp
   strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp
   strategies/held_motions.cpp

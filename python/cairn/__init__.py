@@ -14,6 +14,7 @@ from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, names, pre
 from ._core import Error
 from .base.errors import FileError
+from .base.expressions import Expression
 from .base.materials import Material
 from .base.time_functions import Harmonic, Servo, Table
 from .model import laws
@@ -29,6 +30,7 @@ from .options import integrators, strategies
 from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .plugs.plug import plug
 from .post.load import load
+from .run.probes import Probe
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
@@ -102,6 +104,7 @@ __all__ = [
     "EnergyCreatedWarning",
     "JointWarning",
     "Error",
+    "Expression",
     "FileError",
     "Fixed",
     "GranularElement",
@@ -115,6 +118,7 @@ __all__ = [
     "OverlapWarning",
     "Periodic",
     "Pivot",
+    "Probe",
     "RunawayWarning",
     "Scene",
     "Servo",

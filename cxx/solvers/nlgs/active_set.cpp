@@ -38,6 +38,8 @@ private:
 
 } // namespace
 
-void add_active_set(NlgsState& s, NlgsParts& parts) { parts.add<FewContacts>(s); }
+void add_active_set(NlgsState& s, NlgsParts& parts) {
+  if (!s.system.cell) parts.add<FewContacts>(s);
+}
 
 } // namespace cairn

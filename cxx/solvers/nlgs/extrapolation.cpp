@@ -131,7 +131,7 @@ private:
 } // namespace
 
 void add_extrapolation(NlgsState& s, NlgsParts& parts) {
-  s.extrapolates = s.extrapolates && extrapolation_grounds(s.system).extrapolates();
+  s.extrapolates = s.extrapolates && !s.system.cell && extrapolation_grounds(s.system).extrapolates();
   if (s.extrapolates) parts.add<Extrapolation>(s);
 }
 

@@ -87,7 +87,7 @@ public:
     SolverOptions asked = s_.options;
     asked.tolerance = s_.ends_at;
     for (NlgsPart* part : parts_) part->end(end, asked);
-    if (end.square <= s_.wanted && s_.report.light_error <= asked.tolerance)
+    if (end.square <= s_.wanted && s_.report.light_error <= asked.tolerance && !s_.system.cell) // which gives way
       end.unbounded = grows_without_end(s_.system, s_.schedule, s_.velocity_free, end, s_.aim());
     conclude(s_.report, end, asked);
     for (NlgsPart* part : parts_)

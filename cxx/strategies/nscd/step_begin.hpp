@@ -8,6 +8,7 @@ class StepBegin {
 public:
   void save(Simulation& s);
   void restore(Simulation& s) const;
+  const Cell& cell() const { return cell_; }
 
 private:
   Cell cell_; // bodies and nodes have fields of their own for it

@@ -200,9 +200,11 @@ class Servo:
         Pressure [Pa], or a function of time that gives it.
     normal : array_like (dim,)
         Normal of the wall, out of the solid; its length does not matter.
-    area : float or callable, optional
-        Loaded area [m2], length times depth in 2D; or a function of the simulation that measures it in each step. Not given: the
-        extent of the grains across the normal, or of the periodic cell, times the depth of the scene in 2D.
+    area : float, "walls" or callable, optional
+        Loaded area [m2], length times depth in 2D. "walls": the distance of the planes that face each other across the normal,
+        as they stand. Not given: the extent of the grains across the normal. Along the axes of a periodic cell both are its
+        length, and in 2D both are times the depth of the scene. Or a function of the simulation that measures it in each step,
+        as Python alone can; all else is evaluated by the core.
 
     Raises
     ------
@@ -223,12 +225,16 @@ class Servo:
         if len(normal) not in (2, 3) or not np.any(normal):
             raise ValueError(f"normal is {normal}: give a vector (2,) or (3,) of non-zero length, out of the solid")
         self.normal = normal / np.linalg.norm(normal)
-        self.area = area if area is None or callable(area) else checks.positive("area", area)
+        if isinstance(area, str) and area != "walls":
+            raise ValueError(f"area is {area!r}: give a number [m2], 'walls', a function of the simulation, or nothing")
+        self.area = area if area is None or area == "walls" or callable(area) else checks.positive("area", area)
 
     def __call__(self, t, simulation):
         stress = self.stress(t) if callable(self.stress) else self.stress
         if self.area is None:
             area = self.extent(simulation)
+        elif self.area == "walls":
+            area = simulation.loaded_area(self.normal)
         else:
             area = self.area(simulation) if callable(self.area) else self.area
         return stress * area * self.normal
@@ -270,7 +276,7 @@ class Servo:
         Returns
         -------
         dict
-            Kind, stress, normal and area [m2], nan for the extent of the grains.
+            Kind, stress, normal and area [m2], nan for the extent of the grains, -1 for that between walls.
 
         Raises
         ------
@@ -283,7 +289,7 @@ class Servo:
             "kind": "servo",
             "stress": to_dict("stress", self.stress),
             "normal": self.normal,
-            "area": np.nan if self.area is None else self.area,
+            "area": np.nan if self.area is None else -1.0 if self.area == "walls" else self.area,
         }
 
 
@@ -342,7 +348,7 @@ def from_dict(d):
 
     Returns
     -------
-    ndarray, Table, Harmonic, Ramp, Components, Servo or OfTemperature
+    ndarray, Table, Harmonic, Ramp, Components, Servo, Expression or OfTemperature
         The value.
 
     Raises
@@ -358,16 +364,21 @@ def from_dict(d):
         from .materials import OfTemperature
 
         return OfTemperature(tuple(d["temperatures"]), tuple(d["values"]))
+    if d["kind"] == "expression":
+        from .expressions import from_dict as expression_from
+
+        return expression_from(d)
     if d["kind"] == "ramp":
         return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
     if d["kind"] == "components":
         return Components(_part(d[k]) for k in sorted(d) if k != "kind")
     if d["kind"] == "servo":
-        area = None if np.isnan(d["area"]) else float(d["area"])
+        area = None if np.isnan(d["area"]) else "walls" if d["area"] == -1 else float(d["area"])
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     if d["kind"] != "constant":
-        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo, of_temperature or constant is due")
+        kinds = "table, harmonic, ramp, components, servo, expression, of_temperature or constant"
+        raise ValueError(f"kind is {d['kind']!r}: {kinds} is due")
     value = np.asarray(d["value"], float)
     if not np.all(np.isfinite(value)):
         raise ValueError(f"value is {value}: give finite numbers")

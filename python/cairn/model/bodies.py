@@ -5,12 +5,15 @@ A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..base import checks
+from ..base.expressions import texts_of
 from ..base.materials import Material
+from ..base.time_functions import Components
 from ..names import Spelt, listed, takes
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
@@ -227,6 +230,11 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
+    if s.drive is not None and not s.driven and s.mass is not None and s.mesh is None:
+        text = f"drive is given to bodies whose dofs are all free, and moves none: name those it drives, driven={names[0]!r}"
+        warnings.warn(text, UserWarning, stacklevel=4)
+    if callable(s.drive) and len(s.driven) == 1 and len(texts_of(s.drive) or ()) == 1:  # of the dof that is driven
+        s.drive = Components([s.drive if name in s.driven else 0.0 for name in names])
     for name in ("drive", "force", "surface_velocity"):
         value = getattr(s, name)
         if name == "surface_velocity" and getattr(value, "needs_simulation", False):
