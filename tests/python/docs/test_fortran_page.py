@@ -14,7 +14,7 @@ def test_every_public_procedure_stands_on_the_page_with_all_its_arguments():
     page = tables.fortran()
     missing, bare = [], []
     for path in sorted((ROOT / "fortran").glob("cairn_*.f90")):
-        if path.stem == "cairn_calls":  # what the others share
+        if path.stem in ("cairn_calls", "cairn_signatures"):  # what the others share
             continue
         text = path.read_text(encoding="utf-8")
         public = set(re.findall(r"\w+", " ".join(re.findall(r"^ *public *:: *(.*)$", text, re.M))))
@@ -29,4 +29,4 @@ def test_every_public_procedure_stands_on_the_page_with_all_its_arguments():
             for argument in re.findall(r"\w+", arguments):
                 if not re.search(rf"intent\(\w+\).*::.*\b{argument}\b|::(?:.*&\n)*.*\b{argument}\b", found.group(2)):
                     bare.append(f"{name}({argument})")
-    assert page.count("```fortran") > 5 and not missing and not bare, (missing, bare)
+    assert page.count("```fortran") > 4 and not missing and not bare, (missing, bare)
