@@ -1,4 +1,4 @@
-"""What was read as what: an account of a DATBOX folder, for `cairn convert FOLDER`."""
+"""Account of a DATBOX folder for `cairn convert FOLDER`: contactors, meshes and laws with their counterparts in Cairn."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def lines_of(scene):
     drives = Counter(type(b).__name__ for s in scene.sets for b in [getattr(s, "drive", None)] if callable(b))
     if drives:
         lines += [f"driven over time: {sum(drives.values())} sets of bodies", ""]
-    lines.append(f"largest alert distance {origin.alert:g} m: NSCD(margin={origin.alert:g}); a DATBOX holds no time step and no theta")
+    lines.append(
+        f"largest alert distance {origin.alert:g} m: NSCD(margin={origin.alert:g}); a DATBOX holds no time step and no theta"
+    )
     for title, told in (("left out", origin.unmapped), ("read otherwise", origin.notes)):
         lines += ["", f"{title}: {len(told) or 'nothing'}"]
         lines += [f"  {' '.join(text.split())}" for text in told[:MOST]]

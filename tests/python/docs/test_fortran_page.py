@@ -19,7 +19,9 @@ def test_every_public_procedure_stands_on_the_page_with_all_its_arguments():
         text = path.read_text(encoding="utf-8")
         public = set(re.findall(r"\w+", " ".join(re.findall(r"^ *public *:: *(.*)$", text, re.M))))
         body = text.partition("\ncontains\n")[2]
-        for kind, name, arguments in re.findall(r"^ *(?!end)(?:[\w()*]+ )*(subroutine|function) (\w+) *\(((?:[^()]|\n)*)\)", body, re.M):
+        for kind, name, arguments in re.findall(
+            r"^ *(?!end)(?:[\w()*]+ )*(subroutine|function) (\w+) *\(((?:[^()]|\n)*)\)", body, re.M
+        ):
             if name not in public:
                 continue
             found = re.search(rf"{kind} {name} *\(((?:[^()]|\n)*)\)(.*?)(?:\n\n|```)", page, re.S)

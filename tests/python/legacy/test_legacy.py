@@ -77,7 +77,6 @@ def test_what_has_no_word_is_refused_by_name_or_left_out_as_asked(tmp_path):
     assert not (tmp_path / "no").exists()
     with pytest.warns(legacy.UnmappedWarning, match="half_plane"):
         legacy.write_datbox(scene, tmp_path / "DATBOX", unmapped="skip")
-    text = (tmp_path / "DATBOX" / "BODIES.DAT").read_text()
     rules = (tmp_path / "DATBOX" / "TACT_BEHAV.DAT").read_text()
     (tmp_path / "DATBOX" / "TACT_BEHAV.DAT").write_text(re.sub(r"^( law00  )\S+", r"\1GTN_CZM", rules, flags=re.M))
     with pytest.raises(legacy.LegacyError, match="GTN_CZM"):

@@ -25,8 +25,8 @@ def hanging(tmp_path, dim, law, values, alert, at, extra=""):
     """A held body with a point at its centre, and one below it or beside it with more contactors."""
     kind = f"RBDY{dim}"
     options = {"avrd": 0.1} | ({"gyrd": 0.05} if dim == 2 else {"moments": (1e-3, 1e-3, 1e-3)})
-    text = body(kind, point(dim, *[0.0] * dim), number=1, **options) + body(kind, extra or point(dim, *[0.0] * dim), at=at, number=2,
-                                                                           **options)  # fmt: skip
+    middle = point(dim, *[0.0] * dim)
+    text = body(kind, middle, number=1, **options) + body(kind, extra or middle, at=at, number=2, **options)
     drives = held(kind, 1, (1, 2, 3) if dim == 2 else (1, 2, 3, 4, 5, 6))
     folder = write(tmp_path / "DATBOX", text, SEES.format(kind, f"PT{dim}Dx", alert), laws=LAW.format(law, values), drives=drives)
     scene = legacy.read_datbox(folder)
@@ -52,7 +52,9 @@ def test_a_body_on_a_rod_between_points_hangs_and_swings_as_on_a_spring(tmp_path
 
 
 def test_a_wire_between_points_is_slack_when_they_are_near(tmp_path):
-    scene, sim = hanging(tmp_path, 2, "ELASTIC_WIRE", "Fstr= 0.1000000D+06  prst= 0.0000000D+00", "0.5000000D+01", (0.0, 2.0, 0.0))
+    scene, sim = hanging(
+        tmp_path, 2, "ELASTIC_WIRE", "Fstr= 0.1000000D+06  prst= 0.0000000D+00", "0.5000000D+01", (0.0, 2.0, 0.0)
+    )
     sim.run(steps=200, progress=False)
     assert sim.bodies.velocity[1, 1] == pytest.approx(-9.81 * 0.02, rel=1e-6), "it falls towards the other"
 
@@ -108,8 +110,8 @@ def test_the_account_tells_what_was_read_as_what(tmp_path, capsys):
     folder = write(tmp_path / "DATBOX", text, see, laws=laws)
     assert main(["convert", str(folder)]) == 0
     told = capsys.readouterr().out
-    for words in ("SPHER       2  sphere", "POLYR       1  polyhedron", "CYLND       1  left out", "Coulomb(mu=0.3)", "not needed",
-                  "left out: 1", "localframe", "give SPHER and POLYR"):  # fmt: skip
+    for words in ("SPHER       2  sphere", "POLYR       1  polyhedron", "CYLND       1  left out", "Coulomb(mu=0.3)",
+                  "not needed", "left out: 1", "localframe", "give SPHER and POLYR"):  # fmt: skip
         assert words in told, told
     assert main(["convert", str(folder), str(tmp_path / "case.scene.h5")]) == 0
     assert cn.Scene.load(tmp_path / "case.scene.h5").dim == 3
