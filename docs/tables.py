@@ -148,7 +148,8 @@ def calls(text):
         if name in public and not first.lstrip().startswith("end"):
             lines = []
             for line in body[found.end() :].split("\n"):
-                if "intent(" not in line and not (lines and lines[-1].rstrip().endswith("&")):
+                told_on = line.lstrip().startswith("!<") and lines  # a comment on an argument goes on
+                if "intent(" not in line and not told_on and not (lines and lines[-1].rstrip().endswith("&")):
                     break
                 lines.append(line)
             told = [*comment.rstrip("\n").split("\n"), first, *lines]
@@ -160,7 +161,7 @@ def fortran():
     parts = ["# Fortran calls\n\nThe procedures of the module `cairn`, from its sources; `error=` may be left out everywhere."]
     for path in sorted((ROOT / "fortran").glob("cairn_*.f90")):
         found = list(calls(path.read_text(encoding="utf-8")))
-        if found and path.stem != "cairn_calls":  # what the others share
+        if found and path.stem not in ("cairn_calls", "cairn_signatures"):  # what the others share
             text = "\n\n".join(found)
             parts.append(f"## {path.stem.removeprefix('cairn_').capitalize()}\n\n```fortran\n{text}\n```")
     return "\n\n".join(parts) + "\n"

@@ -76,6 +76,8 @@ from .options.strategies import SmoothDEM as SmoothDEM
 from .options.strategies import strategy as strategy
 from .plugs.plug import plug as plug
 from .post.load import load as load
+from .post.series import open_series as open_series
+from .run import precice as precice
 from .run import soe as soe
 from .run.equilibrium import find_equilibrium as find_equilibrium
 from .run.simulation import Simulation as Simulation

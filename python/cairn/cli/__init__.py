@@ -8,7 +8,23 @@ import argparse
 import os
 import sys
 
-from . import check, completion, convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
+from . import (
+    check,
+    completion,
+    convert,
+    doctor,
+    import_blocks,
+    info,
+    new_law,
+    plot,
+    run,
+    solve,
+    study,
+    sweep,
+    verify,
+    view,
+    wrap_law,
+)
 from .errors import in_a_line, interrupted, line_of, meant_to_be_read, show_own
 from .parser import Parser, add_command
 

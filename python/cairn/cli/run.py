@@ -125,7 +125,7 @@ def _document(options):
         document["simulation"] = {**(document.get("simulation") or {}), "dt": options.dt}
     simulation = documents.simulation_of(document)
     if options.solver is not None or options.tol is not None or options.dump_problem:
-        raise ValueError("--solver, --tol and --dump-problem are for scenes that Scene.save wrote: write the solver in the document")
+        raise ValueError("--solver, --tol and --dump-problem are for scene files: write the solver in the document")
     given = dict(document.get("run") or {})
     given |= {k: v for k, v in (("steps", options.steps), ("until", options.until), ("output", options.output),
                                 ("checkpoint_every", options.checkpoint_every)) if v is not None}  # fmt: skip

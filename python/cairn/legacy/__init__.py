@@ -2,6 +2,7 @@
 
 from ..names import teach
 from .contact_laws import LAWS
+from .report import account
 from .results import Instant, read_contacts, read_dof, read_h5, read_outbox, read_results
 from .scene import Origin, UnmappedWarning, read_datbox
 from .text import LegacyError
@@ -13,6 +14,7 @@ __all__ = [
     "LegacyError",
     "Origin",
     "UnmappedWarning",
+    "account",
     "read_contacts",
     "read_datbox",
     "read_dof",

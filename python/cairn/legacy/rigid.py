@@ -32,7 +32,6 @@ KINDS = {
 SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # names in see tables
 DIGITS = 5e-7  # relative rounding of numbers with eight digits, the first of which may be 0
 FLAT = 1e-7  # largest bend of a flat face over its size, as in the core
-PATCHES = "is a polyhedron in several patches, which are not read"
 ROUND = 1 - 3 / np.pi  # share of volume that a prism of twelve sides, the coarsest model of a cylinder, lacks
 
 
@@ -134,8 +133,7 @@ def _contactor(reader, line, body):
     elif c.type == "POLYR":
         c.vertices, c.faces = _surface(reader, line)
     elif c.type == "POLYF":
-        for _ in range(reader.whole(line, 40, 47)):
-            _surface(reader, reader.next())
+        _patches(reader, line, c)
     elif c.type in ("PT2Dx", "PT3Dx"):
         c.offset = np.array(reader.values(line, DIMENSION[body.type]))
     else:
@@ -153,6 +151,21 @@ def _contactor(reader, line, body):
             reader.fail("the rows of localframe are no axes of length 1 square to each other")
         c.offset = np.array(reader.values(reader.next(), 3))
     return c
+
+
+def _patches(reader, line, c):
+    """A polyhedron in several patches becomes one: vertices of patches that coincide, to the digits of the file, are one.
+    It is a POLYR from then on, as it is in see tables."""
+    found = [_surface(reader, reader.next()) for _ in range(reader.whole(line, 40, 47))]
+    if not found:
+        reader.fail("a POLYF has no patch; one or more were expected")
+    first = np.cumsum([0, *(len(v) for v, _ in found[:-1])])
+    vertices = np.concatenate([v for v, _ in found])
+    faces = np.concatenate([f + start for (_, f), start in zip(found, first)])
+    size = np.max(np.ptp(vertices, axis=0), initial=0.0)
+    rounding = 2 * DIGITS * np.max(np.abs(vertices), initial=0.0)
+    c.vertices, c.faces = mesh.weld(vertices, faces, rounding / size) if size > 0 else (vertices, faces)
+    c.type, c.note = "POLYR", f"its {len(found)} patches are one surface, and it is a POLYR"
 
 
 def _surface(reader, line):
@@ -174,9 +187,6 @@ def _surface(reader, line):
 def completed(reader, body, near=None):
     """Completes a body with centre, mass and principal axes as LMGC90 does after reading, and moves its contactors into these
     axes. near: as for cairn.pre.convex_parts."""
-    patches = next((c for c in body.contactors if c.type == "POLYF"), None)
-    if patches is not None and (body.radius == 0 or len(body.contactors) > 1):
-        _refuse(reader, body, patches, f"{PATCHES}, nor what they weigh; give POLYR")
     if body.type == "RBDY2":
         _complete_2d(body)
     else:
@@ -345,7 +355,7 @@ def _complete_alone(body, c):
     given = any(body.moments)
     if c.type == "POLYR" and given:
         moments, axes = np.array(body.moments), np.eye(3)
-    elif c.type in ("PT3Dx", "POLYF"):
+    elif c.type == "PT3Dx":
         moments = np.array(body.moments)
     if body.radius == 0:
         body.radius = float(np.cbrt(0.75 * volume / np.pi))

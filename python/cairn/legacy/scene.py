@@ -17,7 +17,7 @@ from ..model.shapes import Hulls
 from . import datbox, mesh, networks
 from .contact_laws import law_of
 from .drives import function_of
-from .rigid import PATCHES, SHORT
+from .rigid import SHORT
 from .text import LegacyError
 
 
@@ -317,8 +317,6 @@ def _contactors(box, members, materials, origin):
             shape = _shape(c)
             if shape is None:
                 what = f"contactor {c.type} of {body.type} {body.number} (BODIES.DAT, line {c.line})"
-                if c.type == "POLYF":
-                    what += f", which {PATCHES}: give POLYR, one surface of triangles"
                 if c.type == "CYLND":
                     what += (", which localframe turns in a body of several: a capsule lies along the third axis of its body; "
                              "give SPHER and POLYR, or a body of its own")  # fmt: skip
@@ -394,6 +392,8 @@ def _shape(c):
     offset, axis = c.offset, np.array([0.0, 0.0, 1.0]) if c.frame is None else c.frame[:, 2]
     if c.type in ("DISKx", "SPHER"):
         return "disk" if c.type == "DISKx" else "sphere", c.sizes["byrd"], offset, None
+    if c.type in ("PT2Dx", "PT3Dx"):
+        return "disk" if c.type == "PT2Dx" else "sphere", 0.0, offset, None
     if c.type == "xKSID":
         return "ring", c.sizes["byrd"], offset, None
     if c.type == "JONCx":

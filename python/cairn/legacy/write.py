@@ -17,6 +17,7 @@ from .text import LegacyError, real, triple
 
 HEAD = "! {0}\n\n$steps      0                time= 0.0000000D+00\n\n!" + "-" * 71 + "\n"
 TYPES = {"disk": "DISKx", "sphere": "SPHER", "segment": "JONCx", "plane": "PLANx", "tube": "DNLYC", "ring": "xKSID"}
+POINTS = {"DISKx": "PT2Dx", "SPHER": "PT3Dx"}  # without a radius
 
 
 def write_datbox(scene, folder, unmapped="error"):
@@ -186,11 +187,16 @@ class _Writer:
 
     def _contactor(self, k, c, at, group):
         kind = TYPES[c.shape]
+        if kind in POINTS and c.radius[at] == 0:
+            kind = POINTS[kind]
         _, color = self._species(c, group)
         self.seen.setdefault((c.material.name, group or ""), set()).add((kind, color))
         offset = None if c.offset is None or not np.any(c.offset[at]) else c.offset[at]
         radius = c.radius[at]
-        if kind == "PLANx":
+        if kind in POINTS.values():
+            place = np.zeros(2 if kind == "PT2Dx" else 3) if offset is None else offset
+            sizes, offset = list(zip(("coo1=", "coo2=", "coo3="), place)), None
+        elif kind == "PLANx":
             half = self._thickness() if offset is None else offset[2]
             sizes = [("axe1=", self.extent), ("axe2=", self.extent), ("axe3=", half)]
             offset = None
@@ -309,7 +315,8 @@ class _Writer:
         for ta, ca in sorted(self.seen.get(a, ())):
             for tb, cb in sorted(self.seen.get(b, ())):
                 sides = [(ta, ca), (tb, cb)]
-                if not any(t in round_ for t, _ in sides):
+                points = sum(t in POINTS.values() for t, _ in sides)  # they see each other alone
+                if points == 1 or not (points or any(t in round_ for t, _ in sides)):
                     continue
                 sides.sort(key=lambda side: side[0] not in round_)
                 (t1, c1), (t2, c2) = sides

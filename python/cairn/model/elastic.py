@@ -259,7 +259,8 @@ class ElasticBody:
         if nodes.ndim != 2 or nodes.shape[1] != known[kind]["nodes"] or nodes.dtype.kind not in "iu":
             raise ValueError(f"{kind} cells have shape {nodes.shape}: give whole numbers (n, {known[kind]['nodes']})")
         if nodes.size and not (nodes.min() >= 0 and nodes.max() < len(self.points)):
-            raise ValueError(f"{kind} cells name nodes {nodes.min()} to {nodes.max()}, there are {len(self.points)}: number them from 0, by the rows of points")
+            told = f"{kind} cells name nodes {nodes.min()} to {nodes.max()}, there are {len(self.points)}"
+            raise ValueError(f"{told}: number them from 0, by the rows of points")
         return nodes.astype(np.int64)
 
     def boundary_edges(self):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base import checks
 from ..names import listed
 from . import bodies, opening_faces
 from .elastic import ElasticBody

@@ -252,23 +252,15 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         beyond = named[(named < 0) | (named >= n)]
         if beyond.size:
             raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
-    for field, of, due in (("fixed", fixed, '{group: "xy"}'), ("drive", drive, '{group: {"x": velocity}}'),
-                           ("displace", displace, '{group: {"x": function of time}}'), ("pressure", pressure, "{group: p}"),
-                           ("traction", traction, "{group: (dim,)}")):  # fmt: skip
-        if of is not None and not isinstance(of, dict):
-            raise ValueError(f"{field} is {of!r}: give {due}")
-    fixed, drive = dict(fixed or {}), dict(drive or {})
+    fixed, drive = _checked_fields(dim, given, fixed, drive)
     named = {"fixed": fixed, "drive": drive, "displace": displace or {}, "force": force, "rigid": _listed(rigid)}
     for field, of in named.items():
         for group in of if isinstance(of, (dict, list)) else ():
             if not len(group_nodes(body, group)):
                 raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
-    for group, axes in fixed.items():
-        checks.fixed_axes(group, axes, dim)
     displace = checked_displacements(body, displace, drive)
     for group, by_axis in [*drive.items(), *displace.items()]:
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
-    _check_functions(force=force, body_force=body_force, drive=drive, displace=displace, pressure=pressure, traction=traction)
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
     d.displace, d.rigid = displace, _listed(rigid)
@@ -310,6 +302,22 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     if patches:
         sets.append(patches.part_set(places + start, face_material or material, d))
     return sets
+
+
+GROUPED = {"fixed": '{group: "xy"}', "drive": '{group: {"x": velocity}}', "displace": '{group: {"x": function of time}}',
+           "pressure": "{group: p}", "traction": "{group: (dim,)}"}  # fmt: skip
+
+
+def _checked_fields(dim, given, fixed, drive):
+    """Copies of fixed and drive. Raises ValueError for fields that are no dicts of groups, for axes that are none, and for
+    functions that take no time."""
+    for field, due in GROUPED.items():
+        if given[field] is not None and not isinstance(given[field], dict):
+            raise ValueError(f"{field} is {given[field]!r}: give {due}")
+    for group, axes in (fixed or {}).items():
+        checks.fixed_axes(group, axes, dim)
+    _check_functions(**{name: given[name] for name in ("force", "body_force", "drive", "displace", "pressure", "traction")})
+    return dict(fixed or {}), dict(drive or {})
 
 
 def _check_functions(**fields):

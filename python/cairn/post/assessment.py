@@ -234,7 +234,7 @@ def _main_direction(ground):
 
 
 def _axes(count, given):
-    """As many axes, one below the other."""
+    """Gives axes one below the other, or those given."""
     from .drawing import _pyplot
 
     if given is not None:
@@ -312,7 +312,7 @@ def moving_load(
     ValueError
         If an argument is wrong, the structure falls without the load, or no place has a face below an axle.
     """
-    blocks, dim = _checked(blocks), blocks.dim
+    blocks = _checked(blocks)
     axles = checks.real_array("axles", np.atleast_1d(np.asarray(axles, float)), (None,))
     load = checks.spread("load", load, axles.shape, ", the weight of each axle [N]")
     if not np.all(load > 0):
@@ -332,7 +332,9 @@ def moving_load(
     places = np.linspace(start, end, positions)
     resultants = np.array([sum(road.resultants(p + a, w) for a, w in zip(axles, load)) for p in places])
     if not np.any(resultants):
-        raise ValueError(f"no free block has a face that looks up below an axle between x = {start} and {end}: mind start and end")
+        raise ValueError(
+            f"no free block has a face that looks up below an axle between x = {start} and {end}: mind start and end"
+        )
     multipliers = _limits(blocks, joint, density, resultants) if limit else np.full(positions, np.nan)
     begin, h = 0.05, (end - start) / speed / (positions - 1)
 
@@ -659,7 +661,7 @@ def _chosen(blocks, supports):
         mask = _numbers("supports", supports, len(blocks))
     if not mask.any() or np.any(mask & ~held):
         told = "no support lies to the left of the middle" if supports is None else f"supports is {supports!r}"
-        raise ValueError(f"{told}: give numbers of blocks of the part \"support\", which are {np.flatnonzero(held).tolist()}")
+        raise ValueError(f'{told}: give numbers of blocks of the part "support", which are {np.flatnonzero(held).tolist()}')
     return mask
 
 

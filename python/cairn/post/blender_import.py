@@ -31,7 +31,9 @@ def bodies_of(data):
     """Surfaces {id: (points (p, 3) from the centre in the axes of the body, triangles (t, 3))} of the first output."""
     points, triangles, owner = data["surfaces/points"], data["surfaces/triangles"], data["surfaces/id"]
     ids, place = data["00000/bodies/id"], three(data["00000/bodies/position"])
-    turn = quaternions(data["00000/bodies/rotation"]) if "00000/bodies/rotation" in data else np.tile([1.0, 0, 0, 0], (len(ids), 1))
+    turn = (
+        quaternions(data["00000/bodies/rotation"]) if "00000/bodies/rotation" in data else np.tile([1.0, 0, 0, 0], (len(ids), 1))
+    )
     out = {}
     for number, x, q in zip(ids.tolist(), place, turn):
         mine = triangles[owner == number]

@@ -300,7 +300,9 @@ def draw(structure, ax=None, *, colour="slip", axes=(0, 2), magnify=None, least=
         label = "slip [mm]" if colour == "slip" else "damage, 1 - beta"
         ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.7, pad=0.01)
     ax.add_collection(LineCollection(lines, colors="#40303a", linewidths=0.5, zorder=2))
-    told = f"width: openings x {magnify:.3g}, largest {widest.max(initial=0.0) * 1e3:.3g} mm" if outlines else "no joint has opened"
+    told = (
+        f"width: openings x {magnify:.3g}, largest {widest.max(initial=0.0) * 1e3:.3g} mm" if outlines else "no joint has opened"
+    )
     room = 0.03 * np.max(high - low)
     names = [f"{'xyz'[k]} [m]" for k in keep]
     ax.set(aspect="equal", xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room), xlabel=names[0],

@@ -38,7 +38,8 @@ def draw(structure, ax=None, what="stress", axes=(0, 2), forces=None, thrust=Non
          label=None):  # fmt: skip
     """Draws blocks, coloured by "stress" (the largest compression [MPa]), "displacement" [mm], an array (n,) or nothing
     (None), with joint forces as lines whose width is their size, unless a thrust line is drawn or forces=False. thrust: chain of
-    blocks, or list of chains, whose thrust lines are drawn, with a dot in each joint; largest: value at the end of the colours; label: of an array. Returns the Axes."""
+    blocks, or list of chains, whose thrust lines are drawn, with a dot in each joint; largest: value at
+    the end of the colours; label: of an array. Returns the Axes."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     plt = _pyplot()
@@ -93,7 +94,7 @@ def draw_thrust(structure, ax, chains, axes):
     from matplotlib import patheffects
 
     if np.ndim(chains) == 0 and not isinstance(chains, (list, tuple)):
-        raise ValueError(f"thrust is {chains!r}: give the numbers of a chain of blocks, from support to support, or a list of them")
+        raise ValueError(f"thrust is {chains!r}: give the numbers of a chain of blocks, from support to support, or several")
     chains = list(chains) if len(chains) and np.ndim(chains[0]) else [chains]
     for chain in chains:
         t = structure.thrust_line(chain)

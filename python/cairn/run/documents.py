@@ -227,7 +227,7 @@ class _Builder:
             values.pop("law")
             wrong = [side for side in sides if not isinstance(side, str)]
             for side in wrong:
-                self.tell(path, f"{_shown(side)} is no name: give that of a material, of a group of bodies, or \"*\"")
+                self.tell(path, f'{_shown(side)} is no name: give that of a material, of a group of bodies, or "*"')
             law = None if wrong else self.made(path, getattr(self.root, name), **values)
             if law is not None and self.scene is not None:
                 self.made(path, self.scene.interact, *(materials.get(s, s) or s for s in sides), law)
@@ -424,7 +424,9 @@ def schema() -> dict:
                          "properties": {"a": string, "b": string, "law": {"const": name}, **parameters}})  # fmt: skip
 
     def one_of(classes, special=()):
-        return {"anyOf": [{"enum": list(classes)}, *(_object(c, n, {"name": {"const": n}}, (), special) for n, c in classes.items())]}
+        return {
+            "anyOf": [{"enum": list(classes)}, *(_object(c, n, {"name": {"const": n}}, (), special) for n, c in classes.items())]
+        }
 
     own = {"solver": {"$ref": "#/$defs/solver"}, "integrator": {"anyOf": [{"$ref": "#/$defs/integrator"}, {"type": "null"}]}}
     fields = {

@@ -39,7 +39,7 @@ def explain(simulation):
 
 
 def explained(simulation):
-    """The same as plain data: numbers, words, lists and dicts; what is no finite number is None."""
+    """Gives the same as plain data: numbers, words, lists and dicts; infinite numbers become None."""
     bodies, nodes, strategy = simulation.bodies, simulation.nodes, simulation.strategy
     held, contacts, mass, radius = simulation.held_bytes, len(simulation.contacts), bodies.mass, simulation.radii()
     rules = []
@@ -65,7 +65,7 @@ def explained(simulation):
 
 
 def plain(value):
-    """Plain data of arrays, tuples and numbers of numpy; None of numbers that are not finite, repr of what else there is."""
+    """Makes plain data of arrays, tuples and numbers of numpy; None of numbers that are not finite, the repr of other objects."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, set, np.ndarray)):

@@ -151,7 +151,9 @@ class Coupling:
         except ImportError as error:
             raise ImportError(f"{MISSING} ({error})") from None
         if not hasattr(precice, "Participant"):
-            raise ImportError("these bindings of preCICE are older than version 3, which has precice.Participant: update pyprecice")
+            raise ImportError(
+                "these bindings of preCICE are older than version 3, which has precice.Participant: update pyprecice"
+            )
         if not os.path.isfile(os.fspath(configuration)):
             raise FileError(configuration, "no such file", "give the configuration of preCICE, precice-config.xml say")
         self.simulation, self.windows, self.repeated = simulation, 0, 0
@@ -187,7 +189,9 @@ class Coupling:
         known = np.asarray(self.simulation.bodies.id)
         lost = np.setdiff1d(ids, known)
         if len(lost) or not len(ids):
-            raise ValueError(f"ids names body {lost[0]}: the simulation has none such" if len(lost) else "ids is empty: give bodies")
+            raise ValueError(
+                f"ids names body {lost[0]}: the simulation has none such" if len(lost) else "ids is empty: give bodies"
+            )
         if points is None:
             offsets, owner = np.zeros((len(ids), dim)), np.arange(len(ids))
         else:
@@ -196,7 +200,9 @@ class Coupling:
                 raise ValueError("owner is missing: tell which of the bodies each point is on, (m,)")
             owner = np.zeros(len(points), int) if owner is None else np.asarray(owner)
             if owner.shape != (len(points),) or owner.dtype.kind not in "iu" or np.any((owner < 0) | (owner >= len(ids))):
-                raise ValueError(f"owner has shape {owner.shape}: give for each of {len(points)} points a number 0 to {len(ids) - 1}")
+                raise ValueError(
+                    f"owner has shape {owner.shape}: give for each of {len(points)} points a number 0 to {len(ids) - 1}"
+                )
             offsets = _back(self.simulation, ids, owner, points)
         read, write = self._data(mesh, read, write, True)
         part = _OnBodies(self.simulation, mesh, ids, offsets, owner, read, write)
@@ -236,7 +242,7 @@ class Coupling:
     def run(self, *, output=None, every=1, overwrite=False, probes=None, callback=None, progress=False):
         """Runs until the coupling ends.
 
-        The step is that of the simulation, or what is left of a time window if that is less.
+        The step is that of the simulation, or the rest of a time window if that is shorter.
 
         Parameters
         ----------

@@ -59,7 +59,9 @@ def test_repeated_windows_with_substeps_find_the_force_at_their_end(partner):
     coupling = cn.precice.Coupling("Grains", "precice-config.xml", sim)
     coupling.bodies("Mesh", ids, read={"Force": "force"}, write={"Displacement": "displacement"})
     rows = []
-    coupling.run(output="coupled.vtkhdf", every=4, callback=lambda s: rows.append(s.time), probes={"x": lambda s: s.bodies.position[0, 0]})
+    coupling.run(
+        output="coupled.vtkhdf", every=4, callback=lambda s: rows.append(s.time), probes={"x": lambda s: s.bodies.position[0, 0]}
+    )
     for _ in range(8):
         force = 0.0
         for _ in range(200):
@@ -99,7 +101,9 @@ def test_repeated_windows_of_a_pile_leave_no_trace(partner):
     coupling.bodies("Mesh", ids, write={"Displacement": "displacement"})
     coupling.run()
     assert coupling.repeated >= 50
-    assert np.array_equal(sim.bodies.position, alone.bodies.position) and np.array_equal(sim.bodies.velocity, alone.bodies.velocity)
+    assert np.array_equal(sim.bodies.position, alone.bodies.position) and np.array_equal(
+        sim.bodies.velocity, alone.bodies.velocity
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -150,7 +154,10 @@ def test_forces_on_nodes_of_a_mesh_are_those_of_its_force(partner):
 
 def test_mistakes_are_told(partner):
     sim, ids = disk()
-    make = lambda **o: cn.precice.Coupling(**{"name": "A", "configuration": "precice-config.xml", "simulation": sim} | o)  # noqa: E731
+
+    def make(**options):
+        return cn.precice.Coupling(**{"name": "A", "configuration": "precice-config.xml", "simulation": sim} | options)
+
     partner.partner = staticmethod(lambda t, w: {"Force": np.full((1, 2), np.nan)})
     used = make()
     used.bodies("Mesh", ids, read={"Force": "force"})

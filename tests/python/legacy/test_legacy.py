@@ -77,15 +77,12 @@ def test_what_has_no_word_is_refused_by_name_or_left_out_as_asked(tmp_path):
     assert not (tmp_path / "no").exists()
     with pytest.warns(legacy.UnmappedWarning, match="half_plane"):
         legacy.write_datbox(scene, tmp_path / "DATBOX", unmapped="skip")
-    text = (tmp_path / "DATBOX" / "BODIES.DAT").read_text()
-    text = text.replace("JONCx", "PT2Dx", 1)
-    (tmp_path / "DATBOX" / "BODIES.DAT").write_text(text)
-    line = text.split("\n").index(next(t for t in text.split("\n") if "PT2Dx" in t)) + 1
-    named = f"contactor PT2Dx of RBDY2 5 (BODIES.DAT, line {line})"
-    with pytest.raises(legacy.LegacyError, match=re.escape(named)):
+    rules = (tmp_path / "DATBOX" / "TACT_BEHAV.DAT").read_text()
+    (tmp_path / "DATBOX" / "TACT_BEHAV.DAT").write_text(re.sub(r"^( law00  )\S+", r"\1GTN_CZM", rules, flags=re.M))
+    with pytest.raises(legacy.LegacyError, match="GTN_CZM"):
         legacy.read_datbox(tmp_path)
-    with pytest.warns(legacy.UnmappedWarning, match="PT2Dx of RBDY2 5"):
-        assert legacy.read_datbox(tmp_path, unmapped="skip").legacy.unmapped == [named]
+    with pytest.warns(legacy.UnmappedWarning, match="GTN_CZM"):
+        assert len(legacy.read_datbox(tmp_path, unmapped="skip").legacy.unmapped) == 1
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,8 @@ def test_two_blocks_between_supports_that_part_fall_through_when_their_hinges_li
     """Hinges at the lower corners of the supports and at the top of the middle: the way is 2 (sqrt(l^2 + h^2) - l)."""
     long, high = 2.0, 0.4
     flat = boxes(((-long, 0), (0, high), "block"), ((0, 0), (long, high), "block"),
-                 ((-long - 1, -0.5), (-long, high + 0.5), "support"), ((long, -0.5), (long + 1, high + 0.5), "support"))  # fmt: skip
+                 ((-long - 1, -0.5), (-long, high + 0.5), "support"),
+                 ((long, -0.5), (long + 1, high + 0.5), "support"))  # fmt: skip
     path = assessment.settlement(flat, (-0.1, 0.0), 1.5)
     assert path.collapse == pytest.approx(2 * (np.hypot(long, high) - long), rel=0.01)
     # thrust: the weight of a block times the arm of its centre about the support's hinge, over the rise of the middle one
@@ -59,7 +60,7 @@ def test_least_load_of_a_passage_is_that_of_limit_analysis():
         passage = assessment.moving_load(ARCH, factor * least * 2e4, 0.7, positions=7, limit=False, dt=4e-3)
         assert (passage.fell is not None) == falls
         with pytest.raises(ValueError, match="limit=True"):
-            passage.least
+            print(passage.least)
     assert "least" in light.plot()[0].get_legend().get_texts()[0].get_text()
 
 

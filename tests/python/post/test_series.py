@@ -144,7 +144,9 @@ def test_graph_of_contacts_has_the_forces_of_a_stack(tmp_path):
         # a disk of a stack: mean of the forces on it times its diameter
         assert chains[0].nodes[ids[1]]["compression"] == pytest.approx(0.5 * (4 + 3) * weight, rel=1e-6)
         assert run.force_chains(-1, least=7) == [] and run.force_chains(0) == []
-        assert contact_graphs.contact_graph(run[-1], dt=2e-3).edges[ids[0], ids[1]]["weight"] == pytest.approx(2 * weight, rel=1e-6)
+        assert contact_graphs.contact_graph(run[-1], dt=2e-3).edges[ids[0], ids[1]]["weight"] == pytest.approx(
+            2 * weight, rel=1e-6
+        )
 
 
 def test_mixing_index_is_0_of_layers_and_1_of_a_random_mixture():
@@ -152,7 +154,9 @@ def test_mixing_index_is_0_of_layers_and_1_of_a_random_mixture():
     places = rng.random((20_000, 3))
     mixed = rng.random(len(places)) < 0.3
     assert measures.lacey_index(places, mixed, 0.1) == pytest.approx(1.0, abs=0.01)
-    assert measures.lacey_index(places, mixed, (0.1, 0.2, 0.5), weights=rng.random(len(places)) + 0.1) == pytest.approx(1.0, abs=0.02)
+    assert measures.lacey_index(places, mixed, (0.1, 0.2, 0.5), weights=rng.random(len(places)) + 0.1) == pytest.approx(
+        1.0, abs=0.02
+    )
     apart = places[:, 2] < 0.5
     assert measures.lacey_index(places, apart, 0.1, low=(0, 0, 0), high=(1, 1, 1)) == pytest.approx(0.0, abs=1e-12)
     assert np.isnan(measures.lacey_index(places, np.ones(len(places), bool), 0.1))
@@ -173,7 +177,7 @@ def test_mixing_index_is_0_of_layers_and_1_of_a_random_mixture():
 
 
 class Stub:
-    """An object of Blender that remembers what it is given."""
+    """Stub of Blender's objects that keeps its arguments."""
 
     def __init__(self, name="", data=None):
         self.name, self.data, self.keys, self.materials, self.linked = name, data, [], [], []
