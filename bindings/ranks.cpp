@@ -1,6 +1,6 @@
 #include "ranks/exact_sum.hpp"
 #include "ranks/growth.hpp"
-#include "ranks/ranked_nscd.hpp"
+#include "ranks/over_ranks.hpp"
 
 #include "alone.hpp"
 #include "arrays.hpp"
@@ -9,8 +9,8 @@ using cairn::Simulation;
 
 namespace {
 
-cairn::RankedNscd& ranked(Simulation& s) {
-  if (auto* found = dynamic_cast<cairn::RankedNscd*>(&s.strategy())) return *found;
+cairn::OverRanks& ranked(Simulation& s) {
+  if (auto* found = dynamic_cast<cairn::OverRanks*>(&s.strategy())) return *found;
   throw cairn::Error("the simulation does not run over ranks: give ranks to cairn.Simulation");
 }
 

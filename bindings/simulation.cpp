@@ -4,7 +4,7 @@
 #include "files/run_continued.hpp"
 #include "files/simulation_state.hpp"
 #include "plugs/plug.hpp"
-#include "ranks/ranked_nscd.hpp"
+#include "ranks/over_ranks.hpp"
 #include "simulation/contact_fields.hpp"
 #include "simulation/report.hpp"
 #include "solvers/problems/friction_problem.hpp"
@@ -112,7 +112,7 @@ py::dict scheme_of(const std::string& name, const std::vector<double>& parameter
 }
 
 void use(Simulation& s, const py::dict& d) {
-  if (const auto* ranked = dynamic_cast<const cairn::RankedNscd*>(&s.strategy()))
+  if (const auto* ranked = dynamic_cast<const cairn::OverRanks*>(&s.strategy()))
     return s.use(cairn::over_ranks(strategy_of(d), ranked->shared_exchange()));
   s.use(strategy_of(d));
 }

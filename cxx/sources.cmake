@@ -224,9 +224,10 @@ set(CAIRN_CXX_SOURCES
   ranks/part.cpp
   ranks/partition.cpp
   ranks/ranked_nscd.cpp
-  ranks/ranked_partition.cpp
+  ranks/over_ranks_partition.cpp
+  ranks/over_ranks_views.cpp
+  ranks/ranked_smooth.cpp
   ranks/ranked_sweeps.cpp
-  ranks/ranked_views.cpp
   ranks/virtual_ranks.cpp
   base/expression.cpp
   simulation/contact_fields.cpp

@@ -33,24 +33,25 @@ void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Fiel
 
 // Numbers of a step alone: each part makes its own.
 bool made_in_step(std::string_view name) {
-  return name == "velocity_free" || name == "inverse_inertia" || name.ends_with("_begin");
+  return name == "velocity_free" || name == "inverse_inertia" || name == "inverse_mass" || name.ends_with("_begin");
 }
 
 // What a step leaves, and others read.
 bool left_by_step(std::string_view name, std::string_view stage) {
-  return !made_in_step(name) && stage != "insertion" && name != "inverse_mass";
+  return !made_in_step(name) && stage != "insertion";
 }
 
 } // namespace
 
-Part make_part(const Simulation& whole, const Nscd& model, int rank, std::vector<std::int32_t> bodies) {
+Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies) {
   auto& from = const_cast<Simulation&>(whole); // fields are gone through, and not changed
   Part part;
   part.rank = rank;
   part.bodies = std::move(bodies);
   auto strategy = model.fresh();
-  part.nscd = static_cast<Nscd*>(strategy.get());
-  part.nscd->settings.renumber_every = std::numeric_limits<int>::max(); // the whole is, and parts with it
+  part.strategy = strategy.get();
+  for (const Option& option : strategy->options()) // the whole is renumbered, and parts with it
+    if (option.info.name == "renumber_every") *std::get<int*>(option.member) = std::numeric_limits<int>::max();
   part.simulation = std::make_unique<Simulation>(Scene(whole.scene.dim), whole.laws, std::move(strategy));
   Scene& scene = part.simulation->scene;
   scene.gravity = whole.scene.gravity;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "../strategies/nscd/nscd.hpp"
+#include "../simulation/simulation.hpp"
 #include "exchange.hpp"
 
 namespace cairn {
@@ -11,7 +11,7 @@ namespace cairn {
 struct Part {
   int rank = 0;
   std::unique_ptr<Simulation> simulation;
-  Nscd* nscd = nullptr;              // its strategy
+  Strategy* strategy = nullptr;      // its own
   std::vector<std::int32_t> bodies;  // internal numbers in the whole, rising: local body i is bodies[i]
   std::vector<std::uint8_t> own;     // (bodies)
   std::vector<std::int32_t> owner;   // (bodies) rank
@@ -21,7 +21,7 @@ struct Part {
 };
 
 // Part of the bodies of `whole`, which are named by internal numbers, with a strategy of the same settings.
-Part make_part(const Simulation& whole, const Nscd& model, int rank, std::vector<std::int32_t> bodies);
+Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies);
 // State, loads and drives of bodies of the whole to those of the part.
 void bring(const Simulation& whole, Part& part);
 // State of the bodies that the part owns to the whole.

@@ -13,21 +13,10 @@
 
 namespace cairn {
 
-RankedNscd::RankedNscd(std::unique_ptr<Nscd> model, std::shared_ptr<Exchange> exchange)
-    : model_(std::move(model)), exchange_(std::move(exchange)) {
-  name = model_->name;
-}
-
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  check_scene(s);
-  check_laws(s);
-  before_ = exchange_->traffic;
-  shown_.reset();
-  s.contacts_known = false;
-  s.candidates.count = 0;
-  if (s.steps > 0 && s.steps % model_->settings.renumber_every == 0) s.scene.renumber();
-  const Threads threads(model_->settings.solver.threads, s.scene.bodies.count);
+  begin(s, settings().renumber_every);
+  const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought
   for (int tries = 0; !attempt(s, h); ++tries) {
     if (tries == most_tries)
@@ -39,36 +28,61 @@ const StepReport& RankedNscd::step(Simulation& s, double h) {
   return s.report;
 }
 
-// f(part) of each rank of this process. One that fails ends the step on all of them.
-template <class F>
-void RankedNscd::on_ranks(Simulation& s, const char* stage, F&& f) {
-  std::vector<std::string> fault(parts_.size());
-  s.timed(stage, [&] {
-    for (std::size_t l = 0; l < parts_.size(); ++l) try {
-        f(parts_[l]);
-      } catch (const std::exception& e) { fault[l] = e.what(); }
-  });
-  const std::string told = exchange_->agree(fault);
-  if (told.empty()) return;
-  undo();
-  throw Error(told);
+void RankedNscd::undo() {
+  for (Part& part : parts_) of(part).undo_step(*part.simulation);
 }
 
-void RankedNscd::undo() {
-  for (Part& part : parts_) part.nscd->undo_step(*part.simulation);
+void RankedNscd::check_scene(const Simulation& s) const {
+  const NscdOptions& o = settings();
+  if (o.solver.solver != "nlgs") refuse("the contact solver is " + o.solver.solver + ", and not nlgs");
+  if (std::isfinite(o.solver.accuracy)) refuse("accuracy of velocities is asked for");
+  if (o.solver.associated_start) refuse("associated_start is asked for");
+  if (o.pose.kernel) refuse("the strategy is " + name);
+  if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
+  if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
+  if (o.project_positions) refuse("project_positions is asked for");
+  if (o.cut_back > 0) refuse("cut_back is asked for");
+  OverRanks::check_scene(s);
 }
+
+void RankedNscd::check_laws(const Simulation& s) const {
+  OverRanks::check_laws(s);
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
+    if (law.keeps || law.holds || law.spans) refuse("law " + law.python_name + " holds pairs of bodies");
+    if (law.energy) refuse("law " + law.python_name + " stores energy in contacts");
+  }
+}
+
+std::vector<std::string_view> RankedNscd::stages(const Simulation&) const {
+  return {"predict_configuration", "compute_free_velocity", "detect_contacts", "colour_contacts",
+          "prepare_contacts",      "solve_contacts",        "update_velocity", "commit_contacts",
+          "account",               "update_configuration",  "gather"};
+}
+
+namespace {
+
+// What a body adds to the gap of its contacts, besides a share of its radius and its way [m].
+double margin_of(const Simulation& s, double given) {
+  double law = 0;
+  for (int e = 0; e < s.laws.entries(); ++e)
+    law = std::max(law, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
+  return law + (std::isnan(given) ? 0 : given / 2);
+}
+
+} // namespace
 
 // False: a body went farther than ghosts were sought, and nothing happened.
 bool RankedNscd::attempt(Simulation& s, double h) {
-  if (must_partition(s)) s.timed("partition", [&] { partition(s); });
+  if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
     bring(s, part);
-    part.nscd->begin_step(*part.simulation, h);
-    part.nscd->predict_configuration(*part.simulation);
+    of(part).begin_step(*part.simulation, h);
+    of(part).predict_configuration(*part.simulation);
   });
-  on_ranks(s, "compute_free_velocity", [&](Part& part) { part.nscd->compute_free_velocity(*part.simulation); });
+  on_ranks(s, "compute_free_velocity", [&](Part& part) { of(part).compute_free_velocity(*part.simulation); });
   on_ranks(s, "detect_contacts", [&](Part& part) {
-    part.nscd->detect_contacts(*part.simulation);
+    of(part).detect_contacts(*part.simulation);
     keep_own_contacts(part);
   });
   if (!reaches_far_enough()) {
@@ -76,9 +90,9 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     return false;
   }
   s.timed("colour_contacts", [&] { choose_colours(); });
-  on_ranks(s, "prepare_contacts", [&](Part& part) { part.nscd->prepare_contacts(*part.simulation); });
+  on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
   s.timed("solve_contacts", [&] {
-    RankedSweeps sweeps(parts_, links_, colours_, *exchange_, model_->settings.solver);
+    RankedSweeps sweeps(parts_, links_, colours_, *exchange_, settings().solver);
     s.report.solve = sweeps.solve();
   });
   s.timed("update_velocity", [&] { end_velocities(s); });
@@ -88,55 +102,24 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     contacts.commit(s.report.solve.status == SolveStatus::converged);
   });
   s.timed("account", [&] { account(s, h); });
-  on_ranks(s, "update_configuration", [&](Part& part) { part.nscd->update_configuration(*part.simulation); });
+  on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
   s.timed("gather", [&] { collect(s); });
   return true;
 }
 
 // Ghosts were sought up to a gap that bodies use up by their ways and margins.
 bool RankedNscd::reaches_far_enough() {
-  double longest[] = {0};
+  std::vector<std::vector<double>> margins;
   for (Part& part : parts_) {
     const Simulation& s = *part.simulation;
-    const int dim = s.scene.dim;
-    std::vector<double> used(part.bodies.size(), 0);
-    const Array<double>& margins = part.nscd->margins();
-    const double constant = part.nscd->settings.margin / 2;
+    std::vector<double>& used = margins.emplace_back(part.bodies.size(), 0.0);
+    const double constant = settings().margin / 2;
     for (std::int64_t k = 0; k < s.scene.contactors.count; ++k) {
       double& of_body = used[std::size_t(*s.scene.contactors.body[k])];
-      of_body = std::max(of_body, std::isnan(constant) ? margins[std::size_t(k)] : constant);
-    }
-    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
-      if (!part.own[i] || everywhere_[std::size_t(part.bodies[i])]) continue;
-      double between[3] = {0, 0, 0}, square = 0;
-      for (int k = 0; k < dim; ++k)
-        between[k] = s.scene.bodies.position[std::int64_t(i)][k] - part.position_then[std::size_t(dim) * i + k];
-      for (int k = dim - 1; k >= 0; --k) { // a body that left a periodic cell came back on its other side
-        if (!s.scene.cell.periodic[k]) continue;
-        const double turns = std::round(between[k] / s.scene.cell.vectors[4 * k]);
-        for (int d = 0; d <= k; ++d) between[d] -= turns * s.scene.cell.vectors[d + 3 * k];
-      }
-      for (int k = 0; k < dim; ++k) square += between[k] * between[k];
-      longest[0] = std::max(longest[0], used[i] + std::sqrt(square));
+      of_body = std::max(of_body, std::isnan(constant) ? of(part).margins()[std::size_t(k)] : constant);
     }
   }
-  if (exchange_->ranks() == 1) return true;
-  exchange_->largest(longest);
-  return 2 * longest[0] <= reach_;
-}
-
-// A contact is owned where the contactor with the smaller id is, or the one that is not everywhere.
-bool RankedNscd::owns_contact(const Part& part, std::int32_t one, std::int32_t two) const {
-  const Contactors& c = part.simulation->scene.contactors;
-  const std::int32_t a = *c.body[one], b = *c.body[two];
-  const auto roams = [&](std::int32_t body) { return !everywhere_[std::size_t(part.bodies[std::size_t(body)])]; };
-  const auto fixed = [&](std::int32_t body) { return part.fixed[std::size_t(body)] != 0; };
-  std::int32_t owner = *c.id[one] < *c.id[two] ? a : b;
-  if (roams(a) != roams(b))
-    owner = roams(a) ? a : b;
-  else if (fixed(a) != fixed(b))
-    owner = fixed(a) ? b : a;
-  return part.own[std::size_t(owner)] != 0;
+  return exchange_->ranks() == 1 || 2 * farthest(margins) <= reach_;
 }
 
 void RankedNscd::keep_own_contacts(Part& part) const {
@@ -212,7 +195,7 @@ void RankedNscd::end_velocities(Simulation& s) {
     std::swap(b.velocity_begin.values, b.velocity.values); // with the spin that the contacts saw
     part.simulation->interactions.system().unload(b.velocity);
   }
-  follow_ghosts();
+  follow_ghosts(&Bodies::velocity);
   add_reactions(s);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;
@@ -221,24 +204,6 @@ void RankedNscd::end_velocities(Simulation& s) {
                             b.velocity_begin.values.data(), b.velocity.values.data(),
                             b.angular_momentum.values.data(), bits(b.driven));
   }
-}
-
-void RankedNscd::follow_ghosts() {
-  if (exchange_->ranks() == 1) return;
-  const auto each = [&](const auto& bodies, auto&& f) {
-    for (std::size_t l = 0; l < parts_.size(); ++l)
-      for (std::size_t j = 0; j < ghost_links_[l].size(); ++j) {
-        Field<double>& velocity = parts_[l].simulation->scene.bodies.velocity;
-        std::size_t at = 0;
-        for (const std::int32_t body : bodies[l][j]) {
-          f(velocity[body], ghost_links_[l][j], at, velocity.components);
-          at += std::size_t(velocity.components);
-        }
-      }
-  };
-  each(ghosts_out_, [](const double* v, Link& link, std::size_t at, int n) { std::copy_n(v, n, &link.out[at]); });
-  exchange_->pass(ghost_links_, 0);
-  each(ghosts_in_, [](double* v, const Link& link, std::size_t at, int n) { std::copy_n(&link.in[at], n, v); });
 }
 
 // Impulses of contacts on driven bodies, from all ranks.
@@ -314,7 +279,7 @@ void RankedNscd::add_contact_sums(std::span<ExactSum> sums) {
 // The balance of energy, from exact sums over bodies and contacts.
 void RankedNscd::account(Simulation& s, double h) {
   ExactSum sums[12]; // terms of bodies, then of contacts
-  const cairn_scheme scheme = model_->settings.integrator.scheme(h);
+  const cairn_scheme scheme = settings().integrator.scheme(h);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;
     const auto row = [](auto& field, std::int64_t i) { return field.active ? field[i] : nullptr; };
@@ -353,49 +318,6 @@ void RankedNscd::account(Simulation& s, double h) {
   const double of_step = std::max(kinetic, kinetic - d_kinetic) + 0.5 * size + fall;
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * e.in_play;
   s.report.solve.energy_created = moves ? 0.5 * given / of_step : 0;
-}
-
-// The state of all bodies to the whole, and the report of the step.
-void RankedNscd::collect(Simulation& s) {
-  if (exchange_->whole()) {
-    for (const Part& part : parts_) take(part, s);
-  } else {
-    Packer mine;
-    for (const Part& part : parts_) pack_own(part, mine);
-    for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s);
-  }
-  std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
-  double largest[] = {0, 0}; // way, bodies that turned too far
-  for (std::size_t l = 0; l < parts_.size(); ++l) {
-    const Part& part = parts_[l];
-    const StepReport& report = part.simulation->report;
-    const auto own = std::int64_t(std::count(part.own.begin(), part.own.end(), 1));
-    load[std::size_t(part.rank)] = cost_of_body * own + cost_of_contact * part.simulation->candidates.count;
-    load.back() += part.simulation->candidates.count;
-    largest[0] = std::max(largest[0], report.way);
-    largest[1] = std::max(largest[1], double(report.unresolved_rotations));
-  }
-  exchange_->sum(load);
-  exchange_->largest(largest);
-  const std::int64_t contacts = load.back();
-  load.pop_back();
-  std::int64_t all = 0;
-  for (const std::int64_t of_rank : load) all += of_rank;
-  imbalance_ = all > 0 ? double(*std::max_element(load.begin(), load.end())) * double(load.size()) / double(all) : 1;
-  s.report.sub_steps = 1;
-  s.report.way = largest[0];
-  s.report.unresolved_rotations = std::int64_t(largest[1]);
-  s.report.step = ++s.steps;
-  s.report.h = parts_[0].simulation->report.h;
-  s.report.time_detection = parts_[0].simulation->report.time_detection;
-  s.report.time = s.time = parts_[0].simulation->time;
-  s.report.contacts = contacts;
-  s.report.energy = s.energy;
-  ++since_partition_;
-  last_ = exchange_->traffic;
-  last_.messages -= before_.messages;
-  last_.bytes -= before_.bytes;
-  last_.sums -= before_.sums;
 }
 
 } // namespace cairn

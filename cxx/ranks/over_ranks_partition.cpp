@@ -7,7 +7,7 @@
 
 #include "../base/call.hpp"
 #include "../contactors/shapes.hpp"
-#include "ranked_nscd.hpp"
+#include "over_ranks.hpp"
 
 namespace cairn {
 namespace {
@@ -55,97 +55,6 @@ bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& e
   return false;
 }
 
-} // namespace
-
-bool RankedNscd::must_partition(const Simulation& s) const {
-  constexpr double most_imbalance = 1.2;
-  constexpr std::int64_t least_steps = 50;
-  if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_) return true;
-  return exchange_->ranks() > 1 && imbalance_ > most_imbalance && since_partition_ >= least_steps;
-}
-
-// Costs of bodies, with those of the contacts of the last step on them.
-std::vector<std::int64_t> RankedNscd::costs(const Simulation& s) const {
-  std::vector<std::int64_t> cost(std::size_t(s.scene.bodies.count), 0);
-  for (const Part& part : parts_) {
-    const ContactMemory& m = part.simulation->interactions.memory();
-    for (const ContactKey& key : m.keys)
-      for (const std::int64_t id : {key.contactor_a, key.contactor_b})
-        if (const std::int32_t contactor = s.contactor(id); contactor >= 0)
-          cost[std::size_t(*s.scene.contactors.body[contactor])] += cost_of_contact / 2;
-  }
-  exchange_->sum(cost);
-  for (std::int64_t& of_body : cost) of_body += cost_of_body;
-  return cost;
-}
-
-void RankedNscd::partition(Simulation& s) {
-  const Bodies& b = s.scene.bodies;
-  const int ranks = exchange_->ranks();
-  const std::vector<double> radius = radii_of(s);
-  fixed_ = fixed_bodies(s);
-  std::vector<std::int64_t> cost = costs(s);
-  everywhere_ = bodies_everywhere(radius, fixed_);
-  for (std::size_t i = 0; i < cost.size(); ++i) // their contacts are where the others are
-    if (everywhere_[i]) cost[i] = cost_of_body;
-  owner_ = cut_curve(cost, ranks);
-
-  double widest = 0, fastest = 0, law = 0, middle = 0;
-  std::int64_t roaming = 0;
-  for (std::int64_t i = 0; i < b.count; ++i) {
-    if (everywhere_[std::size_t(i)]) continue;
-    double square = 0;
-    for (int k = 0; k < s.scene.dim; ++k) square += b.velocity[i][k] * b.velocity[i][k];
-    widest = std::max(widest, radius[std::size_t(i)]);
-    middle += radius[std::size_t(i)];
-    fastest = std::max(fastest, square);
-    ++roaming;
-  }
-  for (int e = 0; e < s.laws.entries(); ++e)
-    law = std::max(law, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
-  const double h = s.report.h > 0 ? s.report.h : 0, given = model_->settings.margin;
-  const double margin = law + (std::isnan(given) ? 0.05 * widest : given / 2);
-  reach_ = 2 * (margin + reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) +
-                                          2 * h * std::sqrt(fastest)));
-
-  Surroundings around;
-  around.dim = s.scene.dim;
-  around.count = b.count;
-  around.position = b.position.values.data();
-  around.radius = radius.data();
-  around.everywhere = everywhere_.data();
-  around.owner = owner_.data();
-  around.cell = s.scene.cell;
-  around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  const auto ghosts = find_ghosts(around, exchange_->local());
-
-  std::vector<ContactMemory> memory;
-  for (const Part& part : parts_) memory.push_back(part.simulation->interactions.memory());
-  parts_.clear();
-  for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
-    const int rank = exchange_->local()[l];
-    std::vector<std::int32_t> bodies = ghosts[l];
-    for (std::int64_t i = 0; i < b.count; ++i)
-      if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
-    std::sort(bodies.begin(), bodies.end());
-    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies)));
-    for (const std::int32_t body : part.bodies) {
-      part.own.push_back(owner_[std::size_t(body)] == rank);
-      part.owner.push_back(owner_[std::size_t(body)]);
-      part.fixed.push_back(fixed_[std::size_t(body)]);
-    }
-  }
-  give_memory(s, memory);
-  link_ghosts();
-  order_seen_ = s.scene.order_version();
-  anew_ = false;
-  since_partition_ = 0;
-  imbalance_ = 1;
-  ++partitions_;
-}
-
-namespace {
-
 // Some rows of a memory.
 ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& rows) {
   ContactMemory some;
@@ -162,6 +71,20 @@ ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& ro
     copy(m.states, m.state_components, some.states);
   }
   return some;
+}
+
+// What contacts on own bodies remember: those between ghosts began when these came in, and know less.
+ContactMemory own_memory(const Part& part) {
+  const Simulation& s = *part.simulation;
+  const ContactMemory m = part.strategy->memory(s);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < m.keys.size(); ++i)
+    for (const std::int64_t id : {m.keys[i].contactor_a, m.keys[i].contactor_b})
+      if (const std::int32_t contactor = s.contactor(id);
+          contactor >= 0 && part.own[std::size_t(*s.scene.contactors.body[contactor])] &&
+          (rows.empty() || rows.back() != i))
+        rows.push_back(i);
+  return rows_of(m, rows);
 }
 
 void pack(const ContactMemory& m, Packer& packer) {
@@ -196,6 +119,8 @@ void put_in_order(ContactMemory& m) {
   std::vector<std::size_t> order(m.keys.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return m.keys[a] < m.keys[b]; });
+  const auto same = [&](std::size_t a, std::size_t b) { return m.keys[a] == m.keys[b]; };
+  order.erase(std::unique(order.begin(), order.end(), same), order.end()); // ranks that share a body told both
   const ContactMemory sorted = rows_of(m, order);
   m.keys = sorted.keys;
   m.impulses = sorted.impulses;
@@ -204,25 +129,121 @@ void put_in_order(ContactMemory& m) {
 
 } // namespace
 
-// What contacts remember goes to who owns them now. Where memory came from elsewhere all ranks have it whole.
-void RankedNscd::give_memory(const Simulation& s, const std::vector<ContactMemory>& memory) {
-  const auto heir = [&](const ContactKey& key) {
-    const std::int32_t one = s.contactor(key.contactor_a), two = s.contactor(key.contactor_b);
-    if (one < 0 || two < 0) return -1;
-    const std::int32_t a = *s.scene.contactors.body[one], b = *s.scene.contactors.body[two];
-    const bool roams_a = !everywhere_[std::size_t(a)], roams_b = !everywhere_[std::size_t(b)];
-    std::int32_t owner = key.contactor_a < key.contactor_b ? a : b;
-    if (roams_a != roams_b)
-      owner = roams_a ? a : b;
-    else if (fixed_[std::size_t(a)] != fixed_[std::size_t(b)])
-      owner = fixed_[std::size_t(a)] ? b : a;
-    return int(owner_[std::size_t(owner)]);
+bool OverRanks::must_partition(const Simulation& s) const {
+  constexpr double most_imbalance = 1.2;
+  constexpr std::int64_t least_steps = 50;
+  if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_) return true;
+  return exchange_->ranks() > 1 && imbalance_ > most_imbalance && since_partition_ >= least_steps;
+}
+
+// Costs of bodies, with those of the contacts of the last step on them.
+std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
+  std::vector<std::int64_t> cost(std::size_t(s.scene.bodies.count), 0);
+  for (const Part& part : parts_) {
+    const ContactMemory m = own_memory(part);
+    for (const ContactKey& key : m.keys)
+      for (const std::int64_t id : {key.contactor_a, key.contactor_b})
+        if (const std::int32_t contactor = s.contactor(id); contactor >= 0)
+          cost[std::size_t(*s.scene.contactors.body[contactor])] += cost_of_contact / 2;
+  }
+  exchange_->sum(cost);
+  for (std::int64_t& of_body : cost) of_body += cost_of_body;
+  return cost;
+}
+
+void OverRanks::partition(Simulation& s, double margin) {
+  const Bodies& b = s.scene.bodies;
+  const int ranks = exchange_->ranks();
+  const std::vector<double> radius = radii_of(s);
+  fixed_ = fixed_bodies(s);
+  std::vector<std::int64_t> cost = costs(s);
+  everywhere_ = bodies_everywhere(radius, fixed_);
+  for (std::size_t i = 0; i < cost.size(); ++i) // their contacts are where the others are
+    if (everywhere_[i]) cost[i] = cost_of_body;
+  owner_ = cut_curve(cost, ranks);
+
+  double widest = 0, fastest = 0, middle = 0;
+  std::int64_t roaming = 0;
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    if (everywhere_[std::size_t(i)]) continue;
+    double square = 0;
+    for (int k = 0; k < s.scene.dim; ++k) square += b.velocity[i][k] * b.velocity[i][k];
+    widest = std::max(widest, radius[std::size_t(i)]);
+    middle += radius[std::size_t(i)];
+    fastest = std::max(fastest, square);
+    ++roaming;
+  }
+  const double h = s.report.h > 0 ? s.report.h : 0;
+  reach_ = 2 * (margin + 0.05 * widest + reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) +
+                                          2 * h * std::sqrt(fastest)));
+
+  Surroundings around;
+  around.dim = s.scene.dim;
+  around.count = b.count;
+  around.position = b.position.values.data();
+  around.radius = radius.data();
+  around.everywhere = everywhere_.data();
+  around.owner = owner_.data();
+  around.cell = s.scene.cell;
+  around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
+  const auto ghosts = find_ghosts(around, exchange_->local());
+
+  std::vector<ContactMemory> memory;
+  for (const Part& part : parts_) memory.push_back(own_memory(part));
+  parts_.clear();
+  for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
+    const int rank = exchange_->local()[l];
+    std::vector<std::int32_t> bodies = ghosts[l];
+    for (std::int64_t i = 0; i < b.count; ++i)
+      if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
+    std::sort(bodies.begin(), bodies.end());
+    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies)));
+    for (const std::int32_t body : part.bodies) {
+      part.own.push_back(owner_[std::size_t(body)] == rank);
+      part.owner.push_back(owner_[std::size_t(body)]);
+      part.fixed.push_back(fixed_[std::size_t(body)]);
+    }
+  }
+  give_memory(s, memory);
+  link_ghosts();
+  order_seen_ = s.scene.order_version();
+  anew_ = false;
+  since_partition_ = 0;
+  imbalance_ = 1;
+  ++partitions_;
+}
+
+// The rank that owns the contact of a key now; -1: a contactor is gone.
+int OverRanks::heir(const Simulation& s, const ContactKey& key) const {
+  const std::int32_t one = s.contactor(key.contactor_a), two = s.contactor(key.contactor_b);
+  if (one < 0 || two < 0) return -1;
+  const auto a = std::size_t(*s.scene.contactors.body[one]), b = std::size_t(*s.scene.contactors.body[two]);
+  std::size_t owner = key.contactor_a < key.contactor_b ? a : b;
+  if (everywhere_[a] != everywhere_[b])
+    owner = everywhere_[a] ? b : a;
+  else if (fixed_[a] != fixed_[b])
+    owner = fixed_[a] ? b : a;
+  return owner_[owner];
+}
+
+// What contacts remember goes to who owns them now, or to the ranks of both bodies. Where memory came from elsewhere
+// all ranks have it whole.
+void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory>& memory) {
+  const auto heirs = [&](const ContactKey& key) {
+    std::vector<int> ranks = {heir(s, key)};
+    for (const std::int64_t id : {key.contactor_a, key.contactor_b})
+      if (const std::int32_t contactor = s.contactor(id); both_remember_ && contactor >= 0 && ranks[0] >= 0)
+        ranks.push_back(owner_[std::size_t(*s.scene.contactors.body[contactor])]);
+    std::sort(ranks.begin(), ranks.end());
+    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
+    std::erase(ranks, -1);
+    return ranks;
   };
   std::vector<std::vector<Parcel>> out;
   for (const ContactMemory& m : memory) {
     std::map<int, std::vector<std::size_t>> rows;
     for (std::size_t i = 0; i < m.keys.size(); ++i)
-      if (const int rank = heir(m.keys[i]); rank >= 0) rows[rank].push_back(i);
+      for (const int rank : heirs(m.keys[i])) rows[rank].push_back(i);
     auto& parcels = out.emplace_back();
     for (const auto& [rank, of_rank] : rows) {
       Packer packer;
@@ -235,25 +256,27 @@ void RankedNscd::give_memory(const Simulation& s, const std::vector<ContactMemor
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     ContactMemory own;
     for (const Parcel& parcel : in[l]) add_packed(parcel.bytes, own);
-    if (!memory.empty()) own.h = memory[0].h, own.contactors_seen = memory[0].contactors_seen;
+    if (!memory.empty()) own.h = memory[0].h, own.contactors_seen = seen_;
     if (!pending_.keys.empty()) {
       std::vector<std::size_t> rows;
-      for (std::size_t i = 0; i < pending_.keys.size(); ++i)
-        if (heir(pending_.keys[i]) == parts_[l].rank) rows.push_back(i);
+      for (std::size_t i = 0; i < pending_.keys.size(); ++i) {
+        const std::vector<int> ranks = heirs(pending_.keys[i]);
+        if (std::binary_search(ranks.begin(), ranks.end(), parts_[l].rank)) rows.push_back(i);
+      }
       own = rows_of(pending_, rows);
     }
     put_in_order(own);
-    parts_[l].simulation->interactions.restore(std::move(own));
+    if (!memory.empty() || has_pending_) parts_[l].strategy->restore(*parts_[l].simulation, std::move(own));
   }
   pending_ = {};
+  has_pending_ = false;
 }
 
 // Ranks tell owners which of their bodies they follow.
-void RankedNscd::link_ghosts() {
+void OverRanks::link_ghosts() {
   ghost_links_.clear();
   ghosts_out_.clear();
   ghosts_in_.clear();
-  ghosts_ = 0;
   std::vector<std::vector<Parcel>> out;
   std::vector<std::map<int, std::vector<std::int32_t>>> wanted;
   for (const Part& part : parts_) {
@@ -267,7 +290,6 @@ void RankedNscd::link_ghosts() {
       Packer packer;
       packer.put_all(std::span<const std::int64_t>(ids));
       parcels.push_back({rank, std::move(packer.bytes)});
-      ghosts_ += std::int64_t(bodies.size());
     }
   }
   const auto asked = exchange_->deliver(std::move(out));
@@ -300,34 +322,35 @@ void RankedNscd::link_ghosts() {
 }
 
 // The memory of all contacts, in the order of their keys: the same whatever the number of ranks. All ranks call it.
-ContactMemory RankedNscd::memory(const Simulation&) const {
-  if (parts_.empty() || !pending_.keys.empty()) return pending_;
+ContactMemory OverRanks::memory(const Simulation&) const {
+  if (parts_.empty() || has_pending_) return pending_;
   Packer mine;
-  for (const Part& part : parts_) pack(part.simulation->interactions.memory(), mine);
+  for (const Part& part : parts_) pack(own_memory(part), mine);
   ContactMemory all;
   for (const Bytes& bytes : exchange_->gather(mine.bytes)) add_packed(bytes, all);
   put_in_order(all);
   return all;
 }
 
-void RankedNscd::restore(Simulation& s, ContactMemory memory) {
+void OverRanks::restore(Simulation& s, ContactMemory memory) {
   Interactions check(s.scene.dim); // throws where sizes do not agree
   check.restore(memory);
   pending_ = std::move(memory);
+  has_pending_ = true;
   parts_.clear();
   anew_ = true;
   s.contacts_known = false;
   shown_.reset();
 }
 
-std::vector<std::int32_t> RankedNscd::owners(const Simulation& s) const {
+std::vector<std::int32_t> OverRanks::owners(const Simulation& s) const {
   std::vector<std::int32_t> out;
   if (owner_.size() != std::size_t(s.scene.bodies.count) || order_seen_ != s.scene.order_version()) return out;
   for (const std::int32_t i : s.scene.insertion_order()) out.push_back(owner_[std::size_t(i)]);
   return out;
 }
 
-std::vector<std::int64_t> RankedNscd::bytes_of_ranks() const {
+std::vector<std::int64_t> OverRanks::bytes_of_ranks() const {
   std::vector<std::int64_t> out;
   for (const Part& part : parts_) {
     const auto [bodies, contacts] = part.simulation->bytes();
@@ -336,13 +359,13 @@ std::vector<std::int64_t> RankedNscd::bytes_of_ranks() const {
   return out;
 }
 
-std::int64_t RankedNscd::body_bytes() const {
+std::int64_t OverRanks::body_bytes() const {
   std::int64_t sum = 0;
   for (const Part& part : parts_) sum += part.simulation->bytes().first;
   return sum;
 }
 
-std::int64_t RankedNscd::contact_bytes() const {
+std::int64_t OverRanks::contact_bytes() const {
   std::int64_t sum = 0;
   for (const Part& part : parts_) sum += part.simulation->bytes().second;
   return sum;

@@ -1,0 +1,104 @@
+// Strategies over ranks: each rank has the bodies between two cuts of the space-filling curve, with ghosts of those that
+// they may meet, and the contacts on them. The bits of a run are the same for every number of ranks and threads.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "exact_sum.hpp"
+#include "exchange.hpp"
+#include "part.hpp"
+#include "partition.hpp"
+
+namespace cairn {
+
+class OverRanks : public Strategy {
+public:
+  OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange);
+
+  std::vector<Option> options() override { return model_->options(); }
+  void check_options() const override { model_->check_options(); }
+  std::vector<std::string> texts_of(std::string_view option) const override { return model_->texts_of(option); }
+  bool serves(const LawInfo& law) const override { return model_->serves(law); }
+  bool take_settings(Simulation& s, const Strategy& other) override;
+  void check_scene(const Simulation& s) const override; // names all that does not run over ranks
+  void check_laws(const Simulation& s) const override;
+  void changed(Simulation& s, bool places) override;
+  ContactMemory memory(const Simulation& s) const override;
+  void restore(Simulation& s, ContactMemory memory) override;
+  void view(Simulation& s) override;
+  bool has(const ContactFieldInfo& field) const override;
+  void read(Simulation& s, std::string_view field, int components, double* out) override;
+  void status(Simulation& s, std::int32_t* out) override;
+  std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
+  std::int64_t body_bytes() const override;
+  std::int64_t contact_bytes() const override;
+
+  // Contacts of all ranks become readable on each, until the next step. All ranks call it.
+  void gather(Simulation& s);
+  const std::shared_ptr<Exchange>& shared_exchange() const { return exchange_; }
+  std::vector<std::int32_t> owners(const Simulation& s) const; // of bodies, in the order of insertion
+  // Bytes that each rank of this process holds.
+  std::vector<std::int64_t> bytes_of_ranks() const;
+
+protected:
+  void begin(Simulation& s, int renumber_every);
+  bool must_partition(const Simulation& s) const;
+  // margin: what a body adds to the gap up to which it meets others, besides its way [m].
+  void partition(Simulation& s, double margin);
+  // Largest way of an own body since the partition, and what `more` adds for it; over all ranks.
+  double farthest(const std::vector<std::vector<double>>& more);
+  bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
+  // The field of ghosts from their owners.
+  void follow_ghosts(Field<double> Bodies::* field);
+  // f(part) of each rank of this process. One that fails ends the step on all of them.
+  template <class F>
+  void on_ranks(Simulation& s, const char* stage, F&& f) {
+    std::vector<std::string> fault(parts_.size());
+    s.timed(stage, [&] {
+      for (std::size_t l = 0; l < parts_.size(); ++l) try {
+          f(parts_[l]);
+        } catch (const std::exception& e) { fault[l] = e.what(); }
+    });
+    end_by_fault(fault);
+  }
+  virtual void undo() {}
+  virtual std::int64_t own_contacts(const Part& part) const { return part.simulation->candidates.count; }
+  // The state of all bodies to the whole, and the report of the step.
+  void collect(Simulation& s);
+  [[noreturn]] static void refuse(const std::string& what);
+
+  std::unique_ptr<Strategy> model_; // settings
+  std::shared_ptr<Exchange> exchange_;
+  std::vector<Part> parts_;
+  std::vector<std::int32_t> owner_; // by internal number of the whole
+  std::vector<std::uint8_t> everywhere_, fixed_;
+  double reach_ = 0, reach_factor_ = 1;
+  bool anew_ = true, both_remember_ = false; // ranks of both bodies need what their contact remembers
+  int colours_ = 0;
+  std::int64_t partitions_ = 0, since_partition_ = 0;
+  Traffic before_, last_; // of the last step
+
+private:
+  void end_by_fault(const std::vector<std::string>& fault);
+  std::vector<std::int64_t> costs(const Simulation& s) const;
+  int heir(const Simulation& s, const ContactKey& key) const;
+  void give_memory(const Simulation& s, const std::vector<ContactMemory>& memory);
+  void link_ghosts();
+  void show(Simulation& s);
+
+  std::int64_t order_seen_ = -1, seen_ = 0;
+  ContactMemory pending_; // of contacts before the next partition, where it came from elsewhere
+  bool has_pending_ = false;
+  Links ghost_links_;     // from owners to ghosts
+  std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
+  double imbalance_ = 1;
+  // Contacts that can be read: by the order of their keys.
+  struct Shown;
+  std::shared_ptr<Shown> shown_;
+};
+
+// The strategy over ranks; throws Error naming it if it does not run over them.
+std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange);
+
+} // namespace cairn

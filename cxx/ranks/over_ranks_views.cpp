@@ -1,0 +1,345 @@
+// What callers ask of the strategy over ranks: refusals by name, settings, contacts that can be read.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <typeinfo>
+
+#include "../base/call.hpp"
+#include "../networks/network.hpp"
+#include "../simulation/contact_fields.hpp"
+#include "ranked_nscd.hpp"
+#include "ranked_smooth.hpp"
+
+namespace cairn {
+namespace {
+
+// Fields of contacts that are kept for readers, with their components in 2D and 3D.
+struct KeptField {
+  const char* name;
+  int in_plane, in_space;
+};
+constexpr KeptField kept_fields[] = {
+    {"impulse", 2, 3}, {"impulse_local", 2, 3}, {"moment", 1, 3}, {"relative_velocity", 2, 3}, {"dissipated", 1, 1}};
+
+} // namespace
+
+struct OverRanks::Shown {
+  std::vector<ContactKey> key;
+  std::vector<double> gap, normal, point;
+  std::vector<double> field[std::size(kept_fields)];
+  std::vector<std::int32_t> status;
+
+  template <class F>
+  void each_numbers(int dim, F&& f) {
+    f(gap, 1);
+    f(normal, dim);
+    f(point, dim);
+    for (std::size_t k = 0; k < std::size(kept_fields); ++k)
+      f(field[k], dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space);
+  }
+};
+
+void OverRanks::refuse(const std::string& what) {
+  throw Error(what + ", which does not run over ranks: leave out ranks, or that");
+}
+
+OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange)
+    : model_(std::move(model)), exchange_(std::move(exchange)) {
+  name = model_->name;
+}
+
+void OverRanks::check_scene(const Simulation& s) const {
+  model_->check_scene(s);
+  if (!s.meshes.empty()) refuse("the scene has the mesh '" + s.meshes.meshes[0].model.name + "'");
+  if (s.networks) refuse("the scene has a network of heat or current");
+  if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
+  if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
+  if (s.scene.has(Need::belts)) refuse("surfaces of bodies move along them");
+  if (s.scene.has(Need::thermal) || s.scene.has(Need::growing)) refuse("bodies have temperatures");
+  for (const double g : s.scene.cell.velocity_gradient)
+    if (s.scene.cell.any() && (g < 0 || g > 0)) refuse("the periodic cell changes its shape");
+}
+
+void OverRanks::check_laws(const Simulation& s) const {
+  model_->check_laws(s);
+  if (!s.laws.curves().empty()) refuse("a parameter of a law depends on temperature");
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
+    if (law.joins) refuse("the scene has joints");
+    if (law.plugged()) refuse("law " + law.name + " is of a user's library");
+  }
+}
+
+void OverRanks::begin(Simulation& s, int renumber_every) {
+  check_scene(s);
+  check_laws(s);
+  before_ = exchange_->traffic;
+  shown_.reset();
+  s.contacts_known = false;
+  s.candidates.count = 0;
+  if (s.steps > 0 && s.steps % renumber_every == 0) s.scene.renumber();
+}
+
+void OverRanks::end_by_fault(const std::vector<std::string>& fault) {
+  const std::string told = exchange_->agree(fault);
+  if (told.empty()) return;
+  undo();
+  throw Error(told);
+}
+
+// Another count of ranks too: contacts keep what they remember.
+bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
+  if (typeid(*this) != typeid(other)) return false;
+  const auto& same = static_cast<const OverRanks&>(other);
+  ContactMemory kept = memory(s);
+  const bool any = !parts_.empty() || has_pending_;
+  model_ = same.model_->fresh();
+  name = model_->name;
+  exchange_ = same.exchange_;
+  restore(s, std::move(kept));
+  has_pending_ = any;
+  return true;
+}
+
+void OverRanks::changed(Simulation& s, bool places) {
+  s.contacts_known = false;
+  shown_.reset();
+  for (Part& part : parts_) {
+    part.simulation->laws = s.laws;
+    part.strategy->changed(*part.simulation, places);
+  }
+}
+
+bool OverRanks::has(const ContactFieldInfo& field) const {
+  return model_->has(field) && (std::string_view(field.name) == "status" || field.whole || std::string_view(field.name) == "gap" ||
+         std::string_view(field.name) == "normal" || std::string_view(field.name) == "point" ||
+         std::any_of(std::begin(kept_fields), std::end(kept_fields),
+                     [&](const KeptField& kept) { return std::string_view(kept.name) == field.name; }));
+}
+
+// Contacts of the ranks of this process, unless those of all were gathered.
+void OverRanks::view(Simulation& s) {
+  if (s.contacts_known) return;
+  if (!shown_) {
+    auto shown = std::make_shared<Shown>();
+    for (Part& part : parts_) {
+      Simulation& own = *part.simulation;
+      part.strategy->view(own);
+      const Candidates& c = own.candidates;
+      if (!own.contacts_known) continue;
+      std::vector<std::size_t> rows;
+      for (std::size_t i = 0; i < std::size_t(c.count); ++i)
+        if (owns_contact(part, c.contactor_a[i], c.contactor_b[i])) rows.push_back(i);
+      const auto append = [&](auto& to, const auto& from, int n) {
+        for (const std::size_t i : rows)
+          to.insert(to.end(), from.begin() + std::ptrdiff_t(i) * n, from.begin() + std::ptrdiff_t(i + 1) * n);
+      };
+      const auto& id = own.scene.contactors.id;
+      for (const std::size_t i : rows)
+        shown->key.push_back({*id[c.contactor_a[i]], *id[c.contactor_b[i]], c.feature[i], c.image[i]});
+      append(shown->gap, c.gap, 1);
+      append(shown->normal, c.normal, s.scene.dim);
+      append(shown->point, c.point, s.scene.dim);
+      for (std::size_t k = 0; k < std::size(kept_fields); ++k) {
+        const int n = s.scene.dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space;
+        std::vector<double> numbers(std::size_t(n * c.count));
+        if (has_contact_field(own, kept_fields[k].name)) part.strategy->read(own, kept_fields[k].name, n, numbers.data());
+        append(shown->field[k], numbers, n);
+      }
+      std::vector<std::int32_t> status(std::size_t(c.count), 0);
+      part.strategy->status(own, status.data());
+      append(shown->status, status, 1);
+    }
+    shown_ = std::move(shown);
+  }
+  show(s);
+}
+
+// In the order of their keys, by the numbers of the whole.
+void OverRanks::show(Simulation& s) {
+  Shown& shown = *shown_;
+  const std::size_t n = shown.key.size();
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return shown.key[a] < shown.key[b]; });
+  const auto put_in_order = [&](auto& values, int components) {
+    auto before = values;
+    for (std::size_t i = 0; i < n; ++i)
+      std::copy_n(before.begin() + std::ptrdiff_t(order[i]) * components, components,
+                  values.begin() + std::ptrdiff_t(i) * components);
+  };
+  shown.each_numbers(s.scene.dim, put_in_order);
+  put_in_order(shown.status, 1);
+  put_in_order(shown.key, 1);
+  Candidates& c = s.candidates;
+  for (auto* array : {&c.contactor_a, &c.contactor_b, &c.feature, &c.image}) array->resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    c.contactor_a[i] = s.contactor(shown.key[i].contactor_a);
+    c.contactor_b[i] = s.contactor(shown.key[i].contactor_b);
+    c.feature[i] = shown.key[i].feature;
+    c.image[i] = shown.key[i].image;
+  }
+  c.gap.assign(shown.gap.begin(), shown.gap.end());
+  c.normal.assign(shown.normal.begin(), shown.normal.end());
+  c.point.assign(shown.point.begin(), shown.point.end());
+  c.seats.clear();
+  c.count = std::int64_t(n);
+  s.contacts_known = true;
+}
+
+void OverRanks::gather(Simulation& s) {
+  if (exchange_->whole()) return view(s);
+  s.contacts_known = false;
+  shown_.reset();
+  view(s);
+  Packer mine;
+  mine.put_all(std::span<const ContactKey>(shown_->key));
+  mine.put_all(std::span<const std::int32_t>(shown_->status));
+  shown_->each_numbers(s.scene.dim, [&](auto& numbers, int) { mine.put_all(std::span<const double>(numbers)); });
+  auto all = std::make_shared<Shown>();
+  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+    Unpacker from(bytes);
+    const auto append = [](auto& to, const auto& some) { to.insert(to.end(), some.begin(), some.end()); };
+    append(all->key, from.get_all<ContactKey>());
+    append(all->status, from.get_all<std::int32_t>());
+    all->each_numbers(s.scene.dim, [&](auto& numbers, int) { append(numbers, from.get_all<double>()); });
+  }
+  shown_ = std::move(all);
+  show(s);
+}
+
+void OverRanks::read(Simulation& s, std::string_view field, int components, double* out) {
+  for (std::size_t k = 0; k < std::size(kept_fields) && s.contacts_known && shown_; ++k)
+    if (field == kept_fields[k].name) {
+      std::copy(shown_->field[k].begin(), shown_->field[k].end(), out);
+      return;
+    }
+  std::fill_n(out, components * s.candidates.count, 0.0);
+}
+
+void OverRanks::status(Simulation& s, std::int32_t* out) {
+  if (s.contacts_known && shown_) std::copy(shown_->status.begin(), shown_->status.end(), out);
+}
+
+std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation&) {
+  double ghosts = 0;
+  for (const Part& part : parts_) ghosts += double(std::count(part.own.begin(), part.own.end(), 0));
+  return {{"ranks", exchange_->ranks()},
+          {"colours", colours_},
+          {"ghosts", ghosts},
+          {"messages", double(last_.messages)},
+          {"message_bytes", double(last_.bytes)},
+          {"sums", double(last_.sums)},
+          {"imbalance", imbalance_},
+          {"partitions", double(partitions_)}};
+}
+
+double OverRanks::farthest(const std::vector<std::vector<double>>& more) {
+  double longest[] = {0};
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const Part& part = parts_[l];
+    const Simulation& s = *part.simulation;
+    const int dim = s.scene.dim;
+    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+      if (!part.own[i] || everywhere_[std::size_t(part.bodies[i])]) continue;
+      double between[3] = {0, 0, 0}, square = 0;
+      for (int k = 0; k < dim; ++k)
+        between[k] = s.scene.bodies.position[std::int64_t(i)][k] - part.position_then[std::size_t(dim) * i + std::size_t(k)];
+      for (int k = dim - 1; k >= 0; --k) { // a body that left a periodic cell came back on its other side
+        if (!s.scene.cell.periodic[k]) continue;
+        const double turns = std::round(between[k] / s.scene.cell.vectors[4 * k]);
+        for (int d = 0; d <= k; ++d) between[d] -= turns * s.scene.cell.vectors[d + 3 * k];
+      }
+      for (int k = 0; k < dim; ++k) square += between[k] * between[k];
+      longest[0] = std::max(longest[0], more[l][i] + std::sqrt(square));
+    }
+  }
+  exchange_->largest(longest);
+  return longest[0];
+}
+
+// A contact is owned where the contactor with the smaller id is, or the one that is not everywhere.
+bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t two) const {
+  const Contactors& c = part.simulation->scene.contactors;
+  const std::int32_t a = *c.body[one], b = *c.body[two];
+  const auto roams = [&](std::int32_t body) { return !everywhere_[std::size_t(part.bodies[std::size_t(body)])]; };
+  const auto fixed = [&](std::int32_t body) { return part.fixed[std::size_t(body)] != 0; };
+  std::int32_t owner = *c.id[one] < *c.id[two] ? a : b;
+  if (roams(a) != roams(b))
+    owner = roams(a) ? a : b;
+  else if (fixed(a) != fixed(b))
+    owner = fixed(a) ? b : a;
+  return part.own[std::size_t(owner)] != 0;
+}
+
+void OverRanks::follow_ghosts(Field<double> Bodies::* field) {
+  if (exchange_->ranks() == 1) return;
+  const auto each = [&](const auto& bodies, auto&& f) {
+    for (std::size_t l = 0; l < parts_.size(); ++l)
+      for (std::size_t j = 0; j < ghost_links_[l].size(); ++j) {
+        Field<double>& of = parts_[l].simulation->scene.bodies.*field;
+        std::size_t at = 0;
+        for (const std::int32_t body : bodies[l][j]) {
+          f(of[body], ghost_links_[l][j], at, of.components);
+          at += std::size_t(of.components);
+        }
+      }
+  };
+  each(ghosts_out_, [](const double* v, Link& link, std::size_t at, int n) { std::copy_n(v, n, &link.out[at]); });
+  exchange_->pass(ghost_links_, 0);
+  each(ghosts_in_, [](double* v, const Link& link, std::size_t at, int n) { std::copy_n(&link.in[at], n, v); });
+}
+
+// The state of all bodies to the whole, and the report of the step.
+void OverRanks::collect(Simulation& s) {
+  if (exchange_->whole()) {
+    for (const Part& part : parts_) take(part, s);
+  } else {
+    Packer mine;
+    for (const Part& part : parts_) pack_own(part, mine);
+    for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s);
+  }
+  std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
+  double largest[] = {0, 0}; // way, bodies that turned too far
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const Part& part = parts_[l];
+    const StepReport& report = part.simulation->report;
+    const auto own = std::int64_t(std::count(part.own.begin(), part.own.end(), 1));
+    load[std::size_t(part.rank)] = cost_of_body * own + cost_of_contact * own_contacts(part);
+    load.back() += own_contacts(part);
+    largest[0] = std::max(largest[0], report.way);
+    largest[1] = std::max(largest[1], double(report.unresolved_rotations));
+  }
+  exchange_->sum(load);
+  exchange_->largest(largest);
+  const std::int64_t contacts = load.back();
+  load.pop_back();
+  std::int64_t all = 0;
+  for (const std::int64_t of_rank : load) all += of_rank;
+  imbalance_ = all > 0 ? double(*std::max_element(load.begin(), load.end())) * double(load.size()) / double(all) : 1;
+  s.report.sub_steps = 1;
+  s.report.way = largest[0];
+  s.report.unresolved_rotations = std::int64_t(largest[1]);
+  s.report.step = ++s.steps;
+  s.report.h = parts_[0].simulation->report.h;
+  s.report.time_detection = parts_[0].simulation->report.time_detection;
+  s.report.time = s.time = parts_[0].simulation->time;
+  s.report.contacts = contacts;
+  s.report.energy = s.energy;
+  seen_ = s.scene.next_contactor_id;
+  ++since_partition_;
+  last_ = exchange_->traffic;
+  last_.messages -= before_.messages;
+  last_.bytes -= before_.bytes;
+  last_.sums -= before_.sums;
+}
+
+std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange) {
+  if (dynamic_cast<Nscd*>(strategy.get()))
+    return std::make_unique<RankedNscd>(std::move(strategy), std::move(exchange));
+  if (dynamic_cast<SmoothDem*>(strategy.get()))
+    return std::make_unique<RankedSmooth>(std::move(strategy), std::move(exchange));
+  throw Error("the strategy is " + strategy->name + ", which does not run over ranks: leave out ranks, or that");
+}
+
+} // namespace cairn

@@ -1,0 +1,89 @@
+"""Smooth DEM over ranks in one process: the same bits for every number of them, and the motion without."""
+
+import hashlib
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2600.0)
+SPRING = cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)
+
+
+def scene(dim, law=SPRING, n=None):
+    n = n or {2: 7, 3: 4}[dim]
+    rng = np.random.default_rng(dim)
+    places = np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), -1).reshape(-1, dim)
+    x = (places + 0.6) * 0.93 + rng.uniform(-0.02, 0.02, places.shape)
+    made = cn.Scene(dim=dim, gravity=(-6.0,) + (0.0,) * (dim - 2) + (-9.81,))
+    made.interact(ROCK, ROCK, law)
+    made.add((cn.disks if dim == 2 else cn.spheres)(x, rng.uniform(0.42, 0.48, len(x)), ROCK,
+             velocity=np.tile((-2.0,) + (0.0,) * (dim - 2) + (-3.0,), (len(x), 1))))  # fmt: skip
+    for axis in range(dim):
+        made.add(cn.wall(np.zeros(dim), np.eye(dim)[axis], ROCK))
+    return made
+
+
+def run(made, ranks, steps, energy=False):
+    sim = cn.Simulation(made, dt=4e-4, strategy=cn.SmoothDEM(energy=energy), overlap="ignore", ranks=ranks)
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def digest(sim):
+    state = [sim.bodies.position, sim.bodies.velocity, sim.contacts.key, sim.contacts.impulse, sim.bodies.contact_force]
+    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state)).hexdigest()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("law", [SPRING, cn.HertzMindlin(young=1e7, restitution=0.6, mu=0.3)], ids=lambda law: law.name)
+def test_the_same_bits_for_every_number_of_ranks(dim, law):
+    sims = [run(scene(dim, law), ranks, 500) for ranks in (1, 2, 3, 7)]
+    assert len(sims[0].contacts) > 30 and sims[-1].ranks.figures()["partitions"] > 2
+    assert len({digest(sim) for sim in sims}) == 1
+    assert {sim.info["contacts"] for sim in sims} == {len(sims[0].contacts)}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_motion_is_that_without_ranks(dim):
+    alone, over = run(scene(dim), None, 150), run(scene(dim), 3, 150)
+    assert np.abs(alone.bodies.velocity - over.bodies.velocity).max() < 1e-9 * np.abs(alone.bodies.velocity).max()
+    assert over.info["stable_step"] == pytest.approx(alone.info["stable_step"], rel=1e-6)
+    walls = np.isinf(alone.bodies.mass)
+    assert over.bodies.contact_force[walls] == pytest.approx(alone.bodies.contact_force[walls], rel=1e-6, abs=1e-3)
+
+
+def test_restart_on_other_numbers_of_ranks(tmp_path):
+    whole, path = run(scene(2), 2, 300), tmp_path / "smooth.checkpoint.h5"
+    sim = run(scene(2), 3, 100)
+    for ranks in (5, 1):
+        sim.checkpoint(path)
+        sim = cn.Simulation(scene(2), dt=4e-4, strategy=cn.SmoothDEM(energy=False), overlap="ignore", ranks=ranks)
+        sim.restore(path)
+        for _ in range(100):
+            sim.step()
+    assert digest(sim) == digest(whole)
+
+
+def test_momentum_passes_cuts():
+    made = cn.Scene(dim=2)
+    made.interact(ROCK, ROCK, SPRING)
+    rng = np.random.default_rng(5)
+    x = np.stack(np.meshgrid(np.arange(6), np.arange(6)), -1).reshape(-1, 2) * 1.0
+    v = -2 * (x - x.mean(0)) + rng.normal(0, 1, x.shape)
+    made.add(cn.disks(x, rng.uniform(0.4, 0.5, len(x)), ROCK, velocity=v))
+    sim = cn.Simulation(made, dt=2e-4, strategy=cn.SmoothDEM(energy=False), ranks=5)
+    mass = sim.bodies.mass[:, None]
+    for _ in range(400):
+        sim.step()
+    change = mass * (sim.bodies.velocity[:, :2] - v)
+    assert np.abs(change).sum() > 0.1 * np.abs(mass * v).sum()
+    assert np.abs(change.sum(0)).max() < 1e-12 * np.abs(mass * v).sum()
+
+
+def test_what_does_not_run_over_ranks_says_so():
+    with pytest.raises(ValueError, match="energy=False.*does not run over ranks"):
+        run(scene(2), 2, 1, energy=True)
+    with pytest.raises(ValueError, match="gear, which does not run over ranks"):
+        cn.Simulation(scene(2), dt=1e-4, strategy=cn.SmoothDEM(energy=False, integrator=cn.Gear()), ranks=2, overlap="ignore")
