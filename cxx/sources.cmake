@@ -43,6 +43,7 @@ set(CAIRN_CXX_SOURCES
   meshes/mesh_newton.cpp
   meshes/mesh_pressure.cpp
   meshes/mesh_rates.cpp
+  meshes/mesh_seats.cpp
   meshes/mesh_set.cpp
   meshes/mesh_sizes.cpp
   meshes/mesh_spin.cpp
@@ -206,10 +207,12 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/moving_cell.cpp
   solvers/sweeps/light_error.cpp
   solvers/sweeps/newton_correction.cpp
+  solvers/sweeps/law_tangent.cpp
   solvers/sweeps/solid_correction.cpp
   solvers/sweeps/solid_proximal.cpp
   solvers/sweeps/solid_refinement.cpp
   solvers/sweeps/solid_self_stress.cpp
+  solvers/sweeps/solid_system.cpp
   solvers/sweeps/solid_zones.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/held_rows.cpp

@@ -20,7 +20,10 @@ INCLUDE = re.compile(r'#include "(\.\./[^"]+)"')
 PRIVATE = {
     "cxx/contacts/interaction_state.hpp": tuple(
         f"cxx/contacts/{name}.cpp" for name in ("interaction", "contact_views", "law_rows")
-    )
+    ),
+    "cxx/meshes/mortar_work.hpp": tuple(
+        f"cxx/meshes/{name}.cpp" for name in ("mesh_mortar", "mesh_mortar_search", "mesh_mortar_sides")
+    ),
 }
 
 

@@ -5,61 +5,26 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../base/small_matrices.hpp"
+#include "../base/vectors.hpp"
 
 namespace cairn {
 namespace {
 
-using Four = std::array<std::array<double, 4>, 4>;
-
-// Eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi's rotations.
-std::array<double, 4> largest_eigenvector(Four a) {
-  Four q{};
-  for (std::size_t i = 0; i < 4; ++i) q[i][i] = 1;
-  constexpr int most = 60;
-  for (int pass = 0; pass < most; ++pass) {
-    double off = 0, size = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = 0; j < 4; ++j) (i == j ? size : off) += std::abs(a[i][j]);
-    if (!(off > 1e-18 * size)) break;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = i + 1; j < 4; ++j) {
-        if (!(std::abs(a[i][j]) > 0)) continue;
-        const double tau = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double t = std::copysign(1.0, tau) / (std::abs(tau) + std::hypot(1.0, tau));
-        const double c = 1 / std::sqrt(1 + t * t), s = t * c;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double x = a[k][i], y = a[k][j];
-          a[k][i] = c * x - s * y;
-          a[k][j] = s * x + c * y;
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double x = a[i][k], y = a[j][k];
-          a[i][k] = c * x - s * y;
-          a[j][k] = s * x + c * y;
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double x = q[k][i], y = q[k][j];
-          q[k][i] = c * x - s * y;
-          q[k][j] = s * x + c * y;
-        }
-      }
-  }
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < 4; ++i)
-    if (a[i][i] > a[best][best]) best = i;
-  return {q[0][best], q[1][best], q[2][best], q[3][best]};
-}
-
 // The quaternion whose rotation is nearest to a matrix, by rows.
 std::array<double, 4> nearest_quaternion(const Rotation& b) {
   const double trace = b[0] + b[4] + b[8], z[3] = {b[7] - b[5], b[2] - b[6], b[3] - b[1]};
-  Four k{};
+  double k[4][4], axes[4][4];
   k[0][0] = trace;
   for (std::size_t i = 0; i < 3; ++i) {
     k[0][i + 1] = k[i + 1][0] = z[i];
     for (std::size_t j = 0; j < 3; ++j) k[i + 1][j + 1] = b[3 * i + j] + b[3 * j + i] - (i == j ? trace : 0);
   }
-  std::array<double, 4> q = largest_eigenvector(k);
+  diagonalise(k, axes);
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < 4; ++i)
+    if (k[i][i] > k[best][best]) best = i;
+  std::array<double, 4> q{axes[0][best], axes[1][best], axes[2][best], axes[3][best]};
   const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (double& x : q) x /= size;
   return q;
@@ -94,39 +59,6 @@ std::vector<std::vector<double>> rates_of(int dim, std::span<const double> arm) 
   return out;
 }
 
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-// Solves a symmetric positive definite system of at most six unknowns, each on its own scale.
-bool solve_small(std::vector<double> a, std::size_t n, double* b) {
-  std::vector<double> scale(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!(a[n * i + i] > 0)) return false;
-    scale[i] = 1 / std::sqrt(a[n * i + i]);
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    b[i] *= scale[i];
-    for (std::size_t j = 0; j < n; ++j) a[n * i + j] *= scale[i] * scale[j];
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    if (!(a[n * k + k] > 64 * std::numeric_limits<double>::epsilon())) return false;
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const double f = a[n * i + k] / a[n * k + k];
-      for (std::size_t j = k; j < n; ++j) a[n * i + j] -= f * a[n * k + j];
-      b[i] -= f * b[k];
-    }
-  }
-  for (std::size_t k = n; k-- > 0;) {
-    for (std::size_t j = k + 1; j < n; ++j) b[k] -= a[n * k + j] * b[j];
-    b[k] /= a[n * k + k];
-  }
-  for (std::size_t i = 0; i < n; ++i) b[i] *= scale[i];
-  return true;
-}
-
 // Same as velocities_with_momentum; with `forces` the forces of this motion taken as accelerations.
 std::vector<double> rigid(int dim, const SparseMatrix& mass, std::span<const double> arm,
                           std::span<const double> momentum, bool forces) {
@@ -137,10 +69,12 @@ std::vector<double> rigid(int dim, const SparseMatrix& mass, std::span<const dou
   std::vector<double> gram(n * n), of(momentum.begin(), momentum.end());
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) gram[n * i + j] = dot(rates[i], moving[j]);
-  if (!solve_small(std::move(gram), n, of.data()))
+  constexpr double least = 64 * std::numeric_limits<double>::epsilon();
+  if (!factor_symmetric(n, gram.data(), least))
     throw Error(
         "the nodes of the mesh have no inertia about an axis, so that no motion has the angular momentum of the "
         "body: give a mesh whose nodes are not on a line");
+  solve_symmetric(n, gram.data(), of.data());
   std::vector<double> out(arm.size(), 0.0);
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t i = 0; i < out.size(); ++i) out[i] += (forces ? moving : rates)[k][i] * of[k];

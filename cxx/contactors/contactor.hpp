@@ -24,6 +24,11 @@ struct ShapeInfo {
   cairn_convex convex;
   constexpr bool ball() const { return round > 0; }
   constexpr bool hollow() const { return round < 0; }
+  constexpr bool half_space() const { return !bounded && round == 0; }
+  constexpr bool bar() const { return bounded && directed; }
+  constexpr bool corners() const { return hull == Hulls::Form::polygon || hull == Hulls::Form::polyhedron; }
+  constexpr bool facet() const { return hull == Hulls::Form::facet; }
+  constexpr bool curved_hull() const { return hull == Hulls::Form::axial || hull == Hulls::Form::superquadric; }
   constexpr bool is_hull() const { return hull != Hulls::Form::none; }
 };
 extern const ShapeInfo shape_table[];

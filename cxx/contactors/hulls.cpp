@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "../base/call.hpp"
+#include "../base/vectors.hpp"
 
 namespace cairn {
 namespace {
@@ -19,10 +20,6 @@ using Vector = std::array<double, 3>;
 using Loop = std::vector<std::int32_t>;
 
 Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 Vector scaled(const Vector& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 
 struct Plane {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
 
@@ -146,8 +147,7 @@ double AnchorFrames::errors(const cairn_batch& b, int lane, const JointPose& pos
   if (!(blocked & 8)) { // about its axis it is free: how far the axes of both are from each other
     double other[3];
     turn_about(found, 1, axes[0], other);
-    for (int k = 0; k < 3; ++k)
-      turn[k] = axes[0][(k + 1) % 3] * other[(k + 2) % 3] - axes[0][(k + 2) % 3] * other[(k + 1) % 3];
+    cross(axes[0], other, turn);
   }
   for (int c = 0; c < 3; ++c)
     for (int k = 0; k < 3; ++k) error[3 + c] += turn[k] * axes[c][k];

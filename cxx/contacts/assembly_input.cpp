@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
 
@@ -35,8 +36,7 @@ void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
     tangent_of(axes[0], axes[1]);
   else
     for (int k = 0; k < 3; ++k) axes[1][k] = at(b, b.frame, lane, 3 + k);
-  for (int k = 0; k < 3; ++k)
-    axes[2][k] = axes[0][(k + 1) % 3] * axes[1][(k + 2) % 3] - axes[0][(k + 2) % 3] * axes[1][(k + 1) % 3];
+  cross(axes[0], axes[1], axes[2]);
 }
 
 // Carrier of a contactor: its position, and vectors of its axes in axes of space. A point of a mesh carries its end of

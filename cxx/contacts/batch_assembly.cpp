@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <omp.h>
 
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {

@@ -18,8 +18,6 @@ namespace {
 
 constexpr double level = 1e-2; // how far points of one face may be off its plane, over their distance
 
-bool is_brittle(const LawInfo& law) { return law.name == "mohr_coulomb" || law.name == "sintering"; }
-
 // A point seen along the normal of the face: its place across it [m], its area [m2], its impulse along it and across it
 // [N s].
 struct Borne {
@@ -67,7 +65,7 @@ void BrittleFaces::share() {
   points_.clear();
   for (std::size_t which = 0; which < system_.batches.size(); ++which) {
     const cairn_batch& b = system_.batches[which];
-    if (!is_brittle(law_infos()[b.law]) || b.mapped_a || b.mapped_b)
+    if (!law_infos()[b.law].brittle_face || b.mapped_a || b.mapped_b)
       continue;                                               // nodes of a mesh each give way by themselves
     if (is_radial(b.side_a) && is_radial(b.side_b)) continue; // two balls have one point
     for (int lane = 0; lane < b.contacts; ++lane)

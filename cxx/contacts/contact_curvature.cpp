@@ -129,7 +129,7 @@ void curve_of_cylinder(const CurvatureView& view, const double* axis, double rad
   const double length = std::sqrt(dot(w, w));
   if (length < flat) return;
   if (std::abs(high) <= upright) return bend_across(view, axis, 1 / radius, out);
-  for (int l = 0; l < 3; ++l) around[l] = axis[(l + 1) % 3] * w[(l + 2) % 3] - axis[(l + 2) % 3] * w[(l + 1) % 3];
+  cross(axis, w, around);
   make_edge(view, around, out);
   const double along[2] = {dot(around, view.t) / length, dot(around, view.s) / length};
   add(length / radius, along, out.k);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
 
@@ -60,12 +61,10 @@ std::int64_t ContactRecorder::record_packed(const cairn_batch& b, std::int64_t t
         p[1][i] = r[8 + i];
       } else {
         const double n[3] = {pack[i], pack[8 + i], pack[16 + i]};
-        double t[3];
+        double t[3], s[3];
         tangent_of(n, t);
-        for (int k = 0; k < 3; ++k) {
-          const double s = n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3];
-          p[k][i] = n[k] * r[i] + t[k] * r[8 + i] + s * r[16 + i];
-        }
+        cross(n, t, s);
+        for (int k = 0; k < 3; ++k) { p[k][i] = n[k] * r[i] + t[k] * r[8 + i] + s[k] * r[16 + i]; }
       }
     }
     const int some = std::min(8, b.contacts - first);

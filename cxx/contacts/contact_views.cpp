@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "interaction_state.hpp"
 
@@ -52,7 +52,7 @@ void Interactions::law_state(const std::string& name, double* out) const {
 void Interactions::attraction(double* out) const {
   std::fill(out, out + count(), 0.0);
   for (const cairn_batch& b : s_->system.batches)
-    for (int lane = 0; lane < b.contacts && (Law(b.law) == Law::wet || Law(b.law) == Law::rolling_wet); ++lane)
+    for (int lane = 0; lane < b.contacts && law_infos()[std::size_t(b.law)].attracts; ++lane)
       if (b.status[lane] != cairn_open) out[s_->system.candidate[b.first + lane]] = b.params[lane];
 }
 

@@ -161,10 +161,8 @@ bool see_face(const AssemblyInput& in, const FaceView& from, std::int32_t contac
   tangent_of(from.normal, t);
   to_body_axes(*in.bodies, 3, carrier, from.normal, n);
   to_body_axes(*in.bodies, 3, carrier, t, t);
-  for (int k = 0; k < 3; ++k) {
-    view.tangents[1][k] = n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3];
-    view.centre[k] = in.bodies->position[carrier][k] + shift[k] - from.point[k];
-  }
+  cross(n, t, view.tangents[1]);
+  for (int k = 0; k < 3; ++k) view.centre[k] = in.bodies->position[carrier][k] + shift[k] - from.point[k];
   to_body_axes(*in.bodies, 3, carrier, view.centre, view.centre);
   for (int k = 0; k < 3 && in.contactors->offset.active; ++k) view.centre[k] += in.contactors->offset[contactor][k];
   if (shape == Shape::polyhedron) return see_polyhedron(hulls, hull, view, sense, face);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
@@ -107,7 +108,7 @@ double area_of_points(const double* point, int count, const double* normal) {
   } corner[most_face_points];
   double t[3], s[3], centre[2] = {0, 0};
   tangent_of(normal, t);
-  for (int k = 0; k < 3; ++k) s[k] = normal[(k + 1) % 3] * t[(k + 2) % 3] - normal[(k + 2) % 3] * t[(k + 1) % 3];
+  cross(normal, t, s);
   double furthest = 0; // square, from the first
   for (int i = 0; i < count; ++i) {
     Corner& c = corner[i] = {0, 0, 0};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
@@ -55,9 +56,11 @@ void ImpulseTransfer::add_reactions(Bodies& bodies) const {
     for (int k = 0; k < d; ++k) to[k] += sign * p[k];
     if (d == 2)
       to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
-    else
-      for (int k = 0; k < 3; ++k)
-        to[3 + k] += sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]);
+    else {
+      double moment[3];
+      cross(l, p, moment);
+      for (int k = 0; k < 3; ++k) to[3 + k] += sign * (moment[k] + m[k]);
+    }
   };
   for (const cairn_batch& b : system_.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {

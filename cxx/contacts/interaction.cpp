@@ -12,7 +12,7 @@
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "../solvers/sweeps/jointed_problem.hpp"
-#include "../solvers/sweeps/solid_correction.hpp"
+#include "../solvers/sweeps/solid_zones.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
 #include "surface_motion.hpp"
@@ -119,7 +119,7 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked
   s.system.clumps = s.system.clumps && options.enough > options.tolerance;
   if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold())
     s.records.measure_speeds(bodies);
-  const bool over_bodies = SolidCorrection::zones_alone(s.system);
+  const bool over_bodies = SolidZones::alone(s.system);
   for (BatchStorage::LawColumns& own : s.storage.of_law) own.context.over_bodies = over_bodies;
   s.system.refinement = &s.memory.refinement;
   s.system.rest = &s.memory.rest;

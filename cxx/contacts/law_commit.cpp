@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "surface_motion.hpp"
 

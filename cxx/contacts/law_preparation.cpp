@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "../laws/law_geometry.hpp"
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "body_axes.hpp"
@@ -32,7 +32,7 @@ double LawPreparation::free_opening(const cairn_batch& b, int lane, double begin
 // A bond that is broken, or that never was, bears no stress any more.
 bool LawPreparation::wants_area(const cairn_batch& b, int lane) const {
   const LawInfo& law = law_infos()[b.law];
-  const bool bonds = law.anchored && !law.plugged() && Law(b.law) != Law::plastic_expo; // which has springs besides
+  const bool bonds = law.anchored && !law.plugged() && !law.holds_broken;
   return !bonds || !b.state || b.state[lane] > 0;
 }
 

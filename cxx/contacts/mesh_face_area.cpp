@@ -107,7 +107,7 @@ bool MeshBondAreas::MeshFaces::lay_edge(const double* normal, std::int32_t hull)
   const Hulls& hulls = c.hulls;
   const std::int32_t body = in_.body(hull);
   double face[3] = {};
-  if (Shape(*c.shape[hull]) == Shape::half_plane) {
+  if (info(Shape(*c.shape[hull])).half_space()) {
     const double own[3] = {c.direction[hull][0], c.direction[hull][1], 0};
     to_space_axes(*in_.bodies, 2, body, own, face);
     shared_ = to_ = 1;
@@ -143,14 +143,14 @@ bool MeshBondAreas::MeshFaces::lay_triangle(const double* normal, std::int32_t h
   const FaceView view{normal, x_[0], *c.radius[hull], gap_};
   double t[3], across[3];
   tangent_of(normal, t);
-  for (int k = 0; k < 3; ++k) across[k] = normal[(k + 1) % 3] * t[(k + 2) % 3] - normal[(k + 2) % 3] * t[(k + 1) % 3];
+  cross(normal, t, across);
   side_.clear();
   for (int j = 0; j < 3; ++j) {
     const double from[3] = {x_[j][0] - x_[0][0], x_[j][1] - x_[0][1], x_[j][2] - x_[0][2]};
     side_.corner.push_back({dot(t, from), dot(across, from)});
   }
   whole_ = side_.area();
-  if (Shape(*c.shape[hull]) == Shape::plane) {
+  if (info(Shape(*c.shape[hull])).half_space()) {
     double face[3];
     to_space_axes(*in_.bodies, 3, in_.body(hull), c.direction[hull], face);
     shared_ = 1;
@@ -305,9 +305,7 @@ bool MeshBondAreas::as_mesh_bond(std::int32_t i, AreaClaim claim, MeshFaceBond& 
   if (!law.anchored || law.joins || law.spans || law.holds || (in_.body(a) < 0) == (in_.body(b) < 0)) return false;
   const std::int32_t own = in_.body(a) < 0 ? a : b, hull = in_.body(a) < 0 ? b : a;
   const auto shape = Shape(*in_.contactors->shape[hull]);
-  if (shape != Shape::polygon && shape != Shape::polyhedron && shape != Shape::cylinder && shape != Shape::plane &&
-      shape != Shape::half_plane)
-    return false;
+  if (!info(shape).faced && !info(shape).half_space()) return false;
   if (*in_.contactors->radius[own] > 0 && !in_.meshes->turns(own)) return false;
   double shift[3] = {0, 0, 0};
   if (in_.cell->any()) image_shift(*in_.cell, c.image[i], shift);

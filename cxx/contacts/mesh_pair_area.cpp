@@ -180,7 +180,7 @@ bool MeshBondAreas::MeshPairFaces::lay_triangles(const Sides& pair) {
   FaceOutline outline[2];
   double t[3], across[3], high = 0;
   tangent_of(normal_, t);
-  for (int k = 0; k < 3; ++k) across[k] = normal_[(k + 1) % 3] * t[(k + 2) % 3] - normal_[(k + 2) % 3] * t[(k + 1) % 3];
+  cross(normal_, t, across);
   for (int second = 0; second < 2; ++second)
     for (int j = 0; j < 3; ++j) {
       double from[3];

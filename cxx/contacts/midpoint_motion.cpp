@@ -31,27 +31,18 @@ enum class Curved { unknown, round, ring, tube, plane, segment, faces };
 
 Curved curved(Shape a, Shape b) {
   const bool ball = info(a).ball();
-  if (!ball && a != Shape::polygon && a != Shape::polyhedron) return Curved::unknown;
-  switch (b) {
-  case Shape::disk:
-  case Shape::sphere: return ball ? Curved::round : Curved::unknown;
-  case Shape::ring: return ball ? Curved::ring : Curved::unknown;
-  case Shape::tube: return ball ? Curved::tube : Curved::unknown;
-  case Shape::half_plane:
-  case Shape::plane: return Curved::plane;
-  case Shape::segment: return ball ? Curved::segment : Curved::faces;
-  case Shape::facet: return Curved::plane;
-  case Shape::polygon:
-  case Shape::polyhedron: return ball ? Curved::plane : Curved::faces;
-  default: return Curved::unknown;
-  }
+  const ShapeInfo& other = info(b);
+  if (!ball && !info(a).corners()) return Curved::unknown;
+  if (other.half_space() || other.facet()) return Curved::plane;
+  if (!ball) return other.bar() || other.corners() ? Curved::faces : Curved::unknown;
+  if (other.ball()) return Curved::round;
+  if (other.hollow()) return other.directed ? Curved::tube : Curved::ring;
+  if (other.bar()) return Curved::segment;
+  return other.corners() ? Curved::plane : Curved::unknown;
 }
 
 // True if either is a capsule, cylinder or superquadric: these roll by radii from the curvatures of their surfaces.
-bool has_radii(Shape a, Shape b) {
-  const auto round = [](Shape s) { return s == Shape::cylinder || s == Shape::capsule || s == Shape::superquadric; };
-  return round(a) || round(b);
-}
+bool has_radii(Shape a, Shape b) { return info(a).curved_hull() || info(b).curved_hull(); }
 
 // A routine of a user's library may find other surfaces than the names of the shapes tell.
 bool replaced(Shape a, Shape b) {
@@ -425,8 +416,7 @@ bool MidpointMotion::rocks_on_mesh(const cairn_batch& b, int lane) const {
   if (!b.mapped_b || b.mapped_a || anchors_.is_anchored(i) || is_sound_bond(b, lane)) return false;
   const auto shape_a = Shape(*in_.contactors->shape[in_.candidates->contactor_a[i]]),
              shape_b = Shape(*in_.contactors->shape[in_.candidates->contactor_b[i]]);
-  return info(shape_a).is_hull() && (shape_b == Shape::facet || shape_b == Shape::segment) &&
-         !replaced(shape_a, shape_b) &&
+  return info(shape_a).is_hull() && (info(shape_b).facet() || info(shape_b).bar()) && !replaced(shape_a, shape_b) &&
          !lies_with_others(*in_.candidates, in_.dim(), i, [&](std::int32_t of) { return in_.body(of); });
 }
 

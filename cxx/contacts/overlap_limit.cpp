@@ -10,27 +10,11 @@
 #include <limits>
 
 #include "../contactors/shapes.hpp"
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
 namespace {
-
-// Laws that ask for no overlap of their own, and whose contacts do not pull by how far they are open.
-bool takes_back(Law law) {
-  switch (law) {
-  case Law::signorini_coulomb:
-  case Law::newton_restitution:
-  case Law::frictionless:
-  case Law::rolling_friction:
-  case Law::limited_slip:
-  case Law::wet:
-  case Law::rolling_wet:
-  case Law::rolling_capillary:
-  case Law::capillary: return true;
-  default: return false;
-  }
-}
 
 constexpr int most_sweeps = 8;               // measured: the deepest overlap of a pack is no smaller with 50
 constexpr double least_change = 1e-3;        // of a sweep, over the largest of a sweep, below which sweeps end
@@ -41,7 +25,8 @@ constexpr double of_masonry = 0.6; // share of pairs that touch by faces (measur
 } // namespace
 
 bool OverlapLimit::applies_to(const cairn_batch& b) const {
-  return is_set() && !in_.options.pose.kernel && !b.mapped_a && !b.mapped_b && takes_back(Law(b.law));
+  return is_set() && !in_.options.pose.kernel && !b.mapped_a && !b.mapped_b &&
+         law_infos()[std::size_t(b.law)].sheds_overlap;
 }
 
 // How much of a gap is overlap beyond the limit; negative: how far it is from that [m].

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../base/vectors.hpp"
 #include "../laws/bond_laws.hpp"
 #include "../laws/law_info.hpp"
 #include "../solvers/sweeps/batch.hpp"
@@ -36,8 +37,7 @@ bool belt_velocity(const Bodies& bodies, int dim, std::int32_t body, const doubl
     double spin[3];
     to_space_axes(bodies, 3, body, own, out);
     to_space_axes(bodies, 3, body, own + 3, spin);
-    for (int k = 0; k < 3; ++k)
-      out[k] += spin[(k + 1) % 3] * lever[(k + 2) % 3] - spin[(k + 2) % 3] * lever[(k + 1) % 3];
+    add_cross(spin, lever, out);
   }
   for (int k = 0; k < dim; ++k) along += out[k] * n[k];
   for (int k = 0; k < dim; ++k) out[k] -= along * n[k];

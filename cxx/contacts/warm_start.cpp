@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../base/vectors.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
 
@@ -61,8 +62,7 @@ void WarmStart::fill(cairn_batch& b) const {
       axes[0][c] = b.frame[c * n + lane];
       axes[1][c] = b.frame[(3 + c) * n + lane];
     }
-    for (int c = 0; c < 3; ++c)
-      axes[2][c] = axes[0][(c + 1) % 3] * axes[1][(c + 2) % 3] - axes[0][(c + 2) % 3] * axes[1][(c + 1) % 3];
+    cross(axes[0], axes[1], axes[2]);
     for (int c = 0; c < 3; ++c) {
       b.r[c * n + lane] = scale * (axes[c][0] * p[0] + axes[c][1] * p[1] + axes[c][2] * p[2]);
       if (rotations && kept == 6)

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "../detection/key_search.hpp"
-#include "../laws/law_names.hpp"
+#include "../laws/law_info.hpp"
 #include "../networks/unknowns.hpp"
 #include "../simulation/contact_fields.hpp"
 #include "../simulation/simulation.hpp"
@@ -97,8 +97,7 @@ void Network::place(const Simulation& s) {
 // Adds the capillary attraction to the contact force, since it presses the spot as well.
 void Network::attract(const Simulation& s) {
   bool any = false;
-  for (int e = 0; e < s.laws.entries(); ++e)
-    any |= s.laws.entry(e).law == Law::wet || s.laws.entry(e).law == Law::rolling_wet;
+  for (int e = 0; e < s.laws.entries(); ++e) any |= law_infos()[std::size_t(s.laws.entry(e).law)].attracts;
   if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
   fit(drawn_, std::size_t(s.candidates.count));
   s.interactions.attraction(drawn_.data());

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "../base/cell.hpp"
+#include "../base/vectors.hpp"
 #include "detection_workspace.hpp"
 
 namespace cairn {
@@ -32,12 +33,6 @@ constexpr double along_it = 0.5;        // cosine to a side from which on a norm
 constexpr double nearly_flat = 0.25;    // sine to the mean normal up to which sides around a node are no valley
 constexpr double level = 8e-4;          // share of a side within which the side of a body is flush with it
 constexpr double shallow = 1.0 / 16;    // of a side: deeper nodes are pushed to where they are nearest
-
-double inner(int dim, const double* x, const double* y) {
-  double sum = 0;
-  for (int k = 0; k < dim; ++k) sum += x[k] * y[k];
-  return sum;
-}
 
 } // namespace
 
@@ -152,10 +147,10 @@ bool InteractionHandler::Workspace::points_along_the_row(const Candidates& out, 
   const std::int32_t edge = out.contactor_b[i];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const double* normal = &out.normal[2 * i];
-  const double part = inner(2, normal, &direction[3 * std::int64_t(edge)]);
+  const double part = dot(normal, &direction[3 * std::int64_t(edge)], 2);
   if (!(std::abs(part) > along_it)) return false;
   const std::int32_t next = part > 0 ? mapped->after[k] : mapped->before[k];
-  return next >= 0 && (part > 0 ? 1 : -1) * inner(2, normal, &direction[3 * std::int64_t(next)]) > along_it;
+  return next >= 0 && (part > 0 ? 1 : -1) * dot(normal, &direction[3 * std::int64_t(next)], 2) > along_it;
 }
 
 // True if the contact point of such a body is beyond the edge, over the next edge in the row, which has a contact.
@@ -166,10 +161,10 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   double shift[3] = {0, 0, 0}, x[2];
   if (any_periodic) image_shift(*cell, out.image[i], shift);
   for (int c = 0; c < 2; ++c) x[c] = out.point[2 * i + c] + out.gap[i] / 2 * out.normal[2 * i + c] - shift[c] - at[c];
-  const double t = inner(2, x, e);
+  const double t = dot(x, e, 2);
   if (!(std::abs(t) > (1 + on_end) * e[2])) return false;
   const std::int32_t next = t > 0 ? mapped->after[k] : mapped->before[k];
-  if (next < 0 || !(inner(2, e, &direction[3 * std::int64_t(next)]) > nearly_one)) return false;
+  if (next < 0 || !(dot(e, &direction[3 * std::int64_t(next)], 2) > nearly_one)) return false;
   for (const int way : {-1, 1})
     for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == body; j += way)
       if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)]) return true;
@@ -185,36 +180,36 @@ bool InteractionHandler::Workspace::is_past_its_end(Candidates& out, std::int64_
   const double* e = &direction[3 * std::int64_t(edge)];
   const double looks[2] = {e[1], -e[0]}, radius = contactors->radius.values[edge], slack = level * 2 * e[2];
   const double* normal = &out.normal[2 * i];
-  const double across = inner(2, normal, looks), part = inner(2, normal, e);
+  const double across = dot(normal, looks, 2), part = dot(normal, e, 2);
   double x[3] = {0, 0, 0}, met[2], corner[2], other[2];
   from_centre(body, edge, out.image[i], x);
   for (int c = 0; c < 2; ++c) // the point of the body, from the centre of the edge
     met[c] = x[c] + out.point[2 * i + c] - centre[2 * std::int64_t(body) + c] + out.gap[i] / 2 * normal[c];
   const bool flat = across >= 1 - on_end;
-  const int way = (flat ? inner(2, met, e) : part) > 0 ? 1 : -1;
+  const int way = (flat ? dot(met, e, 2) : part) > 0 ? 1 : -1;
   for (int c = 0; c < 2; ++c) corner[c] = way * e[2] * e[c] + radius * looks[c] - x[c];
   const auto is_flush = [&](const double* m) {
     for (int side = 0; side < contactors->hulls.faces(contactors->hull.values[body]); ++side) {
       looks_of(body, side, other);
-      if (inner(2, other, m) > -nearly_one) continue;
+      if (dot(other, m, 2) > -nearly_one) continue;
       double v[2];
       vertex_of(body, side, v);
-      if (std::abs(inner(2, other, corner) - inner(2, other, v)) <= slack) return true;
+      if (std::abs(dot(other, corner, 2) - dot(other, v, 2)) <= slack) return true;
     }
     return false;
   };
-  const double past = way * inner(2, met, e) - e[2];
+  const double past = way * dot(met, e, 2) - e[2];
   const auto k = std::size_t(mapped->place[std::size_t(edge)]);
   const std::int32_t next = way > 0 ? mapped->after[k] : mapped->before[k];
   if (next >= 0) {
     const double* f = &direction[3 * std::int64_t(next)];
     const double next_looks[2] = {f[1], -f[0]};
-    if (!(inner(2, e, f) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
-    if (past >= -slack && inner(2, normal, next_looks) < nearly_one && is_flush(next_looks)) return true;
+    if (!(dot(e, f, 2) < nearly_one) || !(way * (e[0] * f[1] - e[1] * f[0]) > 0)) return false;
+    if (past >= -slack && dot(normal, next_looks, 2) < nearly_one && is_flush(next_looks)) return true;
     for (const int to_it : {-1, 1})
       for (std::int64_t j = i + to_it; j >= 0 && j < out.count && out.contactor_a[j] == body; j += to_it)
         if (out.contactor_b[j] == next && out.image[j] == out.image[i] && !left[std::size_t(j)] &&
-            way * part > along_it && inner(2, normal, &out.normal[2 * j]) > nearly_one)
+            way * part > along_it && dot(normal, &out.normal[2 * j], 2) > nearly_one)
           return true;
   }
   if (flat) return false;
@@ -249,7 +244,7 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
       double ways[3][3], length[3];
       for (int j = 0; j < 3; ++j) {
         for (int c = 0; c < 3; ++c) ways[j][c] = at[c] + v[vertices * c + j] - x[c];
-        length[j] = std::sqrt(inner(3, ways[j], ways[j]));
+        length[j] = std::sqrt(dot(ways[j], ways[j], 3));
         if (length[j] < length[own]) own = j;
       }
       for (int j = 0; j < 3; ++j) {
@@ -260,13 +255,13 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
     }
   };
   each([&](const double* way, double length, const double* normal) {
-    const double part = inner(dim, outward, way);
+    const double part = dot(outward, way, dim);
     if (part > most) most = part, longest = length;
     for (int c = 0; c < dim; ++c) mean[c] += normal[c];
   });
   if (!(most > along_it) || -out.gap[i] > shallow * longest) return false;
-  const double size = std::sqrt(inner(dim, mean, mean));
-  each([&](const double* way, double, const double*) { valley = std::max(valley, inner(dim, mean, way)); });
+  const double size = std::sqrt(dot(mean, mean, dim));
+  each([&](const double* way, double, const double*) { valley = std::max(valley, dot(mean, way, dim)); });
   return size > 0 && valley <= nearly_flat * size;
 }
 

@@ -13,10 +13,6 @@ inline constexpr double alike =
     0.75; // cosine between sides of one surface; where it is less, the edge between is a rim
 inline constexpr double unlike_side = 0.5; // cosine to the way past a rim from which on a contact hinders the way back
 
-inline double dot(int dim, const double* x, const double* y) {
-  return x[0] * y[0] + x[1] * y[1] + (dim == 3 ? x[2] * y[2] : 0);
-}
-
 // f(pair, kind) for the pairs of a node, kind by kind, until it says no; whether it never did.
 template <class Pairs, class F>
 bool each_pair_of(const Pairs& pairs, std::int32_t node, F&& f) {

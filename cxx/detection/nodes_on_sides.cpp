@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "../base/cell.hpp"
+#include "../base/vectors.hpp"
 #include "flat_sides.hpp"
 
 namespace cairn {
@@ -45,7 +46,7 @@ bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, c
   if (!(std::abs(met.gap) <= hair)) return false;
   double inward[3], x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
   if (!way_inward(node, inward)) return false;
-  const double own = dot(dim, met.normal, inward);
+  const double own = dot(met.normal, inward, dim);
   const bool behind = own < -slack;
   if (!behind && !(std::abs(met.gap) <= slack)) return false;
   FlatSide& side = seen_side;
@@ -58,9 +59,9 @@ bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, c
     from_centre(node, b, image_of, x);
     for (int face = 0; face < flat_sides(b); ++face) {
       view_side(b, face, side);
-      const double height = dot(dim, side.normal, x) - side.offset, facing = dot(dim, side.normal, inward);
+      const double height = dot(side.normal, x, dim) - side.offset, facing = dot(side.normal, inward, dim);
       if (!(height >= highest) || !(height <= (behind ? share(node) + share(b) : slack))) continue;
-      if (!(dot(dim, side.normal, met.normal) < alike) || !(facing > most)) continue;
+      if (!(dot(side.normal, met.normal, dim) < alike) || !(facing > most)) continue;
       const double far = beyond(side, x, rim, way);
       if (!(far <= slack) && !(behind && rim && far < hair && reaches_back(node, side.normal, way, far))) continue;
       (behind ? highest : most) = behind ? height : facing;
@@ -82,12 +83,12 @@ bool InteractionHandler::Workspace::reaches_back(std::int32_t node, const double
   const double* x = &centre[std::int64_t(dim) * node];
   if (mapped->sides.empty() || !is_node_with_sides(node)) {
     double to[3] = {0, 0, 0};
-    if (!way_inward(node, to) || !(dot(dim, to, normal) > 0)) return false;
+    if (!way_inward(node, to) || !(dot(to, normal, dim) > 0)) return false;
     for (std::int64_t n = mapped->beside_start[k]; n < mapped->beside_start[k + 1]; ++n) {
       for (int c = 0; c < dim; ++c)
         to[c] = mapped->node_position[std::int64_t(dim) * mapped->beside[std::size_t(n)] + c] - x[c];
-      const double height = dot(dim, to, normal);
-      if (dot(dim, to, way) < -far && height * height <= (1 - alike) * dot(dim, to, to)) return true;
+      const double height = dot(to, normal, dim);
+      if (dot(to, way, dim) < -far && height * height <= (1 - alike) * dot(to, to, dim)) return true;
     }
     return false;
   }
@@ -95,7 +96,7 @@ bool InteractionHandler::Workspace::reaches_back(std::int32_t node, const double
   for (std::int64_t s = mapped->sides_start[k]; s < mapped->sides_start[k + 1]; ++s) {
     const std::int32_t own = mapped->sides[std::size_t(s)];
     view_side(own, 0, side);
-    if (!(dot(dim, side.normal, normal) < -unlike_side)) continue;
+    if (!(dot(side.normal, normal, dim) < -unlike_side)) continue;
     for (const FlatSide::Corner& corner : side.corner) {
       double along = 0;
       for (int c = 0; c < dim; ++c) along += (centre[std::int64_t(dim) * own + c] + corner.x[c] - x[c]) * way[c];
@@ -137,12 +138,12 @@ bool InteractionHandler::Workspace::hides(const OrderedPairs& pairs, const Candi
   const std::int32_t node = out.contactor_a[i], met = out.contactor_b[i], on = out.contactor_b[j];
   const double *normal = &out.normal[dim * i], *lies = &out.normal[dim * j];
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(node)])];
-  if (i == j || !(dot(dim, normal, lies) < alike) || flat_sides(met) == 0 || flat_sides(on) == 0) return false;
+  if (i == j || !(dot(normal, lies, dim) < alike) || flat_sides(met) == 0 || flat_sides(on) == 0) return false;
   if (!(std::abs(out.gap[j]) <= hair)) return false;
   if (carrier[met] == carrier[on] && out.image[i] == out.image[j]) {
     double inward[3];
-    if (way_inward(node, inward) && std::abs(out.gap[i]) <= hair && dot(dim, normal, inward) < -on_rim * hair)
-      return dot(dim, lies, inward) > on_rim * hair;
+    if (way_inward(node, inward) && std::abs(out.gap[i]) <= hair && dot(normal, inward, dim) < -on_rim * hair)
+      return dot(lies, inward, dim) > on_rim * hair;
     const auto shape = Shape(contactors->shape.values[met]);
     if (met == on || shape == Shape::segment || shape == Shape::facet) return false; // of one surface
   }
@@ -158,8 +159,8 @@ bool InteractionHandler::Workspace::hides(const OrderedPairs& pairs, const Candi
       at[c] = x[c] - out.gap[i] * normal[c] - height * lies[c]; // on the plane of j, above i
     for (int face = 0; face < flat_sides(b) && !hidden; ++face) {
       view_side(b, face, side);
-      if (!(dot(dim, side.normal, lies) > alike) || !(beyond(side, at, rim, way) <= flush * hair)) continue;
-      hidden = dot(dim, side.normal, at) - side.offset >= -flush * hair;
+      if (!(dot(side.normal, lies, dim) > alike) || !(beyond(side, at, rim, way) <= flush * hair)) continue;
+      hidden = dot(side.normal, at, dim) - side.offset >= -flush * hair;
     }
     return !hidden;
   });

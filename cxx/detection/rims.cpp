@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "../base/cell.hpp"
+#include "../base/vectors.hpp"
 #include "flat_sides.hpp"
 
 namespace cairn {
@@ -41,7 +42,7 @@ void InteractionHandler::Workspace::view_edge(std::int32_t c, FlatSide& s) const
     bool rim = next < 0;
     if (!rim) {
       const double* f = &direction[3 * std::int64_t(next)];
-      rim = dot(2, e, f) < alike && way * (e[0] * f[1] - e[1] * f[0]) > 0;
+      rim = dot(e, f, 2) < alike && way * (e[0] * f[1] - e[1] * f[0]) > 0;
     }
     s.corner.push_back(
         {{way * e[2] * e[0] + s.offset * s.normal[0], way * e[2] * e[1] + s.offset * s.normal[1], 0}, rim});
@@ -63,7 +64,7 @@ void InteractionHandler::Workspace::view_facet(std::int32_t c, FlatSide& s) cons
       vertex_of(c, beyond - 1, w);
       for (int i = 0; i < 3; ++i) e[i] -= corner.x[i], w[i] -= corner.x[i];
       cross(w, e, next);
-      corner.rim = dot(3, s.normal, w) < 0 && dot(3, s.normal, next) < alike * std::sqrt(dot(3, next, next));
+      corner.rim = dot(s.normal, w, 3) < 0 && dot(s.normal, next, 3) < alike * std::sqrt(dot(next, next, 3));
     }
     s.corner.push_back(corner);
   }
@@ -78,7 +79,7 @@ void InteractionHandler::Workspace::view_face(std::int32_t c, int face, FlatSide
   const auto put = [&](int vertex, int beside) {
     looks_of(c, beside, other);
     vertex_of(c, vertex, corner.x);
-    corner.rim = dot(dim, s.normal, other) < alike;
+    corner.rim = dot(s.normal, other, dim) < alike;
     s.corner.push_back(corner);
   };
   if (dim == 2) {
@@ -115,20 +116,20 @@ void InteractionHandler::Workspace::view_side(std::int32_t c, int face, FlatSide
     view_facet(c, s);
   else
     view_face(c, face, s);
-  s.offset = dot(dim, s.normal, s.corner.front().x);
+  s.offset = dot(s.normal, s.corner.front().x, dim);
 }
 
 // How far the foot of a point, from the centre of the contactor, is beyond the side [m], and whether past a rim, which
 // way; 0 over it.
 double InteractionHandler::Workspace::beyond(const FlatSide& s, const double* x, bool& rim, double* way) const {
-  const double height = dot(dim, s.normal, x) - s.offset;
+  const double height = dot(s.normal, x, dim) - s.offset;
   double foot[3] = {0, 0, 0}, least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < dim; ++k) foot[k] = x[k] - height * s.normal[k];
   bool inside = true;
   rim = false;
   const std::size_t n = s.corner.size();
   const auto take = [&](const double* d, bool at_rim) {
-    const double square = dot(dim, d, d);
+    const double square = dot(d, d, dim);
     if (square > least || (square == least && !at_rim)) return;
     least = square;
     rim = at_rim;
@@ -138,7 +139,7 @@ double InteractionHandler::Workspace::beyond(const FlatSide& s, const double* x,
     const FlatSide::Corner &from = s.corner[i], &to = s.corner[(i + 1) % n];
     double e[3] = {0, 0, 0}, w[3] = {0, 0, 0}, out[3];
     for (int k = 0; k < dim; ++k) e[k] = to.x[k] - from.x[k], w[k] = foot[k] - from.x[k];
-    const double along = dot(dim, w, e) / dot(dim, e, e);
+    const double along = dot(w, e, dim) / dot(e, e, dim);
     if (dim == 2) {
       if (along >= 0) continue;
       inside = false;
@@ -146,7 +147,7 @@ double InteractionHandler::Workspace::beyond(const FlatSide& s, const double* x,
       continue;
     }
     cross(e, s.normal, out);
-    if (dot(3, out, w) <= 0) continue;
+    if (dot(out, w, 3) <= 0) continue;
     inside = false;
     const double t = std::clamp(along, 0.0, 1.0);
     for (int k = 0; k < 3; ++k) w[k] -= t * e[k];
@@ -177,8 +178,8 @@ void InteractionHandler::Workspace::note_seats(Candidates& out) {
       view_side(b, face, side);
       if (dim == 2 && std::none_of(side.corner.begin(), side.corner.end(), [](const auto& c) { return c.rim; }))
         continue;
-      if (!(dot(dim, side.normal, &out.normal[dim * i]) > alike)) continue;
-      const double height = dot(dim, side.normal, x) - side.offset;
+      if (!(dot(side.normal, &out.normal[dim * i], dim) > alike)) continue;
+      const double height = dot(side.normal, x, dim) - side.offset;
       if (std::abs(height - out.gap[i]) <= on_rim * hair && beyond(side, x, rim, way) <= on_rim * hair)
         out.seats.push_back({a, b, face});
     }
@@ -207,8 +208,8 @@ bool InteractionHandler::Workspace::past_its_rim(const OrderedPairs& pairs, cons
     from_centre(node, b, image_of, x);
     for (int face = 0; face < flat_sides(b); ++face) {
       view_side(b, face, side);
-      if (!(dot(dim, side.normal, before.normal) > alike)) continue;
-      const double height = dot(dim, side.normal, x) - side.offset, far = beyond(side, x, rim, way);
+      if (!(dot(side.normal, before.normal, dim) > alike)) continue;
+      const double height = dot(side.normal, x, dim) - side.offset, far = beyond(side, x, rim, way);
       if (far <= on_rim * hair && height >= -hair) return false; // it is over it
       if (!rim || !(far < least) || !(height >= -hair) || !(height <= share(node) + share(b))) continue;
       least = far;
@@ -238,7 +239,7 @@ bool InteractionHandler::Workspace::comes_past_a_rim(const OrderedPairs& pairs, 
     from_centre(node, b, image_of, x);
     for (int face = 0; face < flat_sides(b); ++face) {
       view_side(b, face, side);
-      const double height = dot(dim, side.normal, x) - side.offset;
+      const double height = dot(side.normal, x, dim) - side.offset;
       if (!(height >= -on_rim * hair) || !(height <= share(node) + share(b))) continue;
       const double far = beyond(side, x, rim, way);
       if (far <= on_rim * hair) return false; // it is over one
@@ -285,7 +286,7 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
   held.clear();
   contacts_of_nodes.clear();
   const auto same_surface = [&](const HeldNode& one, const HeldNode& two) {
-    return one.node == two.node && carrier[one.side] == carrier[two.side] && dot(dim, one.normal, two.normal) > alike;
+    return one.node == two.node && carrier[one.side] == carrier[two.side] && dot(one.normal, two.normal, dim) > alike;
   };
   const auto hold = [&](const HeldNode& h) {
     if (std::any_of(held.begin(), held.end(), [&](const HeldNode& other) { return same_surface(h, other); })) return;
@@ -336,7 +337,7 @@ bool InteractionHandler::Workspace::is_met_there(const Candidates& out, const He
       const std::int32_t other = out.contactor_a[at->second];
       double x[3] = {0, 0, 0};
       from_centre(other, h.node, out.image[at->second], x);
-      if (same_mesh(other, h.side) && dot(dim, x, x) <= hair * hair) return true;
+      if (same_mesh(other, h.side) && dot(x, x, dim) <= hair * hair) return true;
     }
   }
   return false;
@@ -356,7 +357,7 @@ InteractionHandler::Workspace::contacts_of(std::int32_t node) const {
 bool InteractionHandler::Workspace::bears_as_high(const Candidates& out, const HeldNode& h) const {
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(h.node)])];
   for (const auto& [node, i] : contacts_of(h.node)) {
-    if (!(dot(dim, &out.normal[dim * i], h.normal) > alike)) continue;
+    if (!(dot(&out.normal[dim * i], h.normal, dim) > alike)) continue;
     if (for_bonds && carrier[out.contactor_b[i]] != carrier[h.side]) continue;
     const RimSeat over{h.node, out.contactor_b[i], 0};
     const auto at = std::lower_bound(out.seats.begin(), out.seats.end(), over);
@@ -379,7 +380,7 @@ void InteractionHandler::Workspace::put_held(std::span<const HeldNode> held, Can
     if (carrier[out.contactor_b[i]] != carrier[h.side]) return false;
     if (out.contactor_b[i] == h.side && out.image[i] == h.image) return true;
     const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(h.node)])];
-    return std::abs(out.gap[i]) <= hair && dot(dim, &out.normal[dim * i], h.way) > unlike_side;
+    return std::abs(out.gap[i]) <= hair && dot(&out.normal[dim * i], h.way, dim) > unlike_side;
   };
   const auto copy = [&](std::int64_t i) {
     all.contactor_a.push_back(out.contactor_a[i]);

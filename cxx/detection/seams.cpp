@@ -16,17 +16,19 @@ namespace {
 // The kind of each shape in seams.f90.
 struct SeamShapes {
   std::int32_t seen[shapes];
-  SeamShapes() {
-    const auto set = [&](Shape shape, cairn_seam_shape form) { seen[int(shape)] = form; };
-    std::fill(std::begin(seen), std::end(seen), std::int32_t(cairn_seam_other));
-    for (const Shape shape : {Shape::disk, Shape::sphere}) set(shape, cairn_seam_ball);
-    for (const Shape shape : {Shape::polygon, Shape::polyhedron}) set(shape, cairn_seam_hull);
-    for (const Shape shape : {Shape::plane, Shape::half_plane}) set(shape, cairn_seam_half_space);
-    set(Shape::segment, cairn_seam_bar);
-    set(Shape::capsule, cairn_seam_capsule);
-    set(Shape::cylinder, cairn_seam_cylinder);
-    set(Shape::superquadric, cairn_seam_superquadric);
-    set(Shape::facet, cairn_seam_facet);
+  SeamShapes() { std::transform(shape_infos().begin(), shape_infos().end(), seen, kind_of); }
+  static std::int32_t kind_of(const ShapeInfo& shape) {
+    if (shape.ball()) return cairn_seam_ball;
+    if (shape.half_space()) return cairn_seam_half_space;
+    if (shape.bar()) return cairn_seam_bar;
+    switch (shape.hull) {
+    case Hulls::Form::polygon:
+    case Hulls::Form::polyhedron: return cairn_seam_hull;
+    case Hulls::Form::facet: return cairn_seam_facet;
+    case Hulls::Form::axial: return shape.faced ? cairn_seam_cylinder : cairn_seam_capsule;
+    case Hulls::Form::superquadric: return cairn_seam_superquadric;
+    default: return cairn_seam_other;
+    }
   }
   bool has_rim(std::int16_t shape) const {
     return seen[shape] == cairn_seam_hull || seen[shape] == cairn_seam_bar || seen[shape] == cairn_seam_cylinder;

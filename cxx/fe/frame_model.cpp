@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "../base/call.hpp"
+#include "../base/vectors.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -108,8 +109,9 @@ void FrameModel::take_beams() {
     }
     axes_.insert(axes_.end(), along, along + 3);
     axes_.insert(axes_.end(), second, second + 3);
-    for (int k = 0; k < 3; ++k)
-      axes_.push_back(along[(k + 1) % 3] * second[(k + 2) % 3] - along[(k + 2) % 3] * second[(k + 1) % 3]);
+    double third[3];
+    cross(along, second, third);
+    axes_.insert(axes_.end(), third, third + 3);
     stiff_.push_back(of_.young[e] * of_.area[e]);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const double bend = of_.young[e] * of_.inertia[2 * e + axis], sheared = of_.shear[e] * of_.shear_area[e];

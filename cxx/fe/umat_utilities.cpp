@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/small_matrices.hpp"
 #include "umat.hpp"
 
 namespace cairn {
@@ -20,41 +21,6 @@ void read(const double* s, int kind, int direct, int shear, Tensor a) {
   for (int i = 0; i < direct; ++i) a[i][i] = s[i];
   const double share = kind == 2 ? 0.5 : 1; // strains have twice their shear
   for (int k = 0; k < shear; ++k) a[place[k][0]][place[k][1]] = a[place[k][1]][place[k][0]] = share * s[direct + k];
-}
-
-// Jacobi's rotations; columns of q are directions.
-void eigen(Tensor a, double value[3], Tensor q) {
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) q[i][k] = i == k;
-  constexpr int most = 50;
-  for (int pass = 0; pass < most; ++pass) {
-    const double off = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
-    const double size = std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]);
-    if (!(off > 1e-300) || off < 1e-17 * size) break;
-    for (int i = 0; i < 2; ++i)
-      for (int j = i + 1; j < 3; ++j) {
-        if (!(std::abs(a[i][j]) > 0)) continue;
-        const double tau = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double t = std::copysign(1.0, tau) / (std::abs(tau) + std::hypot(1.0, tau));
-        const double c = 1 / std::sqrt(1 + t * t), s = t * c;
-        for (int k = 0; k < 3; ++k) {
-          const double x = a[k][i], y = a[k][j];
-          a[k][i] = c * x - s * y;
-          a[k][j] = s * x + c * y;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const double x = a[i][k], y = a[j][k];
-          a[i][k] = c * x - s * y;
-          a[j][k] = s * x + c * y;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const double x = q[k][i], y = q[k][j];
-          q[k][i] = c * x - s * y;
-          q[k][j] = s * x + c * y;
-        }
-      }
-  }
-  for (int i = 0; i < 3; ++i) value[i] = a[i][i];
 }
 
 } // namespace
@@ -76,7 +42,8 @@ CAIRN_FOR_UMATS void sprind_(const double* s, double* value, double* direction, 
                              const int* shear) {
   cairn::Tensor a, q;
   cairn::read(s, *kind, *direct, *shear, a);
-  cairn::eigen(a, value, q);
+  cairn::diagonalise(a, q);
+  for (int i = 0; i < 3; ++i) value[i] = a[i][i];
   for (int k = 0; k < 3 && direction; ++k)
     for (int i = 0; i < 3; ++i) direction[3 * i + k] = q[i][k]; // AN(k, i): component i of direction k
 }

@@ -33,6 +33,8 @@ struct LawInfo {
   // Where bodies with sides are kept, it is at points that they carry: along the normal there, or along the line
   // between.
   bool anchored = false, joins = false, spans = false;
+  // Rows of law_traits.def.
+  bool sheds_overlap = false, brittle_face = false, attracts = false, bonds = false, holds_broken = false;
   bool keeps_area = false; // as the state "area": solve and residual ask for no geometry in params
   // The parameter that says up to which gap the law acts, "reach", or a place from which it counts; -1: none.
   int reach = -1;

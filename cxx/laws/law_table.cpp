@@ -96,6 +96,9 @@ std::vector<LawInfo> built_in_laws() {
        .library = {}});
 #include "../../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
+#define CAIRN_LAW_TRAIT(trait, law) all[std::size_t(Law::law)].trait = true;
+#include "../../core_f90/contact_laws/law_traits.def"
+#undef CAIRN_LAW_TRAIT
   return all;
 }
 
@@ -359,7 +362,7 @@ void LawTable::settle() {
 
 bool can_bond(Law law) {
   const LawInfo& of = law_infos()[std::size_t(law)];
-  return (of.anchored && !of.spans) || law == Law::sintering || law == Law::coupled_motion;
+  return (of.anchored && !of.spans) || of.bonds;
 }
 
 } // namespace cairn

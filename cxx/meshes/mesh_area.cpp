@@ -3,8 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "../base/vectors.hpp"
 #include "../bodies/body.hpp"
-#include "mesh_set.hpp"
+#include "mesh_areas.hpp"
 #include "side_shares.hpp"
 
 namespace cairn {
@@ -40,7 +41,7 @@ double face_area(const double* corner[4], int corners) {
       e[k] = corner[j - 1][k] - corner[0][k];
       f[k] = corner[j][k] - corner[0][k];
     }
-    for (int k = 0; k < 3; ++k) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+    cross(e, f, n);
     area += std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
   }
   return area;
@@ -95,9 +96,11 @@ void share_face(const MeshModel& m, const std::int32_t* node, int corners, const
 } // namespace
 
 // By the reference configuration.
-void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
-  area_.assign(seats_.size(), 0);
-  near_area_.assign(seats_.size(), 0);
+void MeshAreas::find(const MeshList& meshes, const MeshSeats& all, const std::vector<std::uint8_t>& is_mark) {
+  using Role = MeshSeats::Role;
+  const std::span<const MeshSeats::Seat> seats = all.seats();
+  area_.assign(seats.size(), 0);
+  near_area_.assign(seats.size(), 0);
   side_share_.clear();
   parts_.clear();
   first_part_.assign(1, 0);
@@ -106,22 +109,22 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   const auto add = [&](const OnSide& owner, double from, double to, double area, double near) {
     *owner.area += area;
     near_area_[std::size_t(owner.area - area_.data())] += near;
-    parts_.push_back({mapped_.contactor[std::size_t(owner.area - area_.data())], owner.corner, from, to, area});
+    parts_.push_back({all.mapped().contactor[std::size_t(owner.area - area_.data())], owner.corner, from, to, area});
   };
   std::vector<std::size_t> by_mesh; // those on nodes and points
-  for (std::size_t i = 0; i < seats_.size(); ++i)
-    if (const Role role = seats_[i].role; role == Role::point || (role == Role::node && !is_mark[i]))
+  for (std::size_t i = 0; i < seats.size(); ++i)
+    if (const Role role = seats[i].role; role == Role::point || (role == Role::node && !is_mark[i]))
       by_mesh.push_back(i);
   std::stable_sort(by_mesh.begin(), by_mesh.end(),
-                   [&](std::size_t a, std::size_t b) { return seats_[a].mesh < seats_[b].mesh; });
+                   [&](std::size_t a, std::size_t b) { return seats[a].mesh < seats[b].mesh; });
   auto next_seat = by_mesh.begin();
   for (std::size_t which = 0; which < meshes.size(); ++which) {
     const MeshModel& m = meshes[which].model;
     const std::size_t points = m.point_nodes.size() / 4;
     std::vector<double*> of_node(std::size_t(m.nodes()), nullptr),
         of_point(points, nullptr); // null: it touches nothing
-    for (; next_seat != by_mesh.end() && std::size_t(seats_[*next_seat].mesh) == which; ++next_seat) {
-      const Seat& s = seats_[*next_seat];
+    for (; next_seat != by_mesh.end() && std::size_t(seats[*next_seat].mesh) == which; ++next_seat) {
+      const MeshSeats::Seat& s = seats[*next_seat];
       (s.role == Role::node ? of_node : of_point)[std::size_t(s.index)] = &area_[*next_seat];
     }
     std::vector<std::int32_t> first, order;
@@ -171,22 +174,19 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   }
 }
 
-std::span<const MeshSet::SidePart> MeshSet::parts_of_side(std::int32_t contactor) const {
-  const Seat& s = seat(contactor);
-  const std::size_t side = std::size_t(first_side_[std::size_t(s.mesh)]) + std::size_t(s.index);
-  return {parts_.data() + first_part_[side], parts_.data() + first_part_[side + 1]};
+std::span<const MeshAreas::SidePart> MeshAreas::parts(const MeshSeats::Seat& side) const {
+  const std::size_t at = std::size_t(first_side_[std::size_t(side.mesh)]) + std::size_t(side.index);
+  return {parts_.data() + first_part_[at], parts_.data() + first_part_[at + 1]};
 }
 
-std::span<const double, 3> MeshSet::shares_of_side(std::int32_t contactor) const {
-  const Seat& s = seat(contactor);
-  const std::size_t side = std::size_t(first_side_[std::size_t(s.mesh)]) + std::size_t(s.index);
-  return std::span<const double, 3>(&side_share_[3 * side], 3);
+std::span<const double, 3> MeshAreas::shares(const MeshSeats::Seat& side) const {
+  const std::size_t at = std::size_t(first_side_[std::size_t(side.mesh)]) + std::size_t(side.index);
+  return std::span<const double, 3>(&side_share_[3 * at], 3);
 }
 
-double MeshSet::edge_area(std::int32_t contactor, double from, double to) const {
-  const Seat& s = seat(contactor);
-  const MeshModel& m = meshes[std::size_t(s.mesh)].model;
-  return area_of_edge(m, &m.side_nodes[4 * std::size_t(s.index)], from, to);
+double MeshAreas::edge_area(const MeshSeats::Seat& edge, double from, double to) {
+  const MeshModel& m = edge.body->model;
+  return area_of_edge(m, &m.side_nodes[4 * std::size_t(edge.index)], from, to);
 }
 
 } // namespace cairn

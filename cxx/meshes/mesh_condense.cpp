@@ -2,18 +2,24 @@
 #include <algorithm>
 
 #include "../bodies/body.hpp"
-#include "mesh_set.hpp"
+#include "condensed_meshes.hpp"
 
 namespace cairn {
 
-void MeshSet::want(const Mapping& m) {
+void CondensedMeshes::resize(std::size_t meshes) {
+  wanted_.resize(meshes);
+  wanted_means_.resize(meshes);
+  direct_.resize(meshes);
+}
+
+void CondensedMeshes::want(const MeshList& meshes, const NodeMeans& means, const Mapping& m,
+                           const MeshBody::Bytes& bytes) {
   std::vector<std::int32_t>& wanted = wanted_[std::size_t(m.mesh)];
   const MeshBody& mesh = meshes[std::size_t(m.mesh)];
-  const bool all = mesh.may_exceed(compliance_bytes.easy); // what the step needs decides
+  const bool all = mesh.may_exceed(bytes.easy); // what the step needs decides
   if (m.mean >= 0) {
-    for (auto e = std::size_t(mean_start_[std::size_t(m.mean)]); e < std::size_t(mean_start_[std::size_t(m.mean) + 1]);
-         ++e)
-      if (all || mesh.place(mean_node_[e]) < 0) wanted.push_back(mean_node_[e]);
+    for (std::size_t e = means.begin(m.mean); e < means.end(m.mean); ++e)
+      if (all || mesh.place(means.node[e]) < 0) wanted.push_back(means.node[e]);
     if (mean_row_[std::size_t(m.mean)] < 0) wanted_means_[std::size_t(m.mesh)].push_back(m.mean);
     mean_row_[std::size_t(m.mean)] = 0; // until it is known
     return;
@@ -24,7 +30,8 @@ void MeshSet::want(const Mapping& m) {
   }
 }
 
-void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity, bool keep_nodes) {
+void CondensedMeshes::condense(MeshList& meshes, const NodeMeans& means, const MeshBody::Bytes& bytes,
+                               std::vector<CondensedBody>& out, Array<double>& velocity, bool keep_nodes) {
   out.resize(meshes.size());
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     MeshBody& mesh = meshes[i];
@@ -33,39 +40,41 @@ void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity,
       wanted.resize(std::size_t(mesh.model.nodes()));
       for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = std::int32_t(k);
     }
-    if (mesh.may_exceed(compliance_bytes.easy)) {
+    if (mesh.may_exceed(bytes.easy)) {
       std::sort(wanted.begin(), wanted.end());
       wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-      mesh.rest_on(wanted, compliance_bytes, wanted_means_[i].empty());
+      mesh.rest_on(wanted, bytes, wanted_means_[i].empty());
     } else {
       mesh.touch(wanted);
     }
     wanted.clear();
-    take_rows(i, out[i], keep_nodes);
+    take_rows(meshes, means, i, out[i], keep_nodes);
   }
-  make_room(out, velocity);
+  make_room(meshes, out, velocity);
 }
 
-void MeshSet::condense_again(std::vector<CondensedBody>& out, Array<double>& velocity) {
+void CondensedMeshes::condense_again(MeshList& meshes, const NodeMeans& means, std::vector<CondensedBody>& out,
+                                     Array<double>& velocity) {
   for (MeshBody& mesh : meshes) mesh.touch({});
   for (std::size_t i = 0; i < out.size(); ++i)
-    if (out[i].row.empty()) take_rows(i, out[i], false);
-  make_room(out, velocity);
+    if (out[i].row.empty()) take_rows(meshes, means, i, out[i], false);
+  make_room(meshes, out, velocity);
 }
 
 // Rows of a body: its contact nodes; where contacts act on weighted means of nodes, the nodes of other contacts first,
 // then the means. With few nodes the rows are those of this step alone: contacts then store their effect on the body
 // themselves, instead of sums by the body, and a restart from a file, which does not know nodes touched earlier, has
 // the same rows.
-void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes) {
+void CondensedMeshes::take_rows(MeshList& meshes, const NodeMeans& all, std::size_t which, CondensedBody& body,
+                                bool keep_nodes) {
   MeshBody& mesh = meshes[which];
   body.mean_start.clear();
   body.row.clear();
   std::vector<std::int32_t>&direct = direct_[which], &means = wanted_means_[which];
   for (const std::int32_t m : means)
     if (keep_nodes)
-      direct.insert(direct.end(), mean_node_.begin() + mean_start_[std::size_t(m)],
-                    mean_node_.begin() + mean_start_[std::size_t(m) + 1]);
+      direct.insert(direct.end(), all.node.begin() + all.start[std::size_t(m)],
+                    all.node.begin() + all.start[std::size_t(m) + 1]);
   std::sort(direct.begin(), direct.end());
   direct.erase(std::unique(direct.begin(), direct.end()), direct.end());
   const bool few = !direct.empty() && mesh.model.dim * std::int64_t(direct.size()) <= small_condensed &&
@@ -88,9 +97,9 @@ void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes)
   body.mean_weight.clear();
   for (const std::int32_t m : means) {
     mean_row_[std::size_t(m)] = std::int32_t(body.node.size() + body.means());
-    for (auto e = std::size_t(mean_start_[std::size_t(m)]); e < std::size_t(mean_start_[std::size_t(m) + 1]); ++e) {
-      body.mean_node.push_back(mesh.node(mean_node_[e]));
-      body.mean_weight.push_back(mean_weight_[e]);
+    for (std::size_t e = all.begin(m); e < all.end(m); ++e) {
+      body.mean_node.push_back(mesh.node(all.node[e]));
+      body.mean_weight.push_back(all.weight[e]);
     }
     body.mean_start.push_back(std::int32_t(body.mean_node.size()));
   }
@@ -98,7 +107,7 @@ void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes)
   means.clear();
 }
 
-void MeshSet::make_room(std::vector<CondensedBody>& out, Array<double>& velocity) {
+void CondensedMeshes::make_room(MeshList& meshes, std::vector<CondensedBody>& out, Array<double>& velocity) {
   std::size_t room = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     MeshBody& mesh = meshes[i];
@@ -128,7 +137,7 @@ void MeshSet::make_room(std::vector<CondensedBody>& out, Array<double>& velocity
 }
 
 // P S P' with the weights P of the rows.
-void MeshSet::mix(MeshBody& mesh, CondensedBody& body) {
+void CondensedMeshes::mix(MeshBody& mesh, CondensedBody& body) {
   const int dim = mesh.model.dim;
   const auto from = std::size_t(mesh.leading()), all = std::size_t(dim * mesh.contact_nodes()),
              leading = condensed_rows(body.dofs.dofs), rows = body.node.size() + body.means();

@@ -1,9 +1,8 @@
 #include "mesh_matrices.hpp"
+#include "../base/vectors.hpp"
 
 #include <algorithm>
 #include <cmath>
-
-#include "small_factors.hpp"
 
 namespace cairn {
 
@@ -112,7 +111,7 @@ void MeshMatrices::find_modal_momentum() {
 void MeshMatrices::damp_modes(const double* v, double* out) const {
   const std::int64_t n = model_.dofs();
   for (std::size_t k = 0; k < model_.mode_rates.size(); ++k) {
-    const double *u = &modal_momentum[std::size_t(n) * k], pull = model_.mode_rates[k] * inner(u, v, n);
+    const double *u = &modal_momentum[std::size_t(n) * k], pull = model_.mode_rates[k] * dot(u, v, n);
     for (std::int64_t i = 0; i < n; ++i) out[i] += pull * u[i];
   }
 }

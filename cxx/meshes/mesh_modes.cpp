@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "../base/small_matrices.hpp"
+#include "../base/vectors.hpp"
 #include "mesh_factors.hpp"
-#include "small_factors.hpp"
 
 namespace cairn {
 
@@ -19,10 +20,10 @@ void MeshFactors::factorise_modes(IterationFactors& f) {
     double* z = &f.modal_reach[n * k];
     model_.ties.empty() ? f.soe->solve(z) : model_.ties.solve(*f.soe, z);
     for (std::size_t l = 0; l < modes; ++l)
-      small[k * modes + l] = inner(&matrices_.modal_momentum[n * l], z, std::int64_t(n));
+      small[k * modes + l] = dot(&matrices_.modal_momentum[n * l], z, std::int64_t(n));
     small[k * modes + k] += 1 / (f.damping * model_.mode_rates[k]);
   }
-  if (!factor_small(modes, small))
+  if (!factor_symmetric(modes, small.data(), 0))
     throw Error("the damped modes of the mesh '" + model_.name +
                 "' leave no positive definite matrix: give modes of unit mass");
   f.modal_factor = std::move(small);
@@ -35,8 +36,8 @@ void MeshFactors::solve_modes(double* b, std::int64_t columns) {
   pull.resize(modes);
   for (std::int64_t c = 0; c < columns; ++c) {
     double* x = b + std::size_t(c) * n;
-    for (std::size_t k = 0; k < modes; ++k) pull[k] = inner(&matrices_.modal_momentum[n * k], x, std::int64_t(n));
-    solve_small(modes, now->modal_factor, pull.data());
+    for (std::size_t k = 0; k < modes; ++k) pull[k] = dot(&matrices_.modal_momentum[n * k], x, std::int64_t(n));
+    solve_symmetric(modes, now->modal_factor.data(), pull.data());
     for (std::size_t k = 0; k < modes; ++k) {
       const double* z = &now->modal_reach[n * k];
       for (std::size_t i = 0; i < n; ++i) x[i] -= pull[k] * z[i];

@@ -8,7 +8,7 @@
 #include "../bodies/body.hpp"
 #include "../detection/interaction_handler.hpp"
 #include "../laws/law_rules.hpp"
-#include "mesh_set.hpp"
+#include "mortar_contacts.hpp"
 #include "mortar_work.hpp"
 
 namespace cairn {
@@ -75,17 +75,18 @@ void each_pair(std::vector<Box>& boxes, int dim, int axis, std::vector<std::int3
 
 } // namespace
 
-void MeshSet::seek_sides(const Nodes& nodes, const MortarSearch& search) {
-  MortarWork& work = *mortar_work_;
+void MortarContacts::seek_sides(const Nodes& nodes, const Search& search) {
+  MortarWork& work = *work_;
   work.of_meshes.clear();
   Box all = empty_box();
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
+  for (std::size_t m = 0; m < work.meshes.size(); ++m) {
     Box box = empty_box();
     for (std::size_t p = 0; p < work.surfaces[m].piece.size(); ++p) {
       const std::int32_t contactor = work.contactor_of_piece[m][p];
       if (contactor < 0) continue;
       const MortarPiece& piece = work.surfaces[m].piece[p];
-      take_in(box, box_of(nodes, meshes[m], piece.node, piece.corners, share(search.margin, contactor)), nodes.dim);
+      take_in(box, box_of(nodes, *work.meshes[m], piece.node, piece.corners, share(search.margin, contactor)),
+              nodes.dim);
     }
     if (!(box.low[0] <= box.high[0])) continue;
     box.index = std::int32_t(m);
@@ -102,12 +103,12 @@ void MeshSet::seek_sides(const Nodes& nodes, const MortarSearch& search) {
 }
 
 // Pieces of another mesh that stand before sides of one that asks, no deeper behind each other than margins are.
-void MeshSet::seek_sides_of(const Nodes& nodes, const MortarSearch& search, const MortarBox& own_box,
-                            const MortarBox& other_box) {
+void MortarContacts::seek_sides_of(const Nodes& nodes, const Search& search, const MortarBox& own_box,
+                                   const MortarBox& other_box) {
   const std::int32_t own = own_box.index, other = other_box.index;
-  if (!meshes[std::size_t(own)].model.mortar) return;
-  MortarWork& work = *mortar_work_;
-  const MeshBody &mesh = meshes[std::size_t(own)], &other_mesh = meshes[std::size_t(other)];
+  if (!work_->meshes[std::size_t(own)]->model.mortar) return;
+  MortarWork& work = *work_;
+  const MeshBody &mesh = *work.meshes[std::size_t(own)], &other_mesh = *work.meshes[std::size_t(other)];
   const MortarSurface &surface = work.surfaces[std::size_t(own)], &there = work.surfaces[std::size_t(other)];
   const auto first_of = [&](const MortarWhole& w) { return work.contactor[std::size_t(own)][std::size_t(w.node[0])]; };
   work.boxes.clear();

@@ -7,20 +7,20 @@
 #include "../base/call.hpp"
 #include "../bodies/body.hpp"
 #include "../detection/candidates.hpp"
-#include "mesh_set.hpp"
+#include "mortar_contacts.hpp"
 #include "mortar_work.hpp"
 
 namespace cairn {
 
 // Contacts of one mesh with another: whole sides that have a node that was seen in front of it, and those beside them,
 // all of whose nodes may be just beyond an edge; then their nodes.
-void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
-  MortarWork& work = *mortar_work_;
+void MortarContacts::weigh_pair(const Nodes& nodes, std::span<const Met> met) {
+  MortarWork& work = *work_;
   const std::int32_t which = met.front().own, there = met.front().other;
   const MortarSurface& surface = work.surfaces[std::size_t(which)];
   const auto of_node = [&](std::int32_t node) { // candidates that detection saw of it
     const auto low = std::lower_bound(met.begin(), met.end(), node,
-                                      [](const MetMortar& m, std::int32_t wanted) { return m.node < wanted; });
+                                      [](const Met& m, std::int32_t wanted) { return m.node < wanted; });
     auto high = low;
     while (high != met.end() && high->node == node) ++high;
     return std::pair{low, high};
@@ -30,17 +30,17 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
       if (before < 0 || std::abs(m->gap) < std::abs(met[std::size_t(before)].gap)) before = m - met.begin();
     return before;
   };
-  work.pair.start(nodes, meshes[std::size_t(which)], surface, meshes[std::size_t(there)],
+  work.pair.start(nodes, *work.meshes[std::size_t(which)], surface, *work.meshes[std::size_t(there)],
                   work.surfaces[std::size_t(there)]);
   // of another image of the same mesh there is one already
   const bool goes_on =
       work.used > 0 && work.taken[work.used - 1].own == which && work.taken[work.used - 1].other == there;
   if (!goes_on && work.taken.size() == work.used) work.taken.emplace_back();
-  TakenMortar& taken = work.taken[goes_on ? work.used - 1 : work.used];
+  Taken& taken = work.taken[goes_on ? work.used - 1 : work.used];
   if (!goes_on) taken.clear(which, there);
   work.added.resize(surface.whole.size());
   for (std::size_t k = 0; k < work.added.size(); ++k) work.added[k] = !work.asks[std::size_t(which)][k];
-  if (const TakenMortar* reverse = taken_of(there, which))
+  if (const Taken* reverse = taken_of(there, which))
     for (const std::int32_t whole : reverse->front) work.added[std::size_t(whole)] = 1;
   work.covered.clear();
   work.front.clear();
@@ -57,7 +57,7 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
       taken.front.push_back(work.surfaces[std::size_t(there)].piece[std::size_t(piece)].whole);
     return true;
   };
-  for (const MetMortar& m : met)
+  for (const Met& m : met)
     each_whole(m.node, [&](std::int32_t whole) {
       const MortarWhole& w = surface.whole[std::size_t(whole)];
       work.seeds.clear();
@@ -90,17 +90,17 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
 }
 
 // The contact of a node, with the side there that stands for all that it faces.
-void MeshSet::put_row(const Nodes& nodes, std::int32_t which, std::int32_t there, const MortarRow& row,
-                      const MetMortar& seen) {
-  MortarWork& work = *mortar_work_;
-  const MeshBody &own = meshes[std::size_t(which)], &other = meshes[std::size_t(there)];
+void MortarContacts::put_row(const Nodes& nodes, std::int32_t which, std::int32_t there, const MortarRow& row,
+                             const Met& seen) {
+  MortarWork& work = *work_;
+  const MeshBody &own = *work.meshes[std::size_t(which)], &other = *work.meshes[std::size_t(there)];
   const MortarSurface& surface = work.surfaces[std::size_t(which)];
   const double size =
       std::sqrt(row.normal[0] * row.normal[0] + row.normal[1] * row.normal[1] + row.normal[2] * row.normal[2]);
   const std::int32_t contactor = work.contactor[std::size_t(which)][std::size_t(row.node)];
   if (contactor < 0 || !(row.diagonal > 0) || !(size > 0)) return;
-  KeptMortar kept{contactor, seen.edge, seen.feature, seen.image, 0, {0, 0, 0}, {0, 0, 0}};
-  MortarContact contact{contactor, seen.edge, {}, {}};
+  Kept kept{contactor, seen.edge, seen.feature, seen.image, 0, {0, 0, 0}, {0, 0, 0}};
+  Contact contact{contactor, seen.edge, {}, {}};
   contact.there.mesh = there;
   const double* x = nodes.position[own.node(row.node)];
   std::copy_n(x, nodes.dim, kept.point);
@@ -120,7 +120,7 @@ void MeshSet::put_row(const Nodes& nodes, std::int32_t which, std::int32_t there
   }
   if (count > 1) {
     contact.here.mesh = which;
-    map_mean(contact.here, {node, std::size_t(count)}, {weight, std::size_t(count)});
+    means_.map(contact.here, {node, std::size_t(count)}, {weight, std::size_t(count)});
   }
   work.nodes.clear();
   work.weights.clear();
@@ -132,9 +132,9 @@ void MeshSet::put_row(const Nodes& nodes, std::int32_t which, std::int32_t there
     const double* y = nodes.position[other.node(row.there[l])];
     for (int k = 0; k < nodes.dim; ++k) kept.gap += part * kept.normal[k] * (x[k] - y[k]);
   }
-  map_mean(contact.there, work.nodes, work.weights);
-  kept_mortar_.push_back(kept);
-  mortar_.push_back(contact);
+  means_.map(contact.there, work.nodes, work.weights);
+  kept_.push_back(kept);
+  contacts_.push_back(contact);
 }
 
 } // namespace cairn

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
 #include "../fe/elements.hpp"
 #include "../soe/soe.hpp"
 
@@ -114,8 +115,7 @@ void PressedSides::press(int dim, const double* x, double factor, double* force,
       if (dim == 2) { // the body is on the left
         inward[0] = -along[0][1], inward[1] = along[0][0];
       } else {
-        for (int c = 0; c < 3; ++c)
-          inward[c] = along[1][(c + 1) % 3] * along[0][(c + 2) % 3] - along[1][(c + 2) % 3] * along[0][(c + 1) % 3];
+        cross(along[1], along[0], inward);
       }
       for (int a = 0; a < nodes; ++a)
         for (int c = 0; c < dim; ++c) force[dim * of[a] + c] += factor * p.weight * p.n[a] * wide * inward[c];

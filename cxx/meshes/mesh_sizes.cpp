@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "mesh_set.hpp"
+#include "mesh_seats.hpp"
 
 namespace cairn {
 
@@ -39,24 +39,23 @@ std::vector<double> sizes_at_nodes(const MeshModel& m) {
 
 } // namespace
 
-void MeshSet::find_sizes() {
+void MeshSeats::find_sizes(const MeshList& meshes) {
   std::vector<std::vector<double>> of_node;
   for (const MeshBody& mesh : meshes) of_node.push_back(sizes_at_nodes(mesh.model));
   size_.clear();
   for (const Seat& s : seats_) {
-    const MeshBody& mesh = meshes[std::size_t(s.mesh)];
+    const MeshBody& mesh = *s.body;
     double size = none;
-    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j)
-      size = std::min(size, of_node[std::size_t(s.mesh)][std::size_t(node_of(s, j))]);
+    for (int j = 0; j < 4 && s.node(j) >= 0; ++j)
+      size = std::min(size, of_node[std::size_t(s.mesh)][std::size_t(s.node(j))]);
     if (!(size < none)) size = mesh.size();
     size_.push_back(size > 0 ? size : none); // a node alone is no cell to pass through
-    const bool is_side = s.role == Role::edge || s.role == Role::facet;
-    mapped_.hair.push_back(is_side || !(size > 0 && size < none) ? 0 : past_a_rim * size);
+    mapped_.hair.push_back(s.is_side() || !(size > 0 && size < none) ? 0 : past_a_rim * size);
   }
 }
 
 // Nodes that each contact node has cells with, from which it is seen which way the body lies.
-void MeshSet::find_nodes_beside() {
+void MeshSeats::find_nodes_beside(const MeshList& meshes) {
   std::vector<std::vector<std::vector<std::int32_t>>> of(meshes.size());
   std::vector<std::uint8_t> asked(meshes.size(), 0);
   for (const Seat& s : seats_) asked[std::size_t(s.mesh)] |= s.role == Role::node;
@@ -83,15 +82,15 @@ void MeshSet::find_nodes_beside() {
   }
 }
 
-std::string MeshSet::describe(std::int32_t contactor) const {
+std::string MeshSeats::describe(std::int32_t contactor) const {
   const Seat& s = seat(contactor);
-  const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+  const MeshModel& m = s.body->model;
   std::string text;
   if (s.role == Role::node) {
     text = m.bulk ? m.bulk->place_of_node(s.index) + "," : "node " + std::to_string(s.index);
   } else {
     text = s.role == Role::point ? "the point between nodes" : "the side with nodes";
-    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j) text.append(" ").append(std::to_string(node_of(s, j)));
+    for (int j = 0; j < 4 && s.node(j) >= 0; ++j) text.append(" ").append(std::to_string(s.node(j)));
   }
   return text + " of the mesh '" + m.name + "'";
 }

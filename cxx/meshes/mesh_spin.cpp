@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "../base/vectors.hpp"
-#include "mesh_set.hpp"
+#include "mesh_seats.hpp"
 
 namespace cairn {
 
@@ -35,8 +35,7 @@ void slopes(bool triangle, const double share[4], double by_a[4], double by_b[4]
 // In the plane the edge turns with its ends. In space, with g_j the gradients of the shape functions along the face, n
 // its normal and h_j = n x g_j, the normal turns by n x dn/dt = -sum h_j (n . v_j), and the face in its plane by n sum
 // (h_j . v_j)/2, half of the curl.
-void MeshSet::spin(const Nodes& nodes, const Mapping& m, double rows[4][3][3]) const {
-  const MeshBody& mesh = meshes[std::size_t(m.mesh)];
+void spin_of_side(const MeshBody& mesh, const Nodes& nodes, const Mapping& m, double rows[4][3][3]) {
   std::fill_n(&rows[0][0][0], 36, 0.0);
   const double* x[4] = {};
   for (int j = 0; j < 4 && m.node[j] >= 0; ++j) x[j] = nodes.position[mesh.node(m.node[j])];

@@ -9,11 +9,12 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../base/small_matrices.hpp"
+#include "../base/vectors.hpp"
 #include "../bodies/nodes.hpp"
 #include "../soe/lapack.hpp"
 #include "mesh_rates.hpp"
 #include "mesh_stability.hpp"
-#include "small_factors.hpp"
 
 namespace cairn {
 
@@ -49,10 +50,8 @@ double step_of(const FrequencyBound& bound, const DragBound& drag) {
 double MeshStability::frequency_estimate(double* xi) const {
   constexpr int most = 60;
   const std::int64_t n = model_.dofs();
-  const auto inner = [&](const double* x, const double* y) {
-    double sum = 0;
-    for (std::int64_t i = 0; i < n; ++i) sum += x[i] * y[i];
-    return sum;
+  const auto inner = [&](const std::vector<double>& x, const std::vector<double>& y) {
+    return dot(x.data(), y.data(), n);
   };
   const std::unique_ptr<Soe> soe = Soe::make(model_.mass, model_.options);
   if (const SoeStatus status = soe->factor(model_.mass.value.data()); !status) equations_.refuse(status);
@@ -65,11 +64,11 @@ double MeshStability::frequency_estimate(double* xi) const {
   }
   while (std::int64_t(q.size()) < std::min<std::int64_t>(most, free)) {
     for (std::size_t k = 0; k < q.size(); ++k) {
-      const double share = inner(w.data(), mq[k].data());
+      const double share = inner(w, mq[k]);
       for (std::int64_t i = 0; i < n; ++i) w[i] -= share * q[k][i];
     }
     matrices_.multiply(model_.mass, w.data(), y.data());
-    const double size = std::sqrt(inner(w.data(), y.data()));
+    const double size = std::sqrt(inner(w, y));
     if (!q.empty()) {
       // the remainder is rounding once the Krylov space is complete
       if (!(size > 64 * std::numeric_limits<double>::epsilon() * *std::max_element(a.begin(), a.end()))) break;
@@ -81,7 +80,7 @@ double MeshStability::frequency_estimate(double* xi) const {
     q.push_back(w);
     mq.push_back(y);
     matrices_.stiffness_times(q.back().data(), w.data());
-    a.push_back(inner(w.data(), q.back().data()));
+    a.push_back(inner(w, q.back()));
     for (std::int64_t i = 0; i < n; ++i)
       if (model_.held[i]) w[i] = 0;
     soe->solve(w.data());
@@ -100,7 +99,7 @@ double MeshStability::frequency_estimate(double* xi) const {
     for (std::int64_t i = 0; i < n; ++i) y[i] += w[i];
   }
   const double omega = std::sqrt(square);
-  *xi = inner(q[stiffest].data(), y.data()) * (square / a[stiffest]) / (2 * omega);
+  *xi = inner(q[stiffest], y) * (square / a[stiffest]) / (2 * omega);
   return omega;
 }
 
@@ -238,10 +237,10 @@ bool MeshStability::steady_with_modes(const Soe& soe, double h) const {
     model_.ties.empty() ? soe.solve(z.data()) : model_.ties.solve(soe, z.data());
     for (std::size_t l = 0; l < modes; ++l)
       small[k * modes + l] = -h / 2 * std::sqrt(model_.mode_rates[k] * model_.mode_rates[l]) *
-                             inner(&matrices_.modal_momentum[n * l], z.data(), std::int64_t(n));
+                             dot(&matrices_.modal_momentum[n * l], z.data(), std::int64_t(n));
     small[k * modes + k] += 1;
   }
-  return factor_small(modes, small);
+  return factor_symmetric(modes, small.data(), 0);
 }
 
 } // namespace cairn

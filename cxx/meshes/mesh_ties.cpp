@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "../base/vectors.hpp"
 
 namespace cairn {
 
@@ -137,14 +138,6 @@ void MeshTies::solve(const Soe& soe, double* b) {
   }
 }
 
-namespace {
-
-void across(const double* a, const double* b, double* out) {
-  for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
-} // namespace
-
 // Mean velocity of a part, and the spin that is nearest to the velocities of its nodes.
 void MeshTies::fit(std::size_t part, const double* v, double* mean, double* spin) const {
   const std::int64_t begin = rigid_first[part], end = rigid_first[part + 1];
@@ -161,7 +154,7 @@ void MeshTies::fit(std::size_t part, const double* v, double* mean, double* spin
       square += r[0] * r[0] + r[1] * r[1];
       continue;
     }
-    across(r, w, turned);
+    cross(r, w, turned);
     const double rr = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
     for (int i = 0; i < 3; ++i) {
       moment[i] += turned[i];
@@ -173,9 +166,9 @@ void MeshTies::fit(std::size_t part, const double* v, double* mean, double* spin
     return;
   }
   double first[3], second[3], third[3]; // columns of the adjugate
-  across(a[1], a[2], first);
-  across(a[2], a[0], second);
-  across(a[0], a[1], third);
+  cross(a[1], a[2], first);
+  cross(a[2], a[0], second);
+  cross(a[0], a[1], third);
   const double determinant = a[0][0] * first[0] + a[0][1] * first[1] + a[0][2] * first[2];
   for (int k = 0; k < 3; ++k)
     spin[k] = (first[k] * moment[0] + second[k] * moment[1] + third[k] * moment[2]) / determinant;
@@ -228,7 +221,7 @@ void MeshTies::follow(double* v) const {
       if (dim_ == 2)
         turned[0] = -spin[0] * r[1], turned[1] = spin[0] * r[0];
       else
-        across(spin, r, turned);
+        cross(spin, r, turned);
       for (int k = 0; k < axes; ++k) v[dim_ * rigid_node[std::size_t(j)] + k] = mean[k] + turned[k];
     }
   }
@@ -245,8 +238,8 @@ void MeshTies::centripetal(const double* v, double* out) const {
       if (dim_ == 2) {
         twice[0] = -spin[0] * spin[0] * r[0], twice[1] = -spin[0] * spin[0] * r[1];
       } else {
-        across(spin, r, once);
-        across(spin, once, twice);
+        cross(spin, r, once);
+        cross(spin, once, twice);
       }
       for (int k = 0; k < axes; ++k) out[dim_ * rigid_node[std::size_t(j)] + k] = twice[k];
     }
@@ -274,8 +267,8 @@ void MeshTies::turn(double* way, const double* place, double h) {
         once[0] = -a[0] * r[1], once[1] = a[0] * r[0];
         twice[0] = -square * r[0], twice[1] = -square * r[1];
       } else {
-        across(a, r, once);
-        across(a, once, twice);
+        cross(a, r, once);
+        cross(a, once, twice);
       }
       for (int k = 0; k < axes; ++k) way[i + k] = mean[k] + 2 / (1 + square) * (once[k] + twice[k]) / h;
     }

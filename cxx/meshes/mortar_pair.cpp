@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/small_matrices.hpp"
 #include "../base/vectors.hpp"
 
 namespace cairn {
@@ -12,11 +13,6 @@ constexpr double least_part = 1e-12;  // of a piece, that counts as common
 constexpr double least_facing = 0.25; // cosine: sides at a corner, all but square to each other, have slivers in common
 constexpr double least_share = 1e-6;  // of a side, that is worth dual functions of its own
 
-double dot(const double* a, const double* b, int n) {
-  double sum = 0;
-  for (int k = 0; k < n; ++k) sum += a[k] * b[k];
-  return sum;
-}
 double turn(const double* a, const double* b, const double* c) { // twice the area of a triangle
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
@@ -89,36 +85,6 @@ void place_on(const MortarPiece& p, const double (*x)[2], const double* point, d
   at[0] = at[1] = 0;
   for (int i = 0; i < p.corners; ++i)
     for (int k = 0; k < 2; ++k) at[k] += share[i] * p.at[i][k];
-}
-
-// Inverse of a symmetric definite matrix of n rows, by Cholesky's factors; false: it is not, to rounding.
-bool invert(int n, double (*a)[most_side_nodes], double (*out)[most_side_nodes]) {
-  double low[most_side_nodes][most_side_nodes] = {};
-  for (int j = 0; j < n; ++j) {
-    double pivot = a[j][j];
-    for (int k = 0; k < j; ++k) pivot -= low[j][k] * low[j][k];
-    if (!(pivot > 1e-13 * a[j][j])) return false; // the part that it is of is too thin for this many functions
-    low[j][j] = std::sqrt(pivot);
-    for (int i = j + 1; i < n; ++i) {
-      double sum = a[i][j];
-      for (int k = 0; k < j; ++k) sum -= low[i][k] * low[j][k];
-      low[i][j] = sum / low[j][j];
-    }
-  }
-  for (int c = 0; c < n; ++c) {
-    double y[most_side_nodes];
-    for (int i = 0; i < n; ++i) {
-      double sum = i == c ? 1 : 0;
-      for (int k = 0; k < i; ++k) sum -= low[i][k] * y[k];
-      y[i] = sum / low[i][i];
-    }
-    for (int i = n - 1; i >= 0; --i) {
-      double sum = y[i];
-      for (int k = i + 1; k < n; ++k) sum -= low[k][i] * out[k][c];
-      out[i][c] = sum / low[i][i];
-    }
-  }
-  return true;
 }
 
 } // namespace
@@ -332,21 +298,21 @@ bool MortarPair::add_side(std::int32_t whole, std::span<const std::int32_t> seed
 // there.
 bool MortarPair::add_rows(const MortarWhole& w, std::int64_t seen) {
   const int n = w.nodes;
-  double both[most_side_nodes][most_side_nodes] = {}, inverse[most_side_nodes][most_side_nodes],
-         sum[most_side_nodes] = {};
+  double both[most_side_nodes][most_side_nodes] = {}, sum[most_side_nodes] = {};
   for (const Sample& s : samples_)
     for (int j = 0; j < n; ++j) {
       sum[j] += s.wide * s.own[j];
       for (int k = 0; k < n; ++k) both[j][k] += s.wide * s.own[j] * s.own[k];
     }
-  if (!invert(n, both, inverse)) return false;
+  constexpr double too_thin = 1e-13; // for this many functions
+  if (!invert_symmetric(std::size_t(n), both, too_thin)) return false;
   for (int j = 0; j < n; ++j) {
     MortarRow& row = row_of(w.node[j], seen);
     row.diagonal += sum[j];
     for (const Sample& s : samples_) {
       for (int k = 0; k < dim_; ++k) row.normal[k] -= s.wide * s.own[j] * s.normal[k];
       double psi = 0;
-      for (int k = 0; k < n; ++k) psi += inverse[j][k] * s.own[k];
+      for (int k = 0; k < n; ++k) psi += both[j][k] * s.own[k];
       const MortarWhole& there = other_surface_->whole[std::size_t(s.whole)];
       for (int l = 0; l < there.nodes; ++l) {
         auto at = std::size_t(std::find(row.there.begin(), row.there.end(), there.node[l]) - row.there.begin());

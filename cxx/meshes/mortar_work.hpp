@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "mesh_set.hpp"
+#include "mortar_contacts.hpp"
 #include "mortar_pair.hpp"
 #include "mortar_surface.hpp"
 
@@ -16,7 +16,7 @@ struct MortarBox { // bounding box
   std::int32_t index; // a mesh; or a whole side, and -1 less a piece of the other mesh
 };
 
-struct MeshSet::MetMortar {      // a node that asks, and a side of another mesh that detection saw it in front of
+struct MortarContacts::Met {     // a node that asks, and a side of another mesh that detection saw it in front of
   std::int32_t own, other, node; // meshes, node of the first
   std::int32_t piece, edge, feature, image; // of the other; its contactor, and the candidate's
   double gap;
@@ -24,7 +24,7 @@ struct MeshSet::MetMortar {      // a node that asks, and a side of another mesh
 
 // Mortar of one mesh with another, sorted: its whole sides with a common part, sides of the other mesh in front of
 // them, and its nodes with a row.
-struct MeshSet::TakenMortar {
+struct MortarContacts::Taken {
   std::int32_t own = -1, other = -1;
   std::vector<std::int32_t> covered, front, nodes;
   void clear(std::int32_t one, std::int32_t two) {
@@ -40,12 +40,13 @@ struct MeshSet::TakenMortar {
 struct MortarWork {
   std::vector<std::int32_t> seeds, nodes;
   std::vector<double> weights;
+  std::vector<const MeshBody*> meshes;
   std::vector<MortarSurface> surfaces;                       // of each mesh
   std::vector<std::vector<std::int32_t>> contactor;          // of each node of each mesh, -1: none
   std::vector<std::vector<std::int32_t>> contactor_of_piece; // the first of its sides, of each piece of each mesh
   std::vector<std::vector<std::uint8_t>> asks;               // of each whole side of each mesh
-  std::vector<MeshSet::MetMortar> met;
-  std::vector<MeshSet::TakenMortar> taken; // in the order of meshes; those that count now come first
+  std::vector<MortarContacts::Met> met;
+  std::vector<MortarContacts::Taken> taken; // in the order of meshes; those that count now come first
   std::size_t used = 0;
   std::vector<MortarBox> of_meshes, boxes;
   std::vector<std::int32_t> open_meshes, open; // boxes that sweeps are in
@@ -60,8 +61,5 @@ struct MortarWork {
   MortarPair pair;
   std::optional<Nodes> shifted; // as a pair sees them across the ends of a periodic cell
 };
-
-// Candidate i in the place of `to`, which is not behind it.
-void keep_candidate(Candidates& c, std::int64_t& to, std::int64_t i, int dim);
 
 } // namespace cairn

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "../base/vectors.hpp"
 #include "mesh_body.hpp"
 #include "mortar_surface.hpp"
 
@@ -34,7 +35,7 @@ double stretch(const MeshModel& m, const WholeNodes& nodes, int count, const dou
         t[way][i] += slope[(m.dim - 1) * k + way] * m.reference[std::size_t(m.dim * nodes[std::size_t(k)] + i)];
   if (m.dim == 3) {
     double n[3];
-    for (int i = 0; i < 3; ++i) n[i] = t[0][(i + 1) % 3] * t[1][(i + 2) % 3] - t[0][(i + 2) % 3] * t[1][(i + 1) % 3];
+    cross(t[0], t[1], n);
     return std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   }
   const double length = std::hypot(t[0][0], t[0][1]);
@@ -81,7 +82,7 @@ double area_of(const MeshModel& m, const std::int32_t* node, int corners) {
     const double middle = (m.reference[std::size_t(2 * node[0])] + m.reference[std::size_t(2 * node[1])]) / 2;
     return std::hypot(e[0][0], e[0][1]) * (m.ring ? 2 * std::numbers::pi * std::abs(middle - m.axis) : 1);
   }
-  for (int i = 0; i < 3; ++i) n[i] = e[0][(i + 1) % 3] * e[1][(i + 2) % 3] - e[0][(i + 2) % 3] * e[1][(i + 1) % 3];
+  cross(e[0], e[1], n);
   return std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
 }
 

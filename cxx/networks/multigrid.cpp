@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/vectors.hpp"
+
 namespace cairn {
 namespace {
 
 constexpr std::int64_t coarsest_most = 200; // equations that are factorised
 // A row whose leak is so much more than its conductances is left to the smoother.
 constexpr double mostly_leak = 5;
-
-double dot(const double* a, const double* b, std::int64_t n) {
-  double sum = 0;
-  for (std::int64_t i = 0; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 // One sweep of Gauss and Seidel, forward from x = 0 or backward from the x that is there.
 void smooth_forward(const LaplacianMatrix& a, const double* b, double* x) {

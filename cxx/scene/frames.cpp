@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "../base/small_matrices.hpp"
+#include "../base/vectors.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -126,8 +128,7 @@ void axes_of(int dim, const double* along, const double* up, double axes[3][3]) 
   for (int k = 0; k < 3; ++k) axes[1][k] = up[k] - part * along[k];
   const double size = std::hypot(axes[1][0], axes[1][1], axes[1][2]);
   for (double& a : axes[1]) a /= size;
-  for (int k = 0; k < 3; ++k)
-    axes[2][k] = axes[0][(k + 1) % 3] * axes[1][(k + 2) % 3] - axes[0][(k + 2) % 3] * axes[1][(k + 1) % 3];
+  cross(axes[0], axes[1], axes[2]);
 }
 
 // Geometric stiffness of a beam under axial force, with cubic deflections (Przemieniecki 1968).
@@ -150,33 +151,6 @@ void add_bent(int dim, const double axes[3][3], double pull, double size, double
       for (int i = 0; i < dofs; ++i)
         for (int a = 0; a < 4; ++a)
           for (int b = 0; b < 4; ++b) k[dofs * j + i] += turn[a][i] * bent[a][b] * pull / (30 * size) * turn[b][j];
-  }
-}
-
-// Solves a x = b of a symmetric a (n, n) in place of b (n, columns), by L D L'. Where nothing holds an unknown, which
-// then no load moves (a straight beam in space about itself), it is 0.
-void solve_symmetric(std::size_t n, std::vector<double>& a, std::size_t columns, std::vector<double>& b) {
-  std::vector<double> least(n);
-  for (std::size_t j = 0; j < n; ++j) least[j] = 1e-13 * std::abs(a[n * j + j]);
-  for (std::size_t j = 0; j < n; ++j) {
-    const double pivot = a[n * j + j];
-    const bool free = !(std::abs(pivot) > least[j]);
-    if (free) a[n * j + j] = 0;
-    for (std::size_t c = j + 1; c < n; ++c) { // of the columns behind, from their diagonals on
-      const double share = free ? 0 : a[n * j + c] / pivot;
-      for (std::size_t r = c; share != 0 && r < n; ++r) a[n * c + r] -= share * a[n * j + r];
-    }
-    for (std::size_t r = j + 1; r < n; ++r) a[n * j + r] = free ? 0 : a[n * j + r] / pivot;
-  }
-  for (std::size_t c = 0; c < columns; ++c) {
-    double* x = &b[n * c];
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t r = j + 1; r < n; ++r) x[r] -= a[n * j + r] * x[j];
-    for (std::size_t j = n; j-- > 0;) {
-      const double pivot = a[n * j + j];
-      x[j] = std::abs(pivot) > 0 ? x[j] / pivot : 0;
-      for (std::size_t r = j + 1; r < n; ++r) x[j] -= a[n * j + r] * x[r];
-    }
   }
 }
 
@@ -269,7 +243,9 @@ void take_beams(MeshDraft& d, std::int64_t n, const std::int32_t* node, const Se
           of_turns[rotations * std::size_t(tc) + std::size_t(tr)] += value;
       }
   std::vector<double> follow = mixed; // rotations by displacements
-  solve_symmetric(rotations, of_turns, moved, follow);
+  // Where nothing holds a rotation, which then no load moves (a straight beam in space about itself), it is 0.
+  factor_symmetric(rotations, of_turns.data(), 1e-13);
+  for (std::size_t c = 0; c < moved; ++c) solve_symmetric(rotations, of_turns.data(), &follow[rotations * c]);
   const auto condensed = [&](std::size_t row, std::size_t column) {
     double sum = whole[moved * column + row];
     for (std::size_t t = 0; t < rotations; ++t) sum -= mixed[rotations * row + t] * follow[rotations * column + t];

@@ -7,6 +7,8 @@
 #include <map>
 
 #include "../base/call.hpp"
+#include "../base/small_matrices.hpp"
+#include "../base/vectors.hpp"
 #include "../meshes/mortar_surface.hpp"
 
 namespace cairn {
@@ -224,11 +226,7 @@ void shapes_at(const std::vector<Flat>& x, double px, double py, double* n) {
 }
 
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double norm(const Point& a) { return std::hypot(a[0], a[1], a[2]); }
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 Point scaled(const Point& a, double by) { return {a[0] * by, a[1] * by, a[2] * by}; }
 
 std::vector<Point> corners(const MeshDraft& d, const Side& side) {
@@ -343,7 +341,7 @@ struct Duals {
 Duals duals_of(const std::vector<const Met*>& pieces) {
   const int n = pieces.front()->whole->nodes;
   Duals out;
-  double both[most_side_nodes][2 * most_side_nodes] = {}; // beside it the inverse
+  double both[most_side_nodes][most_side_nodes] = {};
   for (int j = 0; j < n; ++j) {
     out.of[j] = 0;
     for (const Met* met : pieces)
@@ -351,18 +349,10 @@ Duals duals_of(const std::vector<const Met*>& pieces) {
         out.of[j] += s.wide * met->size * s.shape[j];
         for (int i = 0; i < n; ++i) both[j][i] += s.wide * met->size * s.shape[j] * s.shape[i];
       }
-    both[j][n + j] = 1;
   }
-  for (int j = 0; j < n; ++j) { // positive definite: no other pivots
-    const double pivot = both[j][j];
-    for (double& a : both[j]) a /= pivot;
-    for (int i = 0; i < n; ++i) {
-      const double share = both[i][j];
-      for (int c = 0; c < 2 * n && i != j; ++c) both[i][c] -= share * both[j][c];
-    }
-  }
+  invert_symmetric(std::size_t(n), both, 0);
   for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) out.by[j][i] = out.of[j] * both[j][n + i];
+    for (int i = 0; i < n; ++i) out.by[j][i] = out.of[j] * both[j][i];
   return out;
 }
 

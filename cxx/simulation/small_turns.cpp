@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../base/vectors.hpp"
 #include "../fe/bulk_model.hpp"
 #include "simulation.hpp"
 
@@ -40,8 +41,8 @@ double turn_of(const MeshModel& model, const double* position) {
       arm[std::size_t(k)] = reference[i * dim + k] - middle[std::size_t(k)];
       u[std::size_t(k)] = position[i * dim + k] - reference[i * dim + k];
     }
+    add_cross(arm.data(), u.data(), moment.data());
     for (std::size_t k = 0; k < 3; ++k) {
-      moment[k] += arm[(k + 1) % 3] * u[(k + 2) % 3] - arm[(k + 2) % 3] * u[(k + 1) % 3];
       squares += arm[k] * arm[k];
       for (std::size_t l = 0; l < 3; ++l) spread[k][l] -= arm[k] * arm[l];
     }

@@ -3,47 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/small_matrices.hpp"
 #include "../simulation/contact_fields.hpp"
 #include "reshaping.hpp"
 
 namespace cairn {
-namespace {
-
-// The largest size of an eigenvalue of a symmetric matrix, by rows, by Jacobi's rotations.
-double largest_principal_value(std::array<std::array<double, 3>, 3> a) {
-  constexpr int passes = 50; // Jacobi sweeps; convergence is quadratic, a dozen are enough
-  for (int pass = 0; pass < passes; ++pass) {
-    const double off = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
-    if (!(off > 1e-17 * (std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2])))) break;
-    for (std::size_t i = 0; i < 2; ++i)
-      for (std::size_t j = i + 1; j < 3; ++j) {
-        if (!(std::abs(a[i][j]) > 0)) continue;
-        const double tau = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double t = std::copysign(1.0, tau) / (std::abs(tau) + std::hypot(1.0, tau));
-        const double c = 1 / std::hypot(1.0, t), sine = t * c;
-        for (auto& row : a) {
-          const double x = row[i], y = row[j];
-          row[i] = c * x - sine * y;
-          row[j] = sine * x + c * y;
-        }
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double x = a[i][k], y = a[j][k];
-          a[i][k] = c * x - sine * y;
-          a[j][k] = sine * x + c * y;
-        }
-      }
-  }
-  return std::max({std::abs(a[0][0]), std::abs(a[1][1]), std::abs(a[2][2])});
-}
-
-} // namespace
 
 double ContactLoad::stress(int dim, double volume) const {
-  std::array<std::array<double, 3>, 3> mean{};
-  for (std::size_t i = 0; i < std::size_t(dim); ++i)
-    for (std::size_t j = 0; j < std::size_t(dim); ++j)
-      mean[i][j] = (moment[3 * i + j] + moment[3 * j + i]) / (2 * volume);
-  return largest_principal_value(mean);
+  double mean[3][3] = {}, axes[3][3];
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j) mean[i][j] = (moment[3 * i + j] + moment[3 * j + i]) / (2 * volume);
+  diagonalise(mean, axes);
+  return std::max({std::abs(mean[0][0]), std::abs(mean[1][1]), std::abs(mean[2][2])});
 }
 
 void ContactLoads::read(Simulation& s, std::span<const std::int64_t> bodies, std::span<const std::size_t> meshes) {

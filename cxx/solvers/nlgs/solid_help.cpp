@@ -8,6 +8,8 @@
 #include "../sweeps/jointed_problem.hpp"
 #include "../sweeps/newton_correction.hpp"
 #include "../sweeps/solid_correction.hpp"
+#include "../sweeps/solid_self_stress.hpp"
+#include "../sweeps/solid_zones.hpp"
 #include "../sweeps/step_error.hpp"
 #include "nlgs.hpp"
 
@@ -22,8 +24,8 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
-        jointed_(!solid_bonds_ && JointedProblem::needed(system)), zones_(SolidCorrection::zones_alone(system)) {
-    if (zones_) SolidCorrection::keep_start(system);
+        jointed_(!solid_bonds_ && JointedProblem::needed(system)), zones_(SolidZones::alone(system)) {
+    if (zones_) SolidZones::keep_start(system);
   }
 
   bool pays(int iterations, double error) override {
@@ -54,7 +56,7 @@ public:
     const double fall = policy().passes_fall;
     const double wanted = finer_ * options_.tolerance;
     if (zones_) {
-      const int passes = solid_->solve_zones(error * error, wanted * wanted, measure);
+      const int passes = solid_->zones().solve(error * error, wanted * wanted, measure);
       zones_ = false; // one try a step: other passes and sweeps go on from its end
       if (passes > 0) return true;
     }
@@ -87,7 +89,7 @@ public:
       return {};
     }
     if (only_rings_) {
-      solid_->drop_self_stress_within(tolerance_, measure);
+      solid_->self_stress().drop_within(tolerance_, measure);
       return {};
     }
     return solid_->refine(error, std::min(tolerance_, options_.accuracy), tolerance_, measure);
@@ -112,7 +114,7 @@ private:
       schedule_ = system_.schedule(1);
       solid_.emplace(system_, schedule_, velocity_free_);
       given_up_ = !solid_->possible();
-      if (!given_up_) solid_->ask_for_what_rings_can();
+      if (!given_up_) solid_->self_stress().limit_biases();
     }
     return !given_up_;
   }

@@ -2,18 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../base/vectors.hpp"
 #include "cairn/core.h"
 #include "problem_monitor.hpp"
 
 namespace cairn {
 
 namespace {
-
-double dot(const Array<double>& x, const Array<double>& y) {
-  double sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
-  return sum;
-}
 
 // W p, without q
 void apply(const FrictionProblem& p, const Array<double>& x, Array<double>& y, const Array<double>& zero, int threads) {

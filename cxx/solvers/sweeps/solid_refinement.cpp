@@ -82,44 +82,41 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
     return {};
   }
   const auto borne = [&] { return std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)); };
-  kept_.resize(known_.size());
-  copy_impulses(false);
-  drop_self_stress();
-  const double share = proximal_, begun = borne();
+  solid_.keep_impulses();
+  self_stress_.drop();
+  const double share = yielding_, begun = borne();
   // A start near the solution, from the last step, hides the motions for which a share takes most passes.
-  if (memory.share > 0) proximal_ = std::clamp(memory.share, least, share);
+  if (memory.share > 0) yielding_ = std::clamp(memory.share, least, share);
   double last = unknown, now = error, sum = 0, best = 1;
   bool contracts = false, known = false, broken = false;
   for (int pass = 0; pass < most && !known; ++pass) {
     if ((broken = !take_pass())) break;
-    const double change = size_of_step() / system_.speed();
+    const double change = solid_.size_of_step() / system_.speed();
     now = std::sqrt(measure());
     if ((broken = !std::isfinite(now) || !std::isfinite(change) || !(borne() <= growth * begun))) break;
     sum += change;
     const bool shrinks = change * slow <= last && (pass > 0 || now * fall <= error);
     // rounding of impulses, which is as large in velocities, or in what contacts miss, and of velocities themselves
-    const double rounded = rounding * std::max({borne() / system_.speed(), stressed_ / system_.speed(), 1.0});
+    const double rounded = rounding * std::max({borne() / system_.speed(), self_stress_.size() / system_.speed(), 1.0});
     const bool settled = change <= rounded || (now <= rounded && change <= std::max(wanted, small));
     contracts |= shrinks;
     known = settled || (contracts && change <= wanted);
     // with a share that is the least there may be slower motions, which the last of many passes changes most
-    if (proximal_ <= least && !settled) known = known && pass + 1 == most && shrinks;
-    if (!(change * fall <= last) && proximal_ > least && !settled)
-      proximal_ = std::max(least, proximal_ * less), contracts = false;
+    if (yielding_ <= least && !settled) known = known && pass + 1 == most && shrinks;
+    if (!(change * fall <= last) && yielding_ > least && !settled)
+      yielding_ = std::max(least, yielding_ * less), contracts = false;
     if (pass > 0 && last > 0) best = std::min(best, change / last);
     last = change;
   }
-  memory.share = best < less ? proximal_ / less : proximal_;
-  proximal_ = share;
+  memory.share = best < less ? yielding_ / less : yielding_;
+  yielding_ = share;
   if (!broken && now <= tolerance) {
     memory.amplification = known ? sum / error : unknown;
     memory.failures = 0;
     return {last, known};
   }
   memory = {.failures = memory.failures};
-  copy_impulses(true);
-  refresh();
-  measure(); // for the report
+  go_back(measure);
   // where nothing can slide or open the rest is rounding, and the error as large as the last change
   if (nothing_slides_or_opens(system_)) {
     memory.amplification = unknown;
@@ -134,37 +131,19 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
 void SolidCorrection::settle_joints(double tolerance, const std::function<double()>& measure) {
   constexpr int most = 4;
   constexpr double little = 0x1p-7, fall = 0.5;
-  kept_.resize(known_.size());
-  copy_impulses(false);
+  solid_.keep_impulses();
   double last = unknown;
   bool kept = true;
   for (int pass = 0; pass < most; ++pass) {
     if (!(kept = take_pass())) break;
-    const double change = size_of_step() / system_.speed(), now = std::sqrt(measure());
+    const double change = solid_.size_of_step() / system_.speed(), now = std::sqrt(measure());
     if (!(kept = now <= tolerance && std::isfinite(change))) break;
-    copy_impulses(false);
+    solid_.keep_impulses();
     if (change <= little * tolerance || !(change <= fall * last)) break;
     last = change;
   }
   if (kept) return;
-  copy_impulses(true);
-  refresh();
-  measure(); // for the report
-}
-
-// |dv|_M of the pass at hand.
-double SolidCorrection::size_of_step() const {
-  const int d = system_.dim, n = system_.velocities();
-  double sum = 0;
-  for (std::int64_t body = 0; body < system_.bodies; ++body) {
-    if (rigid_[std::size_t(body)] < 0) continue;
-    const double *x = system_.record[body].x, *change = &velocity_[std::size_t(rigid_[std::size_t(body)])];
-    for (int k = 0; k < n; ++k) {
-      const double inverse = d == 2 ? x[3 + k] : x[k < 3 ? 6 : 7];
-      if (inverse > 0 && (k < d || system_.general.empty())) sum += change[k] * change[k] / inverse;
-    }
-  }
-  return std::sqrt(sum);
+  go_back(measure);
 }
 
 } // namespace cairn

@@ -9,7 +9,7 @@
 #include "../../laws/zone_laws.hpp"
 #include "batch.hpp"
 #include "contact_rows.hpp"
-#include "solid_correction.hpp"
+#include "solid_zones.hpp"
 
 namespace cairn {
 
@@ -27,7 +27,7 @@ bool is_zone(const cairn_batch& b) { return zone_of(b.law) != nullptr; }
 
 } // namespace
 
-bool SolidCorrection::zones_alone(const ContactSystem& system) {
+bool SolidZones::alone(const ContactSystem& system) {
   bool any = false;
   for (const cairn_batch& b : system.batches) {
     const bool zone = is_zone(b);
@@ -37,7 +37,7 @@ bool SolidCorrection::zones_alone(const ContactSystem& system) {
   return any;
 }
 
-void SolidCorrection::keep_start(ContactSystem& system) {
+void SolidZones::keep_start(ContactSystem& system) {
   std::vector<double>& start = SolidMemory::of(system).start;
   start.clear();
   for (const cairn_batch& b : system.batches)
@@ -46,46 +46,44 @@ void SolidCorrection::keep_start(ContactSystem& system) {
 }
 
 // Springs and friction of a batch at these velocities; at the begin with the damage at hand.
-void SolidCorrection::read_zones(const cairn_batch& b, const double* u) {
-  Zones& z = zones_;
+void SolidZones::read(const cairn_batch& b, const double* u) {
   const int n = b.count, c = b.components;
   if (is_zone(b)) {
-    zone_of(b.law)(n, c, u, b.params, b.state, z.spring, z.pull, z.fall, z.mu, z.rise, z.beta);
+    zone_of(b.law)(n, c, u, b.params, b.state, spring_, pull_, fall_, mu_, rise_, beta_);
     return;
   }
-  for (double* column : {z.spring, z.pull, z.fall, z.rise}) std::fill_n(column, c * n, 0.0);
-  for (int lane = 0; lane < b.contacts; ++lane) z.mu[lane] = at(b, b.params, lane, 0);
+  for (double* column : {spring_, pull_, fall_, rise_}) std::fill_n(column, c * n, 0.0);
+  for (int lane = 0; lane < b.contacts; ++lane) mu_[lane] = at(b, b.params, lane, 0);
 }
 
-void SolidCorrection::begin_zones() {
-  Zones& z = zones_;
-  z.place.assign(1, 0);
-  for (const cairn_batch& b : system_.batches) z.place.push_back(z.place.back() + std::size_t(b.count * b.components));
+void SolidZones::begin() {
+  place_.assign(1, 0);
+  for (const cairn_batch& b : solid_.system.batches)
+    place_.push_back(place_.back() + std::size_t(b.count * b.components));
   for (std::vector<double>* columns :
-       {&z.velocity, &z.moving, &z.bears, &z.change, &z.multiplier, &z.presses, &z.pressed, &z.shift})
-    columns->assign(z.place.back(), 0.0);
-  z.stiffness.resize(answer_.size());
-  size_columns();
-  std::vector<double>& none = begun_;
-  std::fill(none.begin(), none.end(), 0.0);
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
+       {&velocity_, &moving_, &bears_, &change_, &multiplier_, &presses_, &pressed_, &shift_})
+    columns->assign(place_.back(), 0.0);
+  stiffness_.resize(solid_.answer.size());
+  for (std::vector<double>* columns : {&u_, &target_, &none_})
+    columns->assign(std::size_t(SolidSystem::most_components) * 128, 0.0);
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
     const int n = b.count;
-    read_zones(b, none.data());
-    double* multiplier = &z.multiplier[z.place[k]];
+    read(b, none_.data());
+    double* multiplier = &multiplier_[place_[k]];
     for (int lane = 0; lane < b.contacts; ++lane) {
       multiplier[lane] = std::max(0.0, at(b, b.r, lane, 0));
       for (int c = 1; c < b.components; ++c)
-        multiplier[c * n + lane] = multiplier[lane] > 0 ? at(b, b.r, lane, c) + z.pull[c * n + lane] : 0;
+        multiplier[c * n + lane] = multiplier[lane] > 0 ? at(b, b.r, lane, c) + pull_[c * n + lane] : 0;
     }
   }
 }
 
-void SolidCorrection::velocities_of_zones() {
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
-    double* u = &zones_.velocity[zones_.place[k]];
-    cairn_relative_velocities(&schedule_, std::int32_t(k), 0, u);
+void SolidZones::find_velocities() {
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
+    double* u = &velocity_[place_[k]];
+    cairn_relative_velocities(&solid_.schedule, std::int32_t(k), 0, u);
     for (int c = 0; c < (b.pack ? 1 : b.components); ++c)
       for (int lane = 0; lane < b.contacts; ++lane) u[c * b.count + lane] += at(b, b.bias, lane, c);
     repeat_last(b, u, b.components);
@@ -94,9 +92,10 @@ void SolidCorrection::velocities_of_zones() {
 
 // Adds the impulse of a contact beside its zone to `bears` [N s], and its stiffness (c, c) [kg] to `answer` unless
 // null.
-void SolidCorrection::bear_contact(const double* u, const double* multiplier, int n, int c, double rho, double shift,
-                                   double mu, bool begins, double* bears, double* answer) const {
+void SolidZones::bear_contact(const double* u, const double* multiplier, int n, int c, double rho, double shift,
+                              double mu, Stiffness by, double* bears, double* answer) const {
   const double normal = multiplier[0] - rho * (u[0] - shift), limit = mu * multiplier[0];
+  const bool begins = by == Stiffness::start;
   const bool presses = begins ? multiplier[0] > 0 : normal > 0;
   if (!presses) return;
   bears[0] += normal;
@@ -124,24 +123,22 @@ void SolidCorrection::bear_contact(const double* u, const double* multiplier, in
 }
 
 // Impulses of the springs of a batch at these velocities [N s], and their stiffness in `answer` unless null: the
-// tangent if `softens`, else that of the springs as they are.
-void SolidCorrection::bear_springs(std::size_t k, const double* u, bool begins, bool softens, double* bears,
-                                   double* answer) {
-  const cairn_batch& b = system_.batches[k];
+// tangent, or that of the springs as they are.
+void SolidZones::bear_springs(std::size_t k, const double* u, Stiffness by, double* bears, double* answer) {
+  const cairn_batch& b = solid_.system.batches[k];
   const int n = b.count, c = b.components;
-  Zones& z = zones_;
-  if (begins) std::fill_n(z.still, c * n, 0.0);
-  read_zones(b, begins ? z.still : u);
+  const bool begins = by == Stiffness::start;
+  if (begins) std::fill_n(still_, c * n, 0.0);
+  read(b, begins ? still_ : u);
   for (int lane = 0; lane < b.contacts; ++lane) {
-    for (int i = 0; i < c; ++i)
-      bears[i * n + lane] = -(z.spring[i * n + lane] * u[i * n + lane] + z.pull[i * n + lane]);
+    for (int i = 0; i < c; ++i) bears[i * n + lane] = -(spring_[i * n + lane] * u[i * n + lane] + pull_[i * n + lane]);
     if (!answer) continue;
     double* own = answer + std::size_t(c) * std::size_t(c * lane);
     std::fill_n(own, c * c, 0.0);
     for (int l = 0; l < c; ++l) {
-      own[(c + 1) * l] += z.spring[l * n + lane];
-      for (int i = 0; i < c && softens; ++i) {
-        const double slope = -0.5 * (bears[i * n + lane] * z.fall[l * n + lane]);
+      own[(c + 1) * l] += spring_[l * n + lane];
+      for (int i = 0; i < c && by == Stiffness::tangent; ++i) {
+        const double slope = -0.5 * (bears[i * n + lane] * fall_[l * n + lane]);
         own[c * l + i] += slope;
         own[c * i + l] += slope;
       }
@@ -150,103 +147,97 @@ void SolidCorrection::bear_springs(std::size_t k, const double* u, bool begins, 
 }
 
 // Answers and impulses of all contacts at the velocities at hand.
-void SolidCorrection::linearise_zones(bool begins, bool softens) {
-  Zones& z = zones_;
+void SolidZones::linearise(Stiffness by) {
   std::size_t contact = 0;
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
     if (b.contacts == 0) continue;
     const int n = b.count, c = b.components;
-    const std::size_t begin = z.place[k];
-    const double *u = &z.velocity[begin], *multiplier = &z.multiplier[begin];
-    double *bears = &z.bears[begin], *presses = &z.presses[begin];
-    bear_springs(k, u, begins, softens, bears, &answer_[contacts_[contact].answer]);
+    const std::size_t begin = place_[k];
+    const double *u = &velocity_[begin], *multiplier = &multiplier_[begin];
+    double *bears = &bears_[begin], *presses = &presses_[begin];
+    bear_springs(k, u, by, bears, &solid_.answer[solid_.contacts()[contact].answer]);
     for (int lane = 0; lane < b.contacts; ++lane, ++contact) {
-      double *answer = &answer_[contacts_[contact].answer], *known = &known_[contacts_[contact].known];
+      double *answer = &solid_.answer[solid_.contacts()[contact].answer],
+             *known = &solid_.known[solid_.contacts()[contact].known];
       for (int i = 0; i < c; ++i) presses[i * n + lane] = 0;
-      std::fill_n(z.stays, 36, 0.0);
+      std::fill_n(stays_, 36, 0.0);
       if (!(at(b, b.bias, lane, 0) < never())) {
         std::fill_n(answer, c * c, 0.0);
         for (int i = 0; i < c; ++i) known[i] = -at(b, b.r, lane, i), bears[i * n + lane] = 0;
       } else {
-        bear_contact(u + lane, multiplier + lane, n, c, penalty(b, lane), z.shift[begin + std::size_t(lane)],
-                     z.mu[lane], begins, presses + lane, z.stays);
+        bear_contact(u + lane, multiplier + lane, n, c, penalty(b, lane), shift_[begin + std::size_t(lane)], mu_[lane],
+                     by, presses + lane, stays_);
         // friction that grows as the zone is damaged
-        const double size = z.mu[lane] * multiplier[lane];
-        for (int i = 1; i < c && size > 0 && !(z.stays[c + 1] >= penalty(b, lane)); ++i)
+        const double size = mu_[lane] * multiplier[lane];
+        for (int i = 1; i < c && size > 0 && !(stays_[c + 1] >= penalty(b, lane)); ++i)
           for (int l = 0; l < c; ++l) {
-            const double slope = -0.5 * presses[i * n + lane] / z.mu[lane] * z.rise[l * n + lane];
-            z.stays[c * l + i] += slope;
-            z.stays[c * i + l] += slope;
+            const double slope = -0.5 * presses[i * n + lane] / mu_[lane] * rise_[l * n + lane];
+            stays_[c * l + i] += slope;
+            stays_[c * i + l] += slope;
           }
         for (int i = 0; i < c; ++i) known[i] = bears[i * n + lane] + presses[i * n + lane] - at(b, b.r, lane, i);
       }
-      std::copy_n(z.stays, c * c, &z.stiffness[contacts_[contact].answer]);
-      for (int i = 0; i < c * c; ++i) answer[i] += z.stays[i];
+      std::copy_n(stays_, c * c, &stiffness_[solid_.contacts()[contact].answer]);
+      for (int i = 0; i < c * c; ++i) answer[i] += stays_[i];
     }
   }
 }
 
 // How the impulses change by the step at hand, and the velocities of contacts.
-void SolidCorrection::follow_zones() {
-  Zones& z = zones_;
-  std::int64_t clique = clique_start_[clique_start_.size() - 1 - contacts_.size()];
-  for (const Contact& contact : contacts_) {
-    const std::size_t c = std::size_t(contact.components), n = std::size_t(system_.batches[contact.batch].count);
-    const std::size_t begin = z.place[std::size_t(contact.batch)] + std::size_t(contact.lane);
-    double du[6] = {};
-    for (std::size_t j = 0; j < std::size_t(contact.unknowns); ++j)
-      for (std::size_t k = 0; k < c; ++k)
-        du[k] += rows_[contact.rows + c * j + k] * velocity_[std::size_t(clique_[std::size_t(clique) + j])];
-    clique += contact.unknowns;
+void SolidZones::follow_step() {
+  for (const SolidSystem::Contact& contact : solid_.contacts()) {
+    const std::size_t c = std::size_t(contact.components), n = std::size_t(solid_.system.batches[contact.batch].count);
+    const std::size_t begin = place_[std::size_t(contact.batch)] + std::size_t(contact.lane);
+    double du[SolidSystem::most_components];
+    solid_.relative_velocity(contact, du);
     for (std::size_t k = 0; k < c; ++k) {
-      double change = known_[contact.known + k], pressed = 0;
+      double change = solid_.known[contact.known + k], pressed = 0;
       for (std::size_t l = 0; l < c; ++l) {
-        change -= answer_[contact.answer + c * l + k] * du[l];
-        pressed -= z.stiffness[contact.answer + c * l + k] * du[l];
+        change -= solid_.answer[contact.answer + c * l + k] * du[l];
+        pressed -= stiffness_[contact.answer + c * l + k] * du[l];
       }
-      z.moving[begin + k * n] = du[k];
-      z.change[begin + k * n] = change;
-      z.pressed[begin + k * n] = pressed;
+      moving_[begin + k * n] = du[k];
+      change_[begin + k * n] = change;
+      pressed_[begin + k * n] = pressed;
     }
   }
-  for (std::size_t k = 0; k < system_.batches.size(); ++k)
-    repeat_last(system_.batches[k], &z.moving[z.place[k]], system_.batches[k].components);
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k)
+    repeat_last(solid_.system.batches[k], &moving_[place_[k]], solid_.system.batches[k].components);
 }
 
 // Slope of the energy at a share of the step at hand, with contacts that stay pressed, open or sliding.
-double SolidCorrection::slope_of_zones(double step) {
-  Zones& z = zones_;
+double SolidZones::slope(double step) {
   double sum = 0;
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
-    const std::size_t begin = z.place[k], n = std::size_t(b.count);
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
+    const std::size_t begin = place_[k], n = std::size_t(b.count);
     for (std::size_t i = 0; i < n * std::size_t(b.components); ++i)
-      u_[i] = z.velocity[begin + i] + step * z.moving[begin + i];
-    bear_springs(k, u_.data(), false, false, target_.data(), nullptr);
+      u_[i] = velocity_[begin + i] + step * moving_[begin + i];
+    bear_springs(k, u_.data(), Stiffness::secant, target_.data(), nullptr);
     for (int lane = 0; lane < b.contacts; ++lane) {
       if (!(at(b, b.bias, lane, 0) < never())) continue;
-      bear_contact(u_.data() + lane, &z.multiplier[begin] + lane, b.count, b.components, penalty(b, lane),
-                   z.shift[begin + std::size_t(lane)], z.mu[lane], false, target_.data() + lane, nullptr);
+      bear_contact(u_.data() + lane, &multiplier_[begin] + lane, b.count, b.components, penalty(b, lane),
+                   shift_[begin + std::size_t(lane)], mu_[lane], Stiffness::secant, target_.data() + lane, nullptr);
       for (std::size_t c = 0; c < std::size_t(b.components); ++c) {
         const std::size_t i = c * n + std::size_t(lane);
-        sum += z.moving[begin + i] * (step * z.change[begin + i] + at(b, b.r, lane, int(c)) - target_[i]);
+        sum += moving_[begin + i] * (step * change_[begin + i] + at(b, b.r, lane, int(c)) - target_[i]);
       }
     }
   }
   return sum;
 }
 
-double SolidCorrection::length_of_zones(double begin) {
+double SolidZones::step_length(double begin) {
   constexpr int most = 16;
   constexpr double level = 0.25;
   const double least = level * std::abs(begin);
-  double low = 0, high = 1, at_low = begin, at_high = slope_of_zones(1);
+  double low = 0, high = 1, at_low = begin, at_high = slope(1);
   if (!(at_high > least)) return 1;
   double step = 1;
   for (int look = 0; look < most; ++look) {
     step = look % 3 == 2 ? 0.5 * (low + high) : low - at_low * (high - low) / (at_high - at_low);
-    const double now = slope_of_zones(step);
+    const double now = slope(step);
     if (std::abs(now) <= least) break;
     (now > 0 ? high : low) = step;
     (now > 0 ? at_high : at_low) = now;
@@ -254,101 +245,98 @@ double SolidCorrection::length_of_zones(double begin) {
   return step;
 }
 
-void SolidCorrection::move_zones(double step) {
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
+void SolidZones::move(double step) {
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
     const std::size_t n = std::size_t(b.count);
     for (int lane = 0; lane < b.contacts; ++lane)
       for (std::size_t i = 0; i < std::size_t(b.components); ++i)
-        at(b, b.r, lane, int(i)) += step * zones_.change[zones_.place[k] + i * n + std::size_t(lane)];
+        at(b, b.r, lane, int(i)) += step * change_[place_[k] + i * n + std::size_t(lane)];
   }
 }
 
 // Multipliers from the step at hand, as its contacts stay pressed, open or sliding.
-void SolidCorrection::multiply_zones() {
-  Zones& z = zones_;
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
+void SolidZones::multiply() {
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
     const std::size_t n = std::size_t(b.count);
     for (int lane = 0; lane < b.contacts; ++lane) {
-      const std::size_t first = z.place[k] + std::size_t(lane);
-      const bool presses = z.presses[first] + z.pressed[first] > 0;
+      const std::size_t first = place_[k] + std::size_t(lane);
+      const bool presses = presses_[first] + pressed_[first] > 0;
       for (std::size_t i = first; i < first + n * std::size_t(b.components); i += n)
-        z.multiplier[i] = presses ? z.presses[i] + z.pressed[i] : 0;
-      const double slack = z.slack / std::sqrt(b.rho[lane]);
-      z.shift[first] = presses ? std::clamp(z.velocity[first] + z.moving[first], -slack, slack) : 0;
+        multiplier_[i] = presses ? presses_[i] + pressed_[i] : 0;
+      const double slack = slack_ / std::sqrt(b.rho[lane]);
+      shift_[first] = presses ? std::clamp(velocity_[first] + moving_[first], -slack, slack) : 0;
     }
   }
 }
 
 // Multipliers from the impulses at hand less those of springs: where a step is cut short at contacts that close, open,
 // stick and slide in turns.
-void SolidCorrection::renew_multipliers() {
-  Zones& z = zones_;
-  velocities_of_zones();
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
-    const std::size_t n = std::size_t(b.count), begin = z.place[k];
-    bear_springs(k, &z.velocity[begin], false, false, &z.bears[begin], nullptr);
+void SolidZones::renew_multipliers() {
+  find_velocities();
+  for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
+    const cairn_batch& b = solid_.system.batches[k];
+    const std::size_t n = std::size_t(b.count), begin = place_[k];
+    bear_springs(k, &velocity_[begin], Stiffness::secant, &bears_[begin], nullptr);
     for (int lane = 0; lane < b.contacts; ++lane) {
       const std::size_t first = begin + std::size_t(lane);
-      const bool presses = at(b, b.r, lane, 0) - z.bears[first] > 0;
+      const bool presses = at(b, b.r, lane, 0) - bears_[first] > 0;
       for (int i = 0; i < b.components; ++i) {
         const std::size_t place = first + std::size_t(i) * n;
-        z.multiplier[place] = presses ? at(b, b.r, lane, i) - z.bears[place] : 0;
+        multiplier_[place] = presses ? at(b, b.r, lane, i) - bears_[place] : 0;
       }
-      const double slack = z.slack / std::sqrt(b.rho[lane]);
-      z.shift[first] = presses ? std::clamp(z.velocity[first], -slack, slack) : 0;
+      const double slack = slack_ / std::sqrt(b.rho[lane]);
+      shift_[first] = presses ? std::clamp(velocity_[first], -slack, slack) : 0;
     }
   }
 }
 
-int SolidCorrection::solve_zones(double error_square, double wanted_square, const std::function<double()>& measure) {
+int SolidZones::solve(double error_square, double wanted_square, const std::function<double()>& measure) {
   constexpr int most = 60;
   constexpr double little = 0x1p-8, share = 0x1p-6, short_of = 0x1p-7;
-  kept_.resize(known_.size());
-  copy_impulses(false);
-  const double* from = memory_.start.data();
-  for (const cairn_batch& b : system_.batches)
+  solid_.keep_impulses();
+  const double* from = SolidMemory::of(solid_.system).start.data();
+  for (const cairn_batch& b : solid_.system.batches)
     for (int lane = 0; lane < b.contacts; ++lane)
       for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = *from++;
-  refresh();
-  begin_zones();
-  zones_.slack = 0;
+  solid_.refresh();
+  begin();
+  slack_ = 0;
   int pass = 0;
   double last = 0; // square of the error after the last pass
   while (pass < most) {
     const bool begins = pass == 0;
-    velocities_of_zones();
-    linearise_zones(begins, !begins);
-    std::fill(velocity_.begin(), velocity_.end(), 0.0);
-    if (!factor()) { // the solid gives way by what softens
-      linearise_zones(begins, false);
-      std::fill(velocity_.begin(), velocity_.end(), 0.0);
-      if (!factor()) break;
+    find_velocities();
+    linearise(begins ? Stiffness::start : Stiffness::tangent);
+    std::fill(solid_.velocity.begin(), solid_.velocity.end(), 0.0);
+    if (!solid_.factor()) { // the solid gives way by what softens
+      linearise(begins ? Stiffness::start : Stiffness::secant);
+      std::fill(solid_.velocity.begin(), solid_.velocity.end(), 0.0);
+      if (!solid_.factor()) break;
     }
     ++pass;
-    follow_zones();
-    const double slope = begins ? 0 : slope_of_zones(0), speed = system_.speed();
-    const bool settled = begins || !(-slope > little * std::max(wanted_square, last) * speed * speed);
-    const double step = settled ? 1 : length_of_zones(slope);
-    if (settled) multiply_zones();
-    move_zones(step);
-    refresh();
+    follow_step();
+    const double rise = begins ? 0 : slope(0), speed = solid_.system.speed();
+    const bool settled = begins || !(-rise > little * std::max(wanted_square, last) * speed * speed);
+    const double step = settled ? 1 : step_length(rise);
+    if (settled) multiply();
+    move(step);
+    solid_.refresh();
     const double now = measure();
     if (!std::isfinite(now)) break;
     if (step < short_of) renew_multipliers();
     last = now;
-    const double slack = share * std::sqrt(wanted_square / double(contacts_.size())) * system_.speed();
-    zones_.slack = begins ? slack : std::min(zones_.slack, slack);
+    const double slack = share * std::sqrt(wanted_square / double(solid_.contacts().size())) * solid_.system.speed();
+    slack_ = begins ? slack : std::min(slack_, slack);
     if (now < error_square) {
       error_square = now;
-      copy_impulses(false);
+      solid_.keep_impulses();
     }
     if (now <= wanted_square) return pass;
   }
-  copy_impulses(true);
-  refresh();
+  solid_.restore_impulses();
+  solid_.refresh();
   measure();
   return pass;
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "../../base/call.hpp"
+#include "../../base/vectors.hpp"
 #include "../../contactors/shapes.hpp"
 #include "cairn/rows/pair.h"
 #include "event_driven.hpp"
@@ -23,8 +24,6 @@ constexpr PairKind pair_kinds[] = {
 #include "../../../core_f90/detection/pairs.def"
 #undef CAIRN_PAIR
 };
-
-double dot(const double* a, const double* b, int n) { return a[0] * b[0] + a[1] * b[1] + (n == 3 ? a[2] * b[2] : 0); }
 
 double norm(const double* v, int n) { return std::sqrt(dot(v, v, n)); }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "../../base/vectors.hpp"
+
 namespace cairn {
 namespace {
 
@@ -31,7 +33,7 @@ void velocity_at(const Simulation& s, std::int32_t contactor, const double* poin
     out[0] -= v[2] * arm[1];
     out[1] += v[2] * arm[0];
   } else {
-    for (int k = 0; k < 3; ++k) out[k] += v[3 + (k + 1) % 3] * arm[(k + 2) % 3] - v[3 + (k + 2) % 3] * arm[(k + 1) % 3];
+    add_cross(v + 3, arm, out);
   }
 }
 
@@ -62,7 +64,7 @@ bool normal_of_side(const Simulation& s, std::int32_t contactor, double* out) {
   }
   double e[3], f[3];
   for (int k = 0; k < 3; ++k) e[k] = corner[1][k] - corner[0][k], f[k] = corner[2][k] - corner[0][k];
-  for (int k = 0; k < 3; ++k) out[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+  cross(e, f, out);
   return true;
 }
 

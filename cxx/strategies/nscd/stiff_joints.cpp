@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../base/small_matrices.hpp"
+
 namespace cairn {
 namespace {
 
@@ -26,50 +28,18 @@ void pack(const double full[3][3], double out[6]) {
   }
 }
 
-// Eigenvalues on the diagonal of a, vectors in the columns of v, by Jacobi's rotations.
-void diagonalise(double a[3][3], double v[3][3]) {
-  constexpr int sweeps = 12;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) v[i][j] = i == j;
-  for (int sweep = 0; sweep < sweeps; ++sweep)
-    for (const auto& [p, q] : pair_of) {
-      if (!(std::abs(a[p][q]) > 0)) continue;
-      const double ratio = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-      const double t = std::copysign(1.0, ratio) / (std::abs(ratio) + std::hypot(1.0, ratio));
-      const double c = 1 / std::hypot(1.0, t), s = t * c;
-      for (int k = 0; k < 3; ++k) {
-        const double x = a[k][p], y = a[k][q];
-        a[k][p] = c * x - s * y;
-        a[k][q] = s * x + c * y;
-      }
-      for (int k = 0; k < 3; ++k) {
-        const double x = a[p][k], y = a[q][k];
-        a[p][k] = c * x - s * y;
-        a[q][k] = s * x + c * y;
-      }
-      for (int k = 0; k < 3; ++k) {
-        const double x = v[k][p], y = v[k][q];
-        v[k][p] = c * x - s * y;
-        v[k][q] = s * x + c * y;
-      }
-    }
-}
-
 // LDL' factors of a semidefinite 3 x 3 matrix; D = 0 for fixed dofs. Roots are taken of products of two D alone, so
 // that a change of units by powers of two preserves all digits.
 struct Factors {
   double l[3][3], d[3];
   explicit Factors(const double a[3][3]) {
     constexpr double rounding = 0x1p-44;
+    double columns[9];
+    for (int k = 0; k < 9; ++k) columns[k] = a[k % 3][k / 3];
+    factor_symmetric(3, columns, rounding);
     for (int j = 0; j < 3; ++j) {
-      d[j] = a[j][j];
-      for (int k = 0; k < j; ++k) d[j] -= l[j][k] * l[j][k] * d[k];
-      if (!(d[j] > rounding * a[j][j])) d[j] = 0;
-      for (int i = 0; i < 3; ++i) {
-        double sum = a[i][j];
-        for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k] * d[k];
-        l[i][j] = i == j ? 1 : i < j || !(d[j] > 0) ? 0 : sum / d[j];
-      }
+      d[j] = std::max(0.0, columns[4 * j]);
+      for (int i = 0; i < 3; ++i) l[i][j] = i == j ? 1 : i < j || !(d[j] > 0) ? 0 : columns[3 * j + i];
     }
   }
   double root(int i, int j) const { return std::sqrt(d[i] * d[j]); }
