@@ -329,6 +329,19 @@ def test_rockfall(tmp_path):
     assert figures["farthest run"] > 5.0 and figures["highest jump"] > 0.5
 
 
+def test_dam_break(tmp_path):
+    figures = ran("dam_break", tmp_path, "--spacing", "0.05", "--seconds", "0.5", "--dt", "0.004", endings=(".vtkhdf", ".png"))
+    assert figures["particles"] == 400 and figures["greatest compression"] < 0.1
+    assert 0.2 < figures["water reaches the block at"] < 0.45 and figures["block slides by"] > 0.01
+
+
+def test_floating_block(tmp_path):
+    size = ["--spacing", "0.0625", "--wide", "0.5", "--seconds", "1.5", "--dt", "0.004"]
+    figures = ran("floating_block", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    assert figures["draft"] == pytest.approx(figures["draft by Archimedes"], abs=0.03)
+    assert figures["mean lift over weight"] == pytest.approx(1, abs=0.1)
+
+
 def test_disc_brake(tmp_path):
     figures = ran("disc_brake", tmp_path, "--along", "6", "--first", "1e-4", "--dt", "2e-3", endings=(".vtkhdf", ".png", ".csv"))
     assert figures["steps solved, contacts and heat"] == figures["steps"]
