@@ -1,4 +1,4 @@
-// What drives a run from step to step, and probes.
+// Bindings of drives, servo walls, cells and probes.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

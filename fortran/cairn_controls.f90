@@ -1,5 +1,5 @@
-!> What drives a run from step to step, by functions of time as text, and numbers that are kept of it, for Fortran. Programs use
-!> the module cairn; what an expression may hold stands in cairn.h.
+!> Drives, servo walls and cells by functions of time as text, and probes, for Fortran. Programs use the module cairn; cairn.h
+!> lists the functions of an expression.
 module cairn_controls
   use, intrinsic :: iso_c_binding
   use cairn_calls

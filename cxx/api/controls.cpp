@@ -1,4 +1,4 @@
-// The C API of what drives a run from step to step, and of what is read from it.
+// The C API of drives, servo walls and cells by functions of time, and of probes.
 #include "../simulation/controls.hpp"
 #include "../simulation/probes.hpp"
 #include "objects.hpp"

@@ -14,7 +14,7 @@ namespace cairn {
 class Expression {
 public:
   Expression() = default; // 0
-  // Throws Error that names the place in the text and what is due there.
+  // Throws Error that names the place of the fault and the word that is due there.
   explicit Expression(std::string_view text);
   double operator()(double t) const;
   const std::string& text() const { return text_; }

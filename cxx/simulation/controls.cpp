@@ -11,7 +11,7 @@ namespace cairn {
 
 namespace {
 
-// of: gives the name of what is driven, for a message alone, since a step allocates nothing.
+// of: gives the name of the driven part, for a message alone, since a step allocates nothing.
 template <class Name>
 double number_at(const Expression& f, double t, const char* what, Name&& of) {
   const double value = f(t);

@@ -1,5 +1,5 @@
-// What drives a run from step to step, by functions of time that are compiled once: dofs of bodies, walls under a
-// stress, the shape of a periodic cell.
+// Controls of a run by functions of time that are compiled once: velocities of bodies, walls under a stress, the
+// shape of a periodic cell.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -18,6 +18,7 @@ from . import run as run
 from . import study as study
 from ._core import Error as Error
 from .base.errors import FileError as FileError
+from .base.expressions import Expression as Expression
 from .base.materials import Material as Material
 from .base.time_functions import Harmonic as Harmonic
 from .base.time_functions import Servo as Servo
@@ -80,6 +81,7 @@ from .post.series import open_series as open_series
 from .run import precice as precice
 from .run import soe as soe
 from .run.equilibrium import find_equilibrium as find_equilibrium
+from .run.probes import Probe as Probe
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import JointWarning as JointWarning
@@ -323,6 +325,9 @@ class Rolling(Law):
 
 class RollingWet(Law):
     def __init__(self, *, force: float, reach: float, mu: float = 0.0, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
+
+class RollingBonded(Law):
+    def __init__(self, *, mu: float, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
 
 class RollingCapillary(Law):
     def __init__(

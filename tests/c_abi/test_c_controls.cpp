@@ -71,7 +71,7 @@ TEST_F(CControls, a_cell_follows_a_stress_along_one_axis_and_a_rate_along_the_ot
   EXPECT_NEAR(stress[0], 500, 1);
   EXPECT_NEAR(rate[3], 0.5, 0);
   EXPECT_NEAR(vectors[3], 0.2 * std::exp(0.5 * 0.05), 1e-5);
-  EXPECT_NEAR(vectors[0], 0.3, 1e-6);
+  EXPECT_NEAR(vectors[0], 0.3, 1e-5); // tol leaves as much
 }
 
 } // namespace

@@ -230,9 +230,6 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
-    if s.drive is not None and not s.driven and s.mass is not None and s.mesh is None:
-        text = f"drive is given to bodies whose dofs are all free, and moves none: name those it drives, driven={names[0]!r}"
-        warnings.warn(text, UserWarning, stacklevel=4)
     if callable(s.drive) and len(s.driven) == 1 and len(texts_of(s.drive) or ()) == 1:  # of the dof that is driven
         s.drive = Components([s.drive if name in s.driven else 0.0 for name in names])
     for name in ("drive", "force", "surface_velocity"):
@@ -246,6 +243,7 @@ def checked(s: BodySet) -> BodySet:
         if value is not None and not callable(value):
             value = _spread(name, value, len(s), len(names), s.dim)
             setattr(s, name, value if name == "force" else checks.speeds(name, value))
+    _tell_of_idle_drive(s)
     if s.surface_origin is not None:
         origin = checks.reals("surface_origin", s.surface_origin, f"give ({s.dim},) or ({len(s)}, {s.dim})")
         if origin.shape not in ((s.dim,), (len(s), s.dim)):
@@ -261,6 +259,15 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
         s.damping = damping
     return s
+
+
+def _tell_of_idle_drive(s):
+    """Warns of a drive of bodies whose dofs are all free, but for the initial velocity of a boundary."""
+    if s.drive is None or s.driven or s.mass is None or s.mesh is not None:
+        return
+    if callable(s.drive) or (np.any(s.drive) and not np.array_equal(s.drive, s.velocity)):
+        text = f"drive is given to bodies whose dofs are all free, and moves none: name those it drives, driven={DOFS[s.dim][0]!r}"
+        warnings.warn(text, UserWarning, stacklevel=5)
 
 
 def _refuse_force_on_held(s):

@@ -2,7 +2,7 @@
 
 
 def drive_cell(core, scene, cell):
-    """Hands what drives a cell, a Periodic, to the core. Raises ValueError for what does not fit the cell."""
+    """Hands rates and stresses of a cell, a Periodic, to the core. Raises ValueError if they do not fit the cell."""
     rates, stresses = cell.components(scene.dim)
     if not rates and not stresses and not cell.constant_volume:
         return
