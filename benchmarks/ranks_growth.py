@@ -1,13 +1,14 @@
-"""What a scene costs over many ranks, without a cluster: packings cut, coloured and counted as in a run, and times of a step
-predicted for two networks.
+"""Growth over many ranks without a cluster: counts of packings that are cut and coloured as in a run, and predicted times of a
+step for two networks.
 
     python benchmarks/ranks_growth.py [--bodies 1e5 1e6 1e7] [--ranks 10 100 1000] [--plot]
 
 A packing is a cube of jittered spheres on a lattice of 12 neighbours (fcc), of which those that are near touch, with about 3
-contacts a body. `counts` cuts each packing over numbers of ranks and writes the largest of bodies, contacts, ghosts, neighbours,
-messages and bytes of a sweep of a rank, where that has 1,000 to 250,000 bodies. Rates of sweeps and of the rest of a step are measured here first, in CPU seconds. A
-sweep then takes contacts / rate + colours x latency + messages x overhead + bytes / bandwidth; extrapolated sweeps make a sum
-over all ranks each, 2 log2(ranks) latencies. Weak efficiency: the time of a rank alone with as many bodies, over that.
+contacts a body. Each is cut over numbers of ranks, and the largest of bodies, contacts, ghosts, neighbours, messages and bytes of
+a sweep of a rank are counted, where that has 1,000 to 250,000 bodies. Rates of sweeps and of the rest of a step are measured here
+first, in CPU seconds. A sweep then takes contacts / rate + colours x latency + messages x overhead + bytes / bandwidth;
+extrapolated sweeps make a sum over all ranks each, 2 log2(ranks) latencies. Efficiency: the time of a rank alone with as many
+bodies, over that.
 Writes benchmarks/results/ranks_growth.csv and docs/images/ranks_growth.png.
 """
 

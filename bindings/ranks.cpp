@@ -23,8 +23,8 @@ py::dict counts_over_ranks(const Input<double>& position, const Input<double>& r
                            const Input<std::int64_t>& contacts, double reach, int ranks) {
   const auto span = [](const auto& a) { return std::span(a.data(), std::size_t(a.size())); };
   if (position.ndim() != 2) throw cairn::Error("position: give an array (n, dim)");
-  const cairn::RankCounts found = cairn::count_over_ranks(int(position.shape(1)), span(position), span(radius),
-                                                          span(contacts), reach, ranks);
+  const cairn::RankCounts found =
+      cairn::count_over_ranks(int(position.shape(1)), span(position), span(radius), span(contacts), reach, ranks);
   py::dict out;
   out["colours"] = found.colours;
   out["bodies"] = array_of(found.bodies);

@@ -111,9 +111,8 @@ private:
     s.sharers.clear();
     s.others.clear();
     for (std::size_t i = 0, end; i < told.size(); i = end) {
-      const auto at = std::lower_bound(by_id.begin(), by_id.end(), told[i].body, [&](std::int32_t b, std::int64_t id) {
-        return s.id[std::size_t(b)] < id;
-      });
+      const auto at = std::lower_bound(by_id.begin(), by_id.end(), told[i].body,
+                                       [&](std::int32_t b, std::int64_t id) { return s.id[std::size_t(b)] < id; });
       if (at == by_id.end() || s.id[std::size_t(*at)] != told[i].body)
         throw Error("ranks disagree about body " + std::to_string(told[i].body));
       std::vector<std::int32_t> ranks = {s.owner[std::size_t(*at)]};
@@ -156,9 +155,8 @@ public:
     s.colour.assign(s.key.size(), -1);
     for (std::size_t i = 0; i < s.key.size(); ++i) order_.push_back({hash_of(s.key[i]), std::int32_t(i)});
     for (std::size_t i = 0; i < s.others.size(); ++i) order_.push_back({s.others[i].hash, -1 - std::int32_t(i)});
-    std::sort(order_.begin(), order_.end(), [&](const Turn& a, const Turn& b) {
-      return a.hash != b.hash ? a.hash < b.hash : key_of(a) < key_of(b);
-    });
+    std::sort(order_.begin(), order_.end(),
+              [&](const Turn& a, const Turn& b) { return a.hash != b.hash ? a.hash < b.hash : key_of(a) < key_of(b); });
     sharers_of_.assign(s.id.size(), -1);
     for (std::size_t k = 0; k < s.shared.size(); ++k) sharers_of_[std::size_t(s.shared[k])] = std::int32_t(k);
     taken_.assign(s.id.size(), 0);
@@ -176,8 +174,8 @@ public:
     for (const Turn& turn : order_) {
       const bool own = turn.which >= 0;
       std::int32_t& colour = own ? s_.colour[std::size_t(turn.which)] : s_.others[std::size_t(-1 - turn.which)].colour;
-      const std::int32_t* body = own ? s_.body[std::size_t(turn.which)].data()
-                                     : s_.others[std::size_t(-1 - turn.which)].body;
+      const std::int32_t* body =
+          own ? s_.body[std::size_t(turn.which)].data() : s_.others[std::size_t(-1 - turn.which)].body;
       if (own && colour < 0 && !waits(body[0]) && !waits(body[1])) {
         colour = first_free(body);
         tell(turn.which, colour, body, news);
@@ -208,9 +206,8 @@ public:
       const std::vector<std::int32_t> told = from.get_all<std::int32_t>();
       for (std::size_t k = 0; k < told.size(); k += 2) {
         const auto place = std::pair(std::int32_t(parcel.rank), told[k]);
-        const auto at = std::lower_bound(s_.others.begin(), s_.others.end(), place, [](const auto& o, const auto& p) {
-          return std::pair(o.rank, o.number) < p;
-        });
+        const auto at = std::lower_bound(s_.others.begin(), s_.others.end(), place,
+                                         [](const auto& o, const auto& p) { return std::pair(o.rank, o.number) < p; });
         if (at == s_.others.end() || std::pair(at->rank, at->number) != place)
           throw Error("ranks disagree about the contacts of a body that they share");
         at->colour = told[k + 1];

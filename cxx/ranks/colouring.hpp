@@ -27,7 +27,7 @@ struct ColourShare {
     std::int32_t body[2];              // local numbers; -1: not shared
   };
   std::vector<Other> others;
-  // Of each body with contacts of other ranks: the ranks that follow its velocity, besides this one.
+  // Bodies with contacts of other ranks, and the ranks that follow their velocities, besides this one.
   std::vector<std::int32_t> shared; // local numbers, by rising id
   std::vector<std::vector<std::int32_t>> sharers;
 };

@@ -42,7 +42,7 @@ public:
     ++terms_;
   }
 
-  // Words that may be added up over ranks, one by one; the last tells of terms that were no numbers.
+  // Words for an integer sum over ranks; the last one counts sums with a term that is not finite.
   void write(std::span<std::int64_t> to) {
     carry();
     std::copy_n(word_, words, to.begin());

@@ -1,5 +1,5 @@
-// What ranks of one scene tell each other. A step over ranks is written once, as passes over the ranks that a process
-// makes, with these calls between: one rank, several in turns in one process, or one a process of MPI.
+// Communication between the ranks of a scene. A step over ranks is written once, as passes over the ranks of a process
+// with these calls between them: for one rank, for several in turns in one process, for one rank a process of MPI.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -49,7 +49,7 @@ public:
   // Over processes, number by number.
   virtual void sum(std::span<std::int64_t> values) = 0;
   virtual void largest(std::span<double> values) = 0;
-  // Of all processes, by rising rank.
+  // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
   // Ends all processes at once.
   [[noreturn]] virtual void abort(int code) = 0;
@@ -65,7 +65,7 @@ protected:
   std::vector<int> local_;
 };
 
-// Writes and reads what parcels hold.
+// Serialisation of the content of parcels.
 class Packer {
 public:
   template <class T>

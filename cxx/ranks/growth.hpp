@@ -1,4 +1,5 @@
-// What a scene costs over many ranks, counted without a step: its bodies on a curve, cut and coloured as in a run.
+// Counts of communication over many ranks without a step: bodies along the curve are cut, and contacts coloured, as in
+// a run.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -17,7 +17,8 @@ const cairn_mpi_calls& load(const std::string& path) {
   if (!library) {
     const char* why = dlerror();
     throw Error("ranks over MPI need the library cairn_mpi, and " + path + " cannot be loaded (" +
-                std::string(why ? why : "no reason is told") + "): build Cairn where MPI is found, or give a number "
+                std::string(why ? why : "no reason is told") +
+                "): build Cairn where MPI is found, or give a number "
                 "of ranks in this process");
   }
   using Table = const cairn_mpi_calls* (*)();

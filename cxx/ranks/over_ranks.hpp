@@ -1,5 +1,5 @@
-// Strategies over ranks: each rank has the bodies between two cuts of the space-filling curve, with ghosts of those that
-// they may meet, and the contacts on them. The bits of a run are the same for every number of ranks and threads.
+// Strategies over ranks: each rank has the bodies between two cuts of the space-filling curve, with ghosts of those
+// that they may meet, and the contacts on them. The bits of a run are the same for every number of ranks and threads.
 #pragma once
 #include <memory>
 #include <string>
@@ -50,7 +50,7 @@ protected:
   double farthest(const std::vector<std::vector<double>>& more);
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
   // The field of ghosts from their owners.
-  void follow_ghosts(Field<double> Bodies::* field);
+  void follow_ghosts(Field<double> Bodies::*field);
   // f(part) of each rank of this process. One that fails ends the step on all of them.
   template <class F>
   void on_ranks(Simulation& s, const char* stage, F&& f) {
@@ -90,7 +90,7 @@ private:
   std::int64_t order_seen_ = -1, seen_ = 0;
   ContactMemory pending_; // of contacts before the next partition, where it came from elsewhere
   bool has_pending_ = false;
-  Links ghost_links_;     // from owners to ghosts
+  Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
   double imbalance_ = 1;
   // Contacts that can be read: by the order of their keys.

@@ -47,7 +47,7 @@ std::vector<std::uint8_t> fixed_bodies(const Simulation& s) {
   return fixed;
 }
 
-// Bodies with sides decide about contacts by what is beside them, so that neighbours of ghosts are needed as well.
+// True if the scene needs neighbours of ghosts too: detection leaves out contacts of faces by their other neighbours.
 bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& everywhere) {
   const Contactors& c = s.scene.contactors;
   for (std::int64_t k = 0; k < c.count; ++k)
@@ -73,16 +73,16 @@ ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& ro
   return some;
 }
 
-// What contacts on own bodies remember: those between ghosts began when these came in, and know less.
+// Memory of contacts on own bodies. Contacts between ghosts began later here than at their owners.
 ContactMemory own_memory(const Part& part) {
   const Simulation& s = *part.simulation;
   const ContactMemory m = part.strategy->memory(s);
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < m.keys.size(); ++i)
     for (const std::int64_t id : {m.keys[i].contactor_a, m.keys[i].contactor_b})
-      if (const std::int32_t contactor = s.contactor(id);
-          contactor >= 0 && part.own[std::size_t(*s.scene.contactors.body[contactor])] &&
-          (rows.empty() || rows.back() != i))
+      if (const std::int32_t contactor = s.contactor(id); contactor >= 0 &&
+                                                          part.own[std::size_t(*s.scene.contactors.body[contactor])] &&
+                                                          (rows.empty() || rows.back() != i))
         rows.push_back(i);
   return rows_of(m, rows);
 }
@@ -174,8 +174,8 @@ void OverRanks::partition(Simulation& s, double margin) {
     ++roaming;
   }
   const double h = s.report.h > 0 ? s.report.h : 0;
-  reach_ = 2 * (margin + 0.05 * widest + reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) +
-                                          2 * h * std::sqrt(fastest)));
+  reach_ = 2 * (margin + 0.05 * widest +
+                reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) + 2 * h * std::sqrt(fastest)));
 
   Surroundings around;
   around.dim = s.scene.dim;
@@ -226,8 +226,8 @@ int OverRanks::heir(const Simulation& s, const ContactKey& key) const {
   return owner_[owner];
 }
 
-// What contacts remember goes to who owns them now, or to the ranks of both bodies. Where memory came from elsewhere
-// all ranks have it whole.
+// Moves the memory of contacts to their present owners, or to the ranks of both bodies. Memory that was restored is
+// whole on all ranks.
 void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory>& memory) {
   const auto heirs = [&](const ContactKey& key) {
     std::vector<int> ranks = {heir(s, key)};
@@ -300,8 +300,7 @@ void OverRanks::link_ghosts() {
     for (const auto& [rank, bodies] : wanted[l]) by_rank[rank][1] = bodies;
     for (const Parcel& parcel : asked[l]) {
       Unpacker from(parcel.bytes);
-      for (const std::int64_t id : from.get_all<std::int64_t>())
-        by_rank[parcel.rank][0].push_back(scene.internal(id));
+      for (const std::int64_t id : from.get_all<std::int64_t>()) by_rank[parcel.rank][0].push_back(scene.internal(id));
     }
     auto& links = ghost_links_.emplace_back();
     auto& bodies_out = ghosts_out_.emplace_back();

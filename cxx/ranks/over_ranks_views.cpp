@@ -1,4 +1,4 @@
-// What callers ask of the strategy over ranks: refusals by name, settings, contacts that can be read.
+// Refusals by name, settings, and readable contacts of strategies over ranks.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -87,7 +87,7 @@ void OverRanks::end_by_fault(const std::vector<std::string>& fault) {
   throw Error(told);
 }
 
-// Another count of ranks too: contacts keep what they remember.
+// Contact memory passes on, to another number of ranks too.
 bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   if (typeid(*this) != typeid(other)) return false;
   const auto& same = static_cast<const OverRanks&>(other);
@@ -111,10 +111,11 @@ void OverRanks::changed(Simulation& s, bool places) {
 }
 
 bool OverRanks::has(const ContactFieldInfo& field) const {
-  return model_->has(field) && (std::string_view(field.name) == "status" || field.whole || std::string_view(field.name) == "gap" ||
-         std::string_view(field.name) == "normal" || std::string_view(field.name) == "point" ||
-         std::any_of(std::begin(kept_fields), std::end(kept_fields),
-                     [&](const KeptField& kept) { return std::string_view(kept.name) == field.name; }));
+  return model_->has(field) &&
+         (std::string_view(field.name) == "status" || field.whole || std::string_view(field.name) == "gap" ||
+          std::string_view(field.name) == "normal" || std::string_view(field.name) == "point" ||
+          std::any_of(std::begin(kept_fields), std::end(kept_fields),
+                      [&](const KeptField& kept) { return std::string_view(kept.name) == field.name; }));
 }
 
 // Contacts of the ranks of this process, unless those of all were gathered.
@@ -143,7 +144,8 @@ void OverRanks::view(Simulation& s) {
       for (std::size_t k = 0; k < std::size(kept_fields); ++k) {
         const int n = s.scene.dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space;
         std::vector<double> numbers(std::size_t(n * c.count));
-        if (has_contact_field(own, kept_fields[k].name)) part.strategy->read(own, kept_fields[k].name, n, numbers.data());
+        if (has_contact_field(own, kept_fields[k].name))
+          part.strategy->read(own, kept_fields[k].name, n, numbers.data());
         append(shown->field[k], numbers, n);
       }
       std::vector<std::int32_t> status(std::size_t(c.count), 0);
@@ -244,7 +246,8 @@ double OverRanks::farthest(const std::vector<std::vector<double>>& more) {
       if (!part.own[i] || everywhere_[std::size_t(part.bodies[i])]) continue;
       double between[3] = {0, 0, 0}, square = 0;
       for (int k = 0; k < dim; ++k)
-        between[k] = s.scene.bodies.position[std::int64_t(i)][k] - part.position_then[std::size_t(dim) * i + std::size_t(k)];
+        between[k] =
+            s.scene.bodies.position[std::int64_t(i)][k] - part.position_then[std::size_t(dim) * i + std::size_t(k)];
       for (int k = dim - 1; k >= 0; --k) { // a body that left a periodic cell came back on its other side
         if (!s.scene.cell.periodic[k]) continue;
         const double turns = std::round(between[k] / s.scene.cell.vectors[4 * k]);
@@ -272,7 +275,7 @@ bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t tw
   return part.own[std::size_t(owner)] != 0;
 }
 
-void OverRanks::follow_ghosts(Field<double> Bodies::* field) {
+void OverRanks::follow_ghosts(Field<double> Bodies::*field) {
   if (exchange_->ranks() == 1) return;
   const auto each = [&](const auto& bodies, auto&& f) {
     for (std::size_t l = 0; l < parts_.size(); ++l)

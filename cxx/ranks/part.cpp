@@ -31,15 +31,13 @@ void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Fiel
     std::copy_n(from[rows[i]], from.components, to.values.data() + i * std::size_t(from.components));
 }
 
-// Numbers of a step alone: each part makes its own.
+// Workspace of a step, which each part fills by itself.
 bool made_in_step(std::string_view name) {
   return name == "velocity_free" || name == "inverse_inertia" || name == "inverse_mass" || name.ends_with("_begin");
 }
 
-// What a step leaves, and others read.
-bool left_by_step(std::string_view name, std::string_view stage) {
-  return !made_in_step(name) && stage != "insertion";
-}
+// State that a step leaves to readers and to the next step.
+bool left_by_step(std::string_view name, std::string_view stage) { return !made_in_step(name) && stage != "insertion"; }
 
 } // namespace
 

@@ -19,10 +19,10 @@ std::vector<std::int32_t> cut_curve(std::span<const std::int64_t> cost, int rank
 struct Surroundings {
   int dim = 3;
   std::int64_t count = 0;
-  const double* position = nullptr;          // (dim, count) [m]
-  const double* radius = nullptr;            // (count) of a ball about the centre that holds all contactors [m]
-  const std::uint8_t* everywhere = nullptr;  // (count) 1: each rank has it anyway
-  const std::int32_t* owner = nullptr;       // (count)
+  const double* position = nullptr;         // (dim, count) [m]
+  const double* radius = nullptr;           // (count) of a ball about the centre that holds all contactors [m]
+  const std::uint8_t* everywhere = nullptr; // (count) 1: each rank has it anyway
+  const std::int32_t* owner = nullptr;      // (count)
   Cell cell;
   double reach = 0; // gap between such balls up to which a body is a ghost [m]
 };

@@ -1,4 +1,4 @@
-// The step of NSCD over ranks: the stages of each part one after the other, and what they tell each other between.
+// The step of NSCD over ranks: stages of each part in turn, with communication between them.
 #include "ranked_nscd.hpp"
 
 #include <algorithm>
@@ -55,14 +55,22 @@ void RankedNscd::check_laws(const Simulation& s) const {
 }
 
 std::vector<std::string_view> RankedNscd::stages(const Simulation&) const {
-  return {"predict_configuration", "compute_free_velocity", "detect_contacts", "colour_contacts",
-          "prepare_contacts",      "solve_contacts",        "update_velocity", "commit_contacts",
-          "account",               "update_configuration",  "gather"};
+  return {"predict_configuration",
+          "compute_free_velocity",
+          "detect_contacts",
+          "colour_contacts",
+          "prepare_contacts",
+          "solve_contacts",
+          "update_velocity",
+          "commit_contacts",
+          "account",
+          "update_configuration",
+          "gather"};
 }
 
 namespace {
 
-// What a body adds to the gap of its contacts, besides a share of its radius and its way [m].
+// Part of the detection margin of a body that its radius and its speed do not give [m].
 double margin_of(const Simulation& s, double given) {
   double law = 0;
   for (int e = 0; e < s.laws.entries(); ++e)
@@ -201,8 +209,8 @@ void RankedNscd::end_velocities(Simulation& s) {
     Bodies& b = part.simulation->scene.bodies;
     if (b.angular_momentum.active)
       cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(),
-                            b.velocity_begin.values.data(), b.velocity.values.data(),
-                            b.angular_momentum.values.data(), bits(b.driven));
+                            b.velocity_begin.values.data(), b.velocity.values.data(), b.angular_momentum.values.data(),
+                            bits(b.driven));
   }
 }
 

@@ -108,8 +108,8 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
   return s.report;
 }
 
-// Forces and moments of the pairs of a part on the bodies that it owns, in the order of what they meet; on those that
-// are everywhere of own pairs alone, to the sums over all ranks.
+// Adds forces and moments of pairs to own bodies, in the order of the other contactors' ids, and those of own pairs to
+// the exact sums of bodies that are everywhere.
 void RankedSmooth::add_forces(Part& part, std::vector<ExactSum>& on_all, const std::vector<std::int32_t>& place) {
   Simulation& s = *part.simulation;
   s.contacts_known = false; // bodies moved since they were seen

@@ -1,5 +1,5 @@
-// Smooth DEM over ranks: each finds the forces on the bodies that it owns, of pairs with ghosts too, and adds them up
-// in the order of the ids of what a body meets.
+// Smooth DEM over ranks: each finds the forces on its own bodies, those of pairs with ghosts too, and adds them up in
+// the order of the other contactors' ids.
 #pragma once
 #include "../strategies/smooth/smooth_dem.hpp"
 #include "over_ranks.hpp"

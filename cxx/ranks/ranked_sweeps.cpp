@@ -15,14 +15,12 @@
 namespace cairn {
 namespace {
 
-constexpr int plain_sweeps = 9;      // before others are extrapolated or over-relaxed
-constexpr int astray = 128;          // sweeps after which extrapolated sweeps of clumps may cycle
+constexpr int plain_sweeps = 9;       // before others are extrapolated or over-relaxed
+constexpr int astray = 128;           // sweeps after which extrapolated sweeps of clumps may cycle
 constexpr double most_ratio = 0x1p20; // of masses, up to which sweeps are extrapolated
 
 // True where a side that moves rests on a face: plain sweeps stay near the answer that the step begins with.
-bool faced(const cairn_batch& b) {
-  return (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b));
-}
+bool faced(const cairn_batch& b) { return (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b)); }
 
 } // namespace
 
@@ -150,16 +148,17 @@ void RankedSweeps::follow_sweep() {
   ExactSum sums[2]; // of changes, and of those against the way
   for (Share& share : shares_) {
     std::size_t at = 0;
-    each_row(share, [&](const double* r, std::size_t count, std::size_t lanes, std::size_t first, const cairn_batch& b) {
-      for (std::size_t k = 0; k < count; ++k, ++at) {
-        const std::size_t lane = first + k % lanes;
-        if (lane >= std::size_t(b.contacts)) continue;
-        const double change = r[k] - share.r_start[at];
-        if (!(change < 0 || change > 0)) continue;
-        sums[0].add(change * change / b.rho[lane]);
-        sums[1].add(-change * (r[k] - share.r_before[at]) / b.rho[lane]);
-      }
-    });
+    each_row(share,
+             [&](const double* r, std::size_t count, std::size_t lanes, std::size_t first, const cairn_batch& b) {
+               for (std::size_t k = 0; k < count; ++k, ++at) {
+                 const std::size_t lane = first + k % lanes;
+                 if (lane >= std::size_t(b.contacts)) continue;
+                 const double change = r[k] - share.r_start[at];
+                 if (!(change < 0 || change > 0)) continue;
+                 sums[0].add(change * change / b.rho[lane]);
+                 sums[1].add(-change * (r[k] - share.r_before[at]) / b.rho[lane]);
+               }
+             });
   }
   add_over_ranks(sums, exchange_);
   sequence_.follow(sums[0].value(), sums[1].value());
@@ -176,7 +175,7 @@ void RankedSweeps::sweep() {
   ++iterations_;
 }
 
-// Rounding of the relative velocity of contacts, by what is known of the velocities of their bodies.
+// Bound of the rounding of relative velocities, from the velocities of bodies.
 void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
   const ContactSystem& system = *share.system;
   const int dim = system.dim, n = system.velocities();

@@ -1,4 +1,4 @@
-// Ranks that one process makes in turns: what they tell each other is copied, and counted as if it were sent.
+// Ranks in turns in one process: messages are copied, and counted as if they were sent.
 #include <algorithm>
 #include <cstdlib>
 

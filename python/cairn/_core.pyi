@@ -16,6 +16,7 @@ __all__: list[str] = [
     "CalledForces",
     "Conduction",
     "Error",
+    "Exchange",
     "Expression",
     "FrameModel",
     "FrictionProblem",
@@ -39,13 +40,17 @@ __all__: list[str] = [
     "bulk_materials",
     "bulk_on_measure",
     "bulk_points",
+    "bytes_of_ranks",
     "check_unbonded",
     "conductances",
     "cone_derivatives",
     "contact_loads",
+    "counts_over_ranks",
     "element_matrices",
     "element_stress",
     "elements",
+    "exact_sum",
+    "gather_ranks",
     "half_product",
     "integrator_scheme",
     "integrators",
@@ -56,6 +61,9 @@ __all__: list[str] = [
     "lumped_masses",
     "motion_of",
     "motion_of_mesh",
+    "mpi_ranks",
+    "over_ranks",
+    "owners_of_bodies",
     "pairs",
     "place_of_mesh",
     "plain_sweeps",
@@ -79,6 +87,7 @@ __all__: list[str] = [
     "turn_of_mesh",
     "unplug_pair",
     "velocity_of",
+    "virtual_ranks",
     "write_whole",
 ]
 
@@ -617,6 +626,16 @@ class Simulation:
     @property
     def time(self) -> float: ...
 
+class Exchange:
+    def abort(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+    def any(self, arg0: bool) -> bool: ...
+    @property
+    def local(self) -> list[int]: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def ranks(self) -> int: ...
+
 class Soe:
     """
     Equations of one pattern (compressed columns; of a symmetric matrix the lower triangle), factorised when made; right sides (m, n), one a row.
@@ -713,6 +732,7 @@ def bulk_points(
     arg5: typing.SupportsFloat | typing.SupportsIndex,
     arg6: typing.SupportsFloat | typing.SupportsIndex,
 ) -> dict: ...
+def bytes_of_ranks(arg0: Simulation) -> numpy.typing.NDArray[numpy.int64]: ...
 def check_unbonded(arg0: Simulation, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64], arg2: str) -> None: ...
 def conductances() -> list: ...
 def cone_derivatives(
@@ -726,6 +746,13 @@ def contact_loads(
     arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
 ) -> tuple: ...
+def counts_over_ranks(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    arg3: typing.SupportsFloat | typing.SupportsIndex,
+    arg4: typing.SupportsInt | typing.SupportsIndex,
+) -> dict: ...
 def element_matrices(
     arg0: str,
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
@@ -739,6 +766,8 @@ def element_stress(
     arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def elements() -> list: ...
+def exact_sum(arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> float: ...
+def gather_ranks(arg0: Simulation) -> None: ...
 def half_product(
     arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
@@ -760,6 +789,9 @@ def lumped_masses(
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def motion_of(arg0: Scene, arg1: typing.SupportsInt | typing.SupportsIndex) -> dict: ...
 def motion_of_mesh(arg0: Simulation, arg1: typing.SupportsInt | typing.SupportsIndex) -> dict: ...
+def mpi_ranks(arg0: str, arg1: typing.SupportsInt | typing.SupportsIndex) -> Exchange: ...
+def over_ranks(arg0: Simulation, arg1: Exchange) -> None: ...
+def owners_of_bodies(arg0: Simulation) -> numpy.typing.NDArray[numpy.int32]: ...
 def pairs() -> list[tuple[str, str]]: ...
 def place_of_mesh(
     arg0: Scene,
@@ -846,6 +878,7 @@ def velocity_of(
     arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     arg4: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> tuple: ...
+def virtual_ranks(arg0: typing.SupportsInt | typing.SupportsIndex) -> Exchange: ...
 def write_whole(path: typing.Any, data: bytes, beside: bool) -> None: ...
 
 suitesparse: str

@@ -113,7 +113,7 @@ void abort_all(std::int32_t code) {
 } // namespace
 
 const cairn_mpi_calls* cairn_mpi_table() {
-  static const cairn_mpi_calls table = {cairn_mpi_version, open,   sum,      largest, share_counts,
-                                        exchange,          gather, abort_all};
+  static const cairn_mpi_calls table = {cairn_mpi_version, open,     sum,    largest,
+                                        share_counts,      exchange, gather, abort_all};
   return &table;
 }

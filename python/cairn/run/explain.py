@@ -121,9 +121,7 @@ def _laws(simulation):
 def _nscd(simulation):
     strategy = simulation.strategy
     lines = []
-    margin = (
-        "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
-    )
+    margin = "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
     solver = strategy.solver
     if strategy.pose != "moreau":
         lines.append(f"Strategy {type(strategy).__name__}: contact condition {strategy.pose}")
@@ -174,8 +172,10 @@ def _sweeps(simulation, solver):
     if plain:
         lines.append("Sweeps are plain, over-relaxed from the tenth on")
     elif simulation.ranks is not None:
-        lines.append(f"Sweeps are extrapolated from the tenth on where masses of moving bodies differ by at most {MOST_APART:,} and "
-                     "at most half of the contacts are between faces; in others they are plain and over-relaxed")  # fmt: skip
+        lines.append(
+            f"Sweeps are extrapolated from the tenth on where masses of moving bodies differ by at most {MOST_APART:,} and at "
+            "most half of the contacts are between faces; in others they are plain and over-relaxed"
+        )
     elif not found:
         lines.append(
             "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps where masses of moving "

@@ -17,7 +17,7 @@ VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script
 
 
 def asked(ranks):
-    """What a simulation is to run over: `ranks` as it was given, or what `cairn run --ranks` says; None for no ranks.
+    """Ranks for a simulation: the given ones, or those of `cairn run --ranks`; None for no ranks.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class Ranks:
 
     @property
     def first(self):
-        """Whether rank 0 is in this process: it alone writes files and prints."""
+        """True if rank 0 is in this process: it alone writes files and prints."""
         return self.rank == 0
 
     @property
@@ -128,7 +128,7 @@ def _end_all_by_errors(exchange):
 
 
 def ended_by(kind, error, trace):
-    """Ends all processes of MPI by an error of this one, with one message that names the rank; returns without ranks of MPI.
+    """Prints an error with the number of the rank, and ends all processes of MPI; returns if there are none.
 
     Parameters
     ----------
