@@ -6,13 +6,14 @@ about their middle. Meshes of neighbours need not match: a law of the joint acts
 
 from __future__ import annotations
 
+import importlib
 import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..base import checks
-from .blocks import MAKERS, Blocks
+from .blocks import Blocks
 from .import_report import BlocksWarning
 
 FLUSH = 1e-6  # of a block's size: nodes nearer to the plane of a side lie on it
@@ -125,9 +126,13 @@ class MeshedBlocks:
         own = {} if rayleigh is None else {"rayleigh": tuple(rayleigh)}
         if self.dim == 2:
             own |= {"plane": plane, "thickness": scene.depth}
+        if not material.density > 0:
+            raise ValueError(f"material {material.name!r} has no density: give cairn.Material(..., density=2400.0) [kg/m3] say")
+        cairn = importlib.import_module("cairn")  # whose layers above this one make bodies
+        body = cairn.ElasticBody(self.points[k], self.cells[k], young=self.young, poisson=self.poisson,
+                                 density=material.density, groups=groups, **own)  # fmt: skip
         sides = {"contact": names, ("edges" if self.dim == 2 else "faces"): names} if names else {}
-        return MAKERS["mesh of a block"](self.points[k], self.cells[k], self.young, self.poisson, material, groups,
-                                         own, sides | {"name": self.blocks.part[k]} | options)  # fmt: skip
+        return cairn.deformable(body, material, **(sides | {"name": self.blocks.part[k]} | options))
 
 
 def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",)) -> MeshedBlocks:
