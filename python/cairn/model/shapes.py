@@ -424,15 +424,4 @@ def _turned(q, x):
     return x + q[:, :1] * t + np.cross(q[:, 1:], t)
 
 
-def _mesh_of_block(points, cells, young, poisson, material, groups, of_body, options):
-    """Sets of a block that is a mesh; its parts are imported on first use."""
-    from .elastic import ElasticBody
-    from .meshes import deformable
-
-    if not material.density > 0:
-        raise ValueError(f"material {material.name!r} has no density: give cairn.Material(..., density=2400.0) [kg/m3] say")
-    body = ElasticBody(points, cells, young=young, poisson=poisson, density=material.density, groups=groups, **of_body)
-    return deformable(body, material, **options)
-
-
-MAKERS.update({"polygons": polygons, "polyhedra": polyhedra, "mesh of a block": _mesh_of_block})
+MAKERS.update(polygons=polygons, polyhedra=polyhedra)

@@ -6,17 +6,20 @@ about their middle. Meshes of neighbours need not match: a law of the joint acts
 
 from __future__ import annotations
 
+import importlib
 import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..base import checks
-from .blocks import MAKERS, Blocks
+from .blocks import Blocks
 from .import_report import BlocksWarning
 
 FLUSH = 1e-6  # of a block's size: nodes nearer to the plane of a side lie on it
 SOFT = 1e6  # Pa: a smaller Young's modulus of blocks is told, since it is probably one in GPa or MPa
+FEW = 4  # cells along the longest edge of a block of triangles or tetrahedra at least, unless a size is given
+LARGEST = 30_000  # cells of a block
 MOST = 24  # cells along an edge of a block
 
 # corners of a hexahedron in the order of meshio, by their coordinates in the unit cube
@@ -125,9 +128,13 @@ class MeshedBlocks:
         own = {} if rayleigh is None else {"rayleigh": tuple(rayleigh)}
         if self.dim == 2:
             own |= {"plane": plane, "thickness": scene.depth}
+        if not material.density > 0:
+            raise ValueError(f"material {material.name!r} has no density: give cairn.Material(..., density=2400.0) [kg/m3] say")
+        cairn = importlib.import_module("cairn")  # whose layers above this one make bodies
+        body = cairn.ElasticBody(self.points[k], self.cells[k], young=self.young, poisson=self.poisson,
+                                 density=material.density, groups=groups, **own)  # fmt: skip
         sides = {"contact": names, ("edges" if self.dim == 2 else "faces"): names} if names else {}
-        return MAKERS["mesh of a block"](self.points[k], self.cells[k], self.young, self.poisson, material, groups,
-                                         own, sides | {"name": self.blocks.part[k]} | options)  # fmt: skip
+        return cairn.deformable(body, material, **(sides | {"name": self.blocks.part[k]} | options))
 
 
 def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",)) -> MeshedBlocks:
@@ -138,7 +145,8 @@ def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",
     blocks : Blocks
         Blocks, as cairn.pre.masonry and cairn.pre.importing make them.
     size : float, optional
-        Largest edge of a cell [m]; half of the shortest edge of each block when not given.
+        Largest edge of a cell [m]; half of the shortest edge of each block when not given, and of blocks of triangles or
+        tetrahedra at least a quarter of the longest.
     young, poisson : float
         Young's modulus [Pa] and Poisson's ratio [-] of the blocks.
     joint : Law, optional
@@ -209,7 +217,8 @@ def cells_of(vertices, faces, size=None):
     faces : sequence
         Corners of each face, anticlockwise from outside; in 2D nothing.
     size : float, optional
-        Largest edge of a cell [m]; half of the shortest edge of the block when not given.
+        Largest edge of a cell [m]; half of the shortest edge of the block when not given, of blocks of triangles or tetrahedra at
+        least a quarter of the longest.
 
     Returns
     -------
@@ -219,14 +228,15 @@ def cells_of(vertices, faces, size=None):
     Raises
     ------
     ValueError
-        If the size is not above 0, or so small that an edge of the block would have more than 24 cells.
+        If the size is not above 0, or so small that an edge of the block would have more than 24 cells, or it 30,000.
     """
     plane = vertices.shape[1] == 2
     loops = [list(range(len(vertices)))] if plane else faces
     edges = np.array([vertices[a] - vertices[b] for f in loops for a, b in zip(f, [*f[1:], f[0]])])
     lengths = np.linalg.norm(edges, axis=1)
+    grid = len(vertices) == 4 if plane else len(vertices) == 8 and _as_cube(faces) is not None
     if size is None:
-        size = 0.5 * lengths.min() if lengths.max() < 0.5 * MOST * lengths.min() else lengths.max() / MOST
+        size = max(0.5 * lengths.min(), lengths.max() / (MOST if grid else FEW))
     if not size > 0 or lengths.max() > MOST * size * (1 + 1e-9):
         least = lengths.max() / MOST
         raise ValueError(f"size is {size}: give a length of cells above {least:.3g} m, the longest edge over {MOST}")
@@ -234,6 +244,13 @@ def cells_of(vertices, faces, size=None):
         return _quads(vertices, size) if len(vertices) == 4 else _triangles(vertices, size)
     corners = _as_cube(faces) if len(vertices) == 8 else None
     return _hexahedra(vertices[corners], size) if corners is not None else _tetrahedra(vertices, faces, size)
+
+
+def _refuse_many(cells, parts, longest, size):
+    """Raises ValueError where halving all edges down to the size gives too many cells."""
+    count = cells * parts ** max(0, int(np.ceil(np.log2(longest / size * (1 - 1e-9)))))
+    if count > LARGEST:
+        raise ValueError(f"size is {size}: it gives {count:,} cells of one block, more than {LARGEST:,}; give a larger size")
 
 
 def _quads(corners, size):
@@ -252,6 +269,7 @@ def _triangles(corners, size):
     n = len(corners)
     points = np.concatenate([corners, corners.mean(axis=0)[None]])
     cells = np.array([[k, (k + 1) % n, n] for k in range(n)])
+    _refuse_many(n, 4, np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2).max(), size)
     while np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2).max() > size * (1 + 1e-9):
         edges = np.sort(np.stack([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]], axis=1), axis=2)
         unique, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
@@ -304,6 +322,7 @@ def _tetrahedra(vertices, faces, size):
         points.append(vertices[list(f)].mean(axis=0))
         cells += [[middle, len(points) - 1, a, b] for a, b in zip(f, [*f[1:], f[0]])]
     points, cells = np.array(points), np.array(cells, int)
+    _refuse_many(len(cells), 8, _longest(points, cells), size)
     while _longest(points, cells) > size * (1 + 1e-9):
         points, cells = _halved(points, cells)
     a, b, c, d = (points[cells[:, k]] for k in range(4))
