@@ -118,7 +118,7 @@ def test_mistakes_in_meshes_are_told():
     wall, hexagon, angle = masonry.panel(2, 2), Blocks(2), np.pi / 3 * np.arange(6)
     hexagon.add(np.column_stack((np.cos(angle), np.sin(angle))))
     with pytest.raises(ValueError, match="more than 30,000"):
-        masonry.mesh(masonry.voronoi((0, 0, 0), (1, 1, 1), 2, rng=1), 0.05, young=1e9)
+        masonry.mesh(masonry.voronoi((0, 0, 0), (1, 1, 1), 2, rng=1), 0.055, young=1e9)
     assert len(masonry.mesh(hexagon, 0.3, young=1e9).cells[0]["triangle"]) == 6 * 16
     for call, words in [
         (lambda: masonry.mesh([1, 2], young=1e9), "give Blocks"),
