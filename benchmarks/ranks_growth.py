@@ -7,7 +7,8 @@ A packing is a cube of jittered spheres on a lattice of 12 neighbours (fcc), of 
 contacts a body. Each is cut over numbers of ranks, and the largest of bodies, contacts, ghosts, neighbours, messages and bytes of
 a sweep of a rank are counted, where that has 1,000 to 250,000 bodies. Rates of sweeps and of the rest of a step are measured here
 first, in CPU seconds. A sweep then takes contacts / rate + colours x latency + messages x overhead + bytes / bandwidth;
-extrapolated sweeps make a sum over all ranks each, 2 log2(ranks) latencies. Efficiency: the time of a rank alone with as many
+extrapolated sweeps make a sum over all ranks each, 2 log2(ranks) latencies; after a step each rank receives the state of all
+bodies. Efficiency: the time of a rank alone with as many
 bodies, over that.
 Writes benchmarks/results/ranks_growth.csv and docs/images/ranks_growth.png.
 """
@@ -28,6 +29,7 @@ HERE = Path(__file__).resolve().parent
 NETWORKS = {"InfiniBand HDR": (2e-6, 0.5e-6, 10e9), "Ethernet 25G": (20e-6, 3e-6, 2.5e9)}
 SWEEPS, CHECKS = 100, 20  # of a step
 SUM_BYTES = 2 * 69 * 8  # of the two exact sums of a sweep
+STATE_BYTES = 76  # of a sphere, which every rank receives after a step
 
 
 def packing(n, seed=1):
@@ -70,6 +72,8 @@ def predicted(row, network, a_contact, a_body):
         sweep += row["colours"] * latency + row["messages"] * overhead + row["bytes"] / bandwidth
         sweep += tree * (latency + SUM_BYTES / bandwidth)
     rest = (row["bodies"] + row["ghosts"]) * a_body + CHECKS * tree * latency + row["ghost_bytes"] / bandwidth
+    if row["ranks"] > 1:
+        rest += STATE_BYTES * row["bodies_in_all"] / bandwidth
     return SWEEPS * sweep + rest
 
 

@@ -45,7 +45,7 @@ void OverRanks::refuse(const std::string& what) {
 
 OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange)
     : model_(std::move(model)), exchange_(std::move(exchange)) {
-  name = model_->name;
+  name = model_->name + " over ranks";
 }
 
 void OverRanks::check_scene(const Simulation& s) const {
@@ -94,7 +94,7 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   ContactMemory kept = memory(s);
   const bool any = !parts_.empty() || has_pending_;
   model_ = same.model_->fresh();
-  name = model_->name;
+  name = model_->name + " over ranks";
   exchange_ = same.exchange_;
   restore(s, std::move(kept));
   has_pending_ = any;

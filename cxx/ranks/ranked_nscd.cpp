@@ -37,7 +37,7 @@ void RankedNscd::check_scene(const Simulation& s) const {
   if (o.solver.solver != "nlgs") refuse("the contact solver is " + o.solver.solver + ", and not nlgs");
   if (std::isfinite(o.solver.accuracy)) refuse("accuracy of velocities is asked for");
   if (o.solver.associated_start) refuse("associated_start is asked for");
-  if (o.pose.kernel) refuse("the strategy is " + name);
+  if (o.pose.kernel) refuse("the strategy is " + model_->name);
   if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
   if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
   if (o.project_positions) refuse("project_positions is asked for");

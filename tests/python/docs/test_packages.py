@@ -17,7 +17,7 @@ KNOWN = {re.split("[<>= ]", name)[0] for names in (PROJECT["dependencies"], *EXT
 
 
 def test_all_holds_what_the_other_extras_do():
-    apart = ("all", "test", "lint", "docs", "compas", "precice")
+    apart = ("all", "test", "lint", "docs", "compas", "mpi", "precice")
     others = {name for extra, names in EXTRAS.items() if extra not in apart for name in names}
     assert others == set(EXTRAS["all"]) - {"vtk>=9.4"}  # which pyvista brings, and `cairn convert` takes
 
