@@ -16,8 +16,8 @@ class Simulation;
 // [Pa], compression positive, "cell.xx", a component of its vectors [m].
 class Probes {
 public:
-  // ids: of bodies, none: of all. take: "mean", "sum", "min" or "max" of them. keeps: rows are kept until they are
-  // read. Returns its number. Throws Error for what there is not.
+  // ids: of bodies, none: of all. take: "mean", "sum", "min" or "max" of them. keeps: all rows stay until clear().
+  // Returns its number. Throws Error for a quantity that the scene has not.
   int add(const Simulation& s, const std::string& quantity, std::span<const std::int64_t> ids, const std::string& take,
           int every, bool keeps);
   void clear() { probes_.clear(); }

@@ -14,9 +14,8 @@ from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, names, pre
 from ._core import Error
 from .base.errors import FileError
-from .base.expressions import Expression
 from .base.materials import Material
-from .base.time_functions import Harmonic, Servo, Table
+from .base.time_functions import Expression, Harmonic, Servo, Table
 from .model import laws
 from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .model.grain_laws import granular, interact_by_mixing, mix

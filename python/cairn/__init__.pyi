@@ -18,8 +18,8 @@ from . import run as run
 from . import study as study
 from ._core import Error as Error
 from .base.errors import FileError as FileError
-from .base.expressions import Expression as Expression
 from .base.materials import Material as Material
+from .base.time_functions import Expression as Expression
 from .base.time_functions import Harmonic as Harmonic
 from .base.time_functions import Servo as Servo
 from .base.time_functions import Table as Table

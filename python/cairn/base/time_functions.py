@@ -5,11 +5,12 @@ A scene file holds no Python code, so a plain callable is refused there; use a T
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from .. import _core
 from . import checks
 
 
@@ -189,6 +190,62 @@ class Components:
         return {"kind": "components", **{f"{k:03d}": to_dict("component", p) for k, p in enumerate(self.parts)}}
 
 
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """A function of time that is given as text and compiled once.
+
+    It holds numbers, ``+ - * / ^`` (or ``**``), brackets, the time ``t`` [s], ``pi``, ``e``, and the functions sin, cos, tan,
+    asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor of x; min, max, pow, atan2, mod of x, y;
+    ``clip(x, lowest, highest)``; ``where(x, a, b)``, which is a for x > 0; and ``table(x, x1, y1, x2, y2, ...)``, piecewise
+    linear between rising x and constant beyond.
+
+    Parameters
+    ----------
+    text : str or sequence of str
+        The expression, or one for each component.
+
+    Raises
+    ------
+    ValueError
+        If a text is no expression; the message names the place and what is due there.
+
+    Examples
+    --------
+    >>> cn.Expression("1e4*min(t/0.1, 1)")(0.05)
+    5000.0
+    >>> cn.Expression(["0.1*sin(2*pi*t)", "0", "0"])(0.25).tolist()
+    [0.1, 0.0, 0.0]
+    """
+
+    text: str | tuple
+    _compiled: tuple = field(init=False, repr=False)
+
+    def __post_init__(self):
+        single = isinstance(self.text, str)
+        if not single and not (isinstance(self.text, (list, tuple)) and all(isinstance(part, str) for part in self.text)):
+            raise ValueError(f"text is {self.text!r}: give an expression as a string, or one for each component")
+        parts = (self.text,) if single else tuple(self.text)
+        object.__setattr__(self, "text", self.text if single else parts)
+        object.__setattr__(self, "_compiled", tuple(_core.Expression(part) for part in parts))
+
+    def __call__(self, t):
+        if isinstance(self.text, str):
+            return self._compiled[0](t)
+        return np.array([part(t) for part in self._compiled])
+
+    def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, and each text by its number.
+        """
+        parts = (self.text,) if isinstance(self.text, str) else self.text
+        content = {"kind": "expression", "single": isinstance(self.text, str)}
+        return content | {f"{k:03d}": part for k, part in enumerate(parts)}
+
+
 class Servo:
     """Force of a wall that keeps a given normal stress, for `wall(..., force=Servo(...))`.
 
@@ -365,9 +422,8 @@ def from_dict(d):
 
         return OfTemperature(tuple(d["temperatures"]), tuple(d["values"]))
     if d["kind"] == "expression":
-        from .expressions import from_dict as expression_from
-
-        return expression_from(d)
+        parts = [str(d[k]) for k in sorted(d) if k not in ("kind", "single")]
+        return Expression(parts[0] if d["single"] else parts)
     if d["kind"] == "ramp":
         return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
     if d["kind"] == "components":

@@ -266,7 +266,7 @@ def _tell_of_idle_drive(s):
     if s.drive is None or s.driven or s.mass is None or s.mesh is not None:
         return
     if callable(s.drive) or (np.any(s.drive) and not np.array_equal(s.drive, s.velocity)):
-        text = f"drive is given to bodies whose dofs are all free, and moves none: name those it drives, driven={DOFS[s.dim][0]!r}"
+        text = f"drive is given to bodies whose dofs are all free, and moves none: name a dof, driven={DOFS[s.dim][0]!r}"
         warnings.warn(text, UserWarning, stacklevel=5)
 
 

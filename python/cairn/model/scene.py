@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks, time_functions
-from ..base.expressions import Expression, texts_of
+from ..base.expressions import texts_of
 from ..base.materials import Material
 from ..names import Spelt, listed
 from . import bodies, shapes
@@ -581,7 +581,7 @@ class Scene(Spelt):
                 tuple(periodic["corner"]),
                 float(periodic["lean"]),
                 float(periodic["shear_rate"]),
-                *({name: Expression(str(of)) for name, of in periodic.get(k, {}).items()} or None for k in ("rate", "stress")),
+                *(_functions_of(periodic.get(kind, {})) for kind in ("rate", "stress")),
                 bool(periodic.get("constant_volume", False)),
                 float(periodic.get("inertia", 1.0)),
             )
@@ -605,6 +605,11 @@ class Scene(Spelt):
 
             {"electrical": scene.electrical, "thermal": scene.thermal}[kind](**decoded(given))
         return scene
+
+
+def _functions_of(texts):
+    """{component: Expression} of the texts in a file, None without."""
+    return {name: time_functions.Expression(str(text)) for name, text in texts.items()} or None
 
 
 def in_order(rules):
