@@ -119,12 +119,17 @@ contains
     integer, intent(in)            :: first, last !< of the block
     real(c_double), intent(in)     :: limit       !< [N s]
     real(c_double), intent(inout)  :: r(c)        !< [N s]
-    real(c_double) :: free(2), a, x(2), d(2), size, v11, v22, v12
-    integer :: i, m
+    real(c_double) :: free(2), pushed(2), a, x(2), d(2), size, v11, v22, v12
+    integer :: i, l, m
     m = last - first + 1
     r(first:last) = 0
-    free(1:m) = q(first:last) + matmul(w(first:last, :), r)
     if (.not. limit > 0) return
+    pushed = 0
+    do l = 1, c ! in registers, which a product of matrices is not
+      pushed(1) = pushed(1) + w(first, l)*r(l)
+      pushed(2) = pushed(2) + w(last, l)*r(l)
+    end do
+    free = [q(first) + pushed(1), q(last) + pushed(2)]
     if (m == 1) then
       if (w(first, first) > 0) r(first) = min(limit, max(-limit, -free(1)/w(first, first)))
       return

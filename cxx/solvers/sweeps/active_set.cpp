@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../../laws/law_info.hpp"
 #include "batch.hpp"
 
 namespace cairn {
@@ -191,8 +192,8 @@ double ActiveSet::improve(double error, double wanted, int most) {
   std::size_t numbers = 0;
   for (const cairn_batch& b : system_.batches) numbers += std::size_t(b.count) * b.components;
   if (numbers > 64 * std::size_t(most_unknowns)) return error;
-  for (const cairn_batch& b : system_.batches) // neither cones nor held fast
-    if (!b.relaxes && !b.bonds) return error;
+  for (const cairn_batch& b : system_.batches) // neither Coulomb's cones nor held fast
+    if (!b.relaxes && !(b.bonds && law_infos()[std::size_t(b.law)].parameters.size() == 1)) return error;
   if (memory_.matrix.capacity() == 0) { // of a size for all, since the unknowns change from step to step
     memory_.matrix.reserve(std::size_t(most_unknowns) * most_unknowns);
     memory_.unknowns.reserve(most_unknowns + 6);

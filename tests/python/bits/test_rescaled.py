@@ -81,6 +81,7 @@ LAWS = {
         "tension": (40.0, FORCE - LENGTH), "volume": (1e-3, 3 * LENGTH), "mu": (0.4, NONE), "rolling": (0.1, NONE),
         "twisting": (0.1, NONE),
     },
+    "RollingBonded": {"mu": (0.4, NONE), "rolling": (0.1, NONE), "twisting": (0.1, NONE)},
     "Wear": {"mu": (0.4, NONE), "wear": (1e-7, lambda dim: area(dim) - FORCE)},
     "UnilateralContact": {"mu": (0.4, NONE), "kinetic": (0.3, NONE), "shift": (-1e-3, LENGTH), "recovers": (1.0, NONE)},
     "ElasticContact": {"stiffness": (1e6, FORCE - LENGTH), "viscosity": (300.0, FORCE - LENGTH + TIME), "mu": (0.4, NONE)},
@@ -111,7 +112,10 @@ LAWS = {
 }  # fmt: skip
 SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring")
 ONLY_3D = ("Capillary", "RollingCapillary", "HertzMindlin", "JKR")
-BITS = ("Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "Wear", "Wet", "Rod", "Wire")
+BITS = (
+    "Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "RollingBonded", "Wear", "Wet",
+    "Rod", "Wire",
+)  # fmt: skip
 
 
 def factor(units, dim, scale):

@@ -1,4 +1,4 @@
-"""Wet grains with friction against rolling: RollingWet and RollingCapillary."""
+"""Cohesive grains with friction against rolling: RollingWet, RollingCapillary and RollingBonded."""
 
 import cairn as cn
 import numpy as np
@@ -106,3 +106,57 @@ def test_units_leave_all_bits(scale):
             sim.step()
         ends.append(sim.bodies.velocity[0] / [k, k, 1.0])
     assert np.array_equal(*ends) and ends[0][0] > 0
+
+
+def bonded_pair(dim, law, solver=None, angle=0.3):
+    """Two grains that came in touching, on a plane that is tilted by an angle: their bond, and contacts with the plane, of one
+    law. The plane comes in apart and meets them in the first steps."""
+    scene = cn.Scene(dim=dim, gravity=(G * np.sin(angle),) + (0.0,) * (dim - 2) + (-G * np.cos(angle),))
+    places = np.zeros((2, dim))
+    places[:, 0], places[:, -1] = (-R, R), R + 1e-6
+    scene.add((cn.disks if dim == 2 else cn.spheres)(places, R, ROCK))
+    scene.add(cn.wall((0.0,) * dim, (0.0,) * (dim - 1) + (1.0,), ROCK))
+    scene.interact(ROCK, ROCK, law)
+    return cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=solver or EXACT["solver"]))
+
+
+@pytest.mark.parametrize("solver", [cn.NLGS(tol=1e-8, max_iter=5000), cn.Auto(tol=1e-8, max_iter=5000)])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_bonds_beside_rolling_hold_as_bonds_do(dim, solver):
+    a, b = (bonded_pair(dim, law, solver) for law in (cn.Bonded(mu=0.9), cn.RollingBonded(mu=0.9, rolling=0.2, twisting=0.1)))
+    for sim in (a, b):
+        for _ in range(60):
+            sim.step()
+        assert sim.info["status"] == "converged"
+        distance = np.linalg.norm(np.diff(sim.bodies.position[:2], axis=0))
+        assert abs(distance - 2 * R) < 1e-9 and np.abs(sim.bodies.velocity[:2]).max() < 1e-6  # a pair does not roll
+    assert np.abs(a.bodies.position - b.bodies.position)[:2].max() < 1e-8
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_grains_that_no_bond_holds_roll_by_the_cones(dim):
+    # a grain that falls onto the plane makes no bond with it
+    for rolling in (0.0, 0.1):
+        ends = []
+        for law in (cn.Rolling(mu=0.9, rolling=rolling), cn.RollingBonded(mu=0.9, rolling=rolling)):
+            sim = bonded_pair(dim, law)
+            sim.remove([1])
+            for _ in range(80):
+                sim.step()
+            ends.append(sim.bodies.velocity[0])
+        assert np.abs(ends[0] - ends[1]).max() < 1e-9 * np.abs(ends[0]).max() and ends[0][0] > 0
+
+
+def test_a_bonded_pair_that_rolls_is_slowed_by_rolling_friction():
+    # both grains of a pair across the slope roll as one cylinder: moments of both contacts add
+    slope, rho = 0.3, 0.1
+    scene = cn.Scene(dim=3, gravity=(G * np.sin(slope), 0.0, -G * np.cos(slope)))
+    scene.add(cn.spheres([[0.0, -R, R], [0.0, R, R]], R, ROCK, group="pair"))
+    scene.add(cn.wall((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), ROCK, group="slope"))
+    scene.interact("pair", "pair", cn.RollingBonded(mu=0.9, rolling=rho))
+    scene.interact("pair", "slope", cn.Rolling(mu=0.9, rolling=rho))
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(**EXACT))
+    for _ in range(60):
+        sim.step()
+    rate = G * (np.sin(slope) - rho * np.cos(slope)) / 1.4
+    assert np.allclose(sim.bodies.velocity[:2, 0], rate * sim.time, rtol=1e-6)
