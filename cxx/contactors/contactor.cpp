@@ -48,7 +48,9 @@ double Contactors::size(std::int32_t i) const {
   const std::int32_t h = hull.values[std::size_t(i)];
   const double* offset = &hulls.offset[std::size_t(hulls.first_face[std::size_t(h)])];
   if (of.hull == Hulls::Form::superquadric) return std::min({offset[0], offset[1], offset[2]});
-  if (of.hull != Hulls::Form::axial) return std::max(hulls.inner[std::size_t(h)], 0.0);
+  constexpr double thinnest = 0x1p-10; // half width over reach: that of a sliver is rounding, and measures no overlap
+  if (of.hull != Hulls::Form::axial)
+    return std::max(hulls.inner[std::size_t(h)], thinnest * radius.values[std::size_t(i)]);
   const double half_length = std::abs(hulls.vertex[3 * std::size_t(hulls.first_vertex[std::size_t(h)]) + 2]);
   return of.faced ? std::min(offset[0], half_length) : offset[0]; // the ends of a capsule are round
 }

@@ -6,6 +6,7 @@ from .. import _core
 from ..base.geometry import turn
 
 HULLS = _core.shapes("hull", "mover")
+THINNEST = 2.0**-10  # half width of a hull over its reach below which it counts as a sliver, whose width is rounding
 PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))
 
 
@@ -42,7 +43,8 @@ class Placed:
         """Half of the least width of a hull, across its faces or along its axes [m]."""
         normal, offset = self.planes(hull)
         if shape in ("polygon", "polyhedron"):
-            return np.min(offset - (self.vertices(hull) @ normal.T).min(axis=0)) / 2
+            x = self.vertices(hull)
+            return max(np.min(offset - (x @ normal.T).min(axis=0)) / 2, THINNEST * np.linalg.norm(x, axis=1).max())
         if shape == "superquadric":
             return offset[:3].min()
         return offset[0] if shape == "capsule" else min(offset[0], np.abs(self.vertices(hull)[:, 2]).max())
