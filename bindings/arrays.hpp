@@ -99,6 +99,7 @@ py::list describe(Holder& holder) {
 void bind_body_rows(py::module_& m);
 void bind_bulk(py::module_& m);
 void bind_called(py::module_& m);
+void bind_expressions(pybind11::module_& m);
 void bind_elements(py::module_& m);
 void bind_files(py::module_& m);
 void bind_frames(py::module_& m);

@@ -18,6 +18,7 @@ PYBIND11_MODULE(_core, m) {
     return info;
   });
   bind_elements(m);
+  bind_expressions(m);
   bind_body_rows(m);
   bind_bulk(m);
   bind_files(m);

@@ -19,6 +19,8 @@
 
 using cairn::Simulation;
 
+void bind_controls(py::class_<Simulation>& simulation); // controls.cpp
+
 namespace {
 
 // A strategy with the settings that a dict gives by the names of its options.
@@ -454,4 +456,5 @@ void bind_simulation(py::module_& m) {
         cairn::check_state(tree_of(state), species, s);
       });
   bind_stages(simulation);
+  bind_controls(simulation);
 }

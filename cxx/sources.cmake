@@ -1,5 +1,6 @@
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
+  api/controls.cpp
   api/files.cpp
   api/frames.cpp
   api/hulls.cpp
@@ -192,6 +193,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/active_set.cpp
   solvers/sweeps/contact_rows.cpp
   solvers/sweeps/contact_system.cpp
+  solvers/sweeps/moving_cell.cpp
   solvers/sweeps/extrapolation.cpp
   solvers/sweeps/light_error.cpp
   solvers/sweeps/newton_correction.cpp
@@ -207,7 +209,11 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/jointed_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
+  base/expression.cpp
   simulation/contact_fields.cpp
+  simulation/controls.cpp
+  simulation/probes.cpp
+  simulation/servo_area.cpp
   strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp
   strategies/held_motions.cpp

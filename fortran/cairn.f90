@@ -11,6 +11,7 @@ module cairn
   use cairn_frames
   use cairn_solids
   use cairn_motions
+  use cairn_controls
   use cairn_transforms
   use cairn_networks
   use cairn_problems

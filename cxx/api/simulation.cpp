@@ -269,6 +269,7 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
   return guarded(error, [&] {
     between_steps(simulation, "cairn_simulation_drive", true);
     drive(simulation->simulation.scene, n, bodies, mask, velocity);
+    if (simulation->simulation.controls) simulation->simulation.controls->release(span_of(bodies, n));
   });
 }
 

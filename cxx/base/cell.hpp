@@ -12,6 +12,18 @@ struct Cell {
   double velocity_gradient[9] = {0, 0, 0, 0, 0,
                                  0, 0, 0, 0}; // rate of the cell vectors per cell vector; an image moves with it
   bool any() const { return periodic[0] || periodic[1] || periodic[2]; }
+  // Components of the velocity gradient that follow the stress (see solvers/sweeps/moving_cell.hpp), the pressure of
+  // the surroundings on each [Pa], and the stress of the last step, compression positive.
+  bool follows[9] = {};
+  double pressure[9] = {}, stress[9] = {};
+  double mass = 0;  // inertia of the cell [kg]
+  double depth = 1; // thickness in 2D [m]
+  bool moves() const {
+    for (const bool one : follows)
+      if (one) return true;
+    return false;
+  }
+  double volume(int dim) const { return vectors[0] * vectors[4] * (dim == 2 ? depth : vectors[8]); }
 };
 
 // A periodic image as one number: which lattice point B is moved by, seen from A; each index in -511..511.

@@ -37,8 +37,9 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
   s.look_at(bodies, contactors, candidates, laws, cell, meshes, nodes);
   s.in.h = h;
   s.in.theta = theta;
-  s.in.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
-                                           [](double g) { return g < 0 || g > 0; });
+  s.in.sheared =
+      cell.any() && (cell.moves() || std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
+                                                 [](double g) { return g < 0 || g > 0; }));
   s.classes.take_columns();
   const Scratch::Mark planning = s.scratch.mark(); // given back before batches are laid out
   s.classes.take_degrees();
@@ -109,7 +110,7 @@ bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<do
 
 bool Interactions::overlap_adds_up() const { return s_->overlap.adds_up() && s_->overlap.persists(); }
 
-SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked) {
+SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked, Cell* moving) {
   State& s = *s_;
   SolverOptions options = asked;
   s.system.pack = options.enough > options.tolerance && !s.overlap.bears_on_faces();
@@ -124,8 +125,14 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked
   s.system.refinement = &s.memory.refinement;
   s.system.rest = &s.memory.rest;
   const bool posed = s.storage.given != nullptr;
+  if (moving) s.moving_cell.begin(*moving, s.in.dim(), s.in.h, s.system, s.in.candidates->image.data());
+  s.system.cell = moving && moving->moves() ? &s.moving_cell : nullptr;
+  if (s.system.cell) s.moving_cell.follow(s.system);
   SolveReport report = solve_step(s.system, posed ? s.pose.free_with_given(bodies) : s.in.free(bodies), options);
   if (posed) s.pose.add_given_to_solution();
+  if (moving) s.moving_cell.follow(s.system);
+  if (moving) s.moving_cell.end(*moving);
+  s.system.cell = nullptr;
   if (report.status == SolveStatus::diverged) s_->plugged.find(bodies, report.iterations);
   return report;
 }

@@ -118,8 +118,9 @@ public:
   void pose(const ContactPose& pose);
   // Temperatures [K] and potentials [V] of bodies, then of nodes, for laws that ask, until the next call; null: none.
   void act_at(const double* temperature, const double* potential);
-  // Reads bodies.velocity_free; leaves bodies unchanged.
-  SolveReport solve(const Bodies&, const SolverOptions&);
+  // Reads bodies.velocity_free; leaves bodies unchanged. moving: the cell that contacts were assembled in, if its shape
+  // is to follow the stress; it gets the rates and the stress of the solution.
+  SolveReport solve(const Bodies&, const SolverOptions&, Cell* moving = nullptr);
   // Impulses (dim, count), local, that someone else solved for, instead of solve.
   void give_impulses(const double* local);
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'

@@ -1,5 +1,6 @@
 // Parts of Interactions, in the order in which a step uses them. No source but those of Interactions reads this.
 #pragma once
+#include "../solvers/sweeps/moving_cell.hpp"
 #include "batch_assembly.hpp"
 #include "body_records.hpp"
 #include "contact_plan.hpp"
@@ -30,6 +31,7 @@ struct Interactions::State {
   ContactMemory memory;
   ContactEnergy energy;
   AssemblyInput in;
+  MovingCell moving_cell;
 
   // contacts that are held by more than touch
   Ropes ropes{in, system};

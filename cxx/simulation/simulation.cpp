@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "../networks/network.hpp"
+#include "controls.hpp"
+#include "probes.hpp"
 
 namespace cairn {
 
@@ -42,7 +44,18 @@ void Simulation::use(LawTable table) {
 
 const StepReport& Simulation::step(double h) {
   if (!held_motions.empty() && h > 0 && std::isfinite(h)) move_held(*this, h); // else the strategy refuses the step
-  return networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
+  const StepReport& made = networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
+  if (probes) probes->record(*this);
+  return made;
+}
+
+Controls& Simulation::controlled() {
+  if (!controls) controls = std::make_unique<Controls>();
+  return *controls;
+}
+
+void Simulation::apply_controls(double h, double end_share, bool cell_may_follow) {
+  if (controls) controls->apply(*this, h, end_share, cell_may_follow);
 }
 
 void Simulation::advance_networks(double h) {

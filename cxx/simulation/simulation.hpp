@@ -23,6 +23,8 @@ namespace cairn {
 
 struct NscdOptions; // see nscd/nscd_options.hpp
 struct Networks;
+class Controls;
+class Probes;
 
 // Terms of d(T + U + stored) = W_driven + W_external + W_growth - D_friction - D_normal - D_bulk - D_material -
 // D_integrator - D_reshaping - absorbed - released + closure [J], since the start.
@@ -115,6 +117,12 @@ public:
 
   // Velocities of held dofs of meshes that are functions of time, written before each step and each of its parts.
   std::vector<HeldMotion> held_motions;
+
+  // What drives bodies and the cell, applied as a step begins, and what is read as it ends; null: nothing.
+  std::unique_ptr<Controls> controls;
+  std::unique_ptr<Probes> probes;
+  Controls& controlled(); // made, if there are none
+  void apply_controls(double h, double end_share, bool cell_may_follow);
 
   // Networks of potential and temperature; null: none. The strategy advances them in its step, after the contacts.
   std::unique_ptr<Networks> networks;

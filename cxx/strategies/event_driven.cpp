@@ -71,6 +71,7 @@ void EventDriven::begin(Simulation& s, double h) {
   check_scene(s);
   check_laws(s);
   check_bodies(s);
+  s.apply_controls(h, 0.5, false);
   if (s.steps > 0 && s.steps % settings_.renumber_every == 0) s.scene.renumber();
   if (s.scene.cell.any()) s.wrap_into_cell();
   Bodies& b = s.scene.bodies;

@@ -83,6 +83,8 @@ void SmoothDem::begin_step(Simulation& s, double h) {
   dim_ = s.scene.dim;
   check_scene(s);
   check_bodies(s);
+  s.apply_controls(h, settings.integrator.name == "velocity_verlet" ? 0.5 : settings.integrator.scheme(h).end_share,
+                   false);
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) {
     remember(s);
     s.scene.renumber();

@@ -15,7 +15,7 @@ from . import _core, names, pre
 from ._core import Error
 from .base.errors import FileError
 from .base.materials import Material
-from .base.time_functions import Harmonic, Servo, Table
+from .base.time_functions import Expression, Harmonic, Servo, Table
 from .model import laws
 from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .model.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
@@ -28,6 +28,7 @@ from .options import integrators, strategies
 from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .plugs.plug import plug
 from .post.load import load
+from .run.probes import Probe
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
@@ -97,6 +98,7 @@ __all__ = [
     "EnergyCreatedWarning",
     "JointWarning",
     "Error",
+    "Expression",
     "FileError",
     "Fixed",
     "GranularElement",
@@ -110,6 +112,7 @@ __all__ = [
     "OverlapWarning",
     "Periodic",
     "Pivot",
+    "Probe",
     "RunawayWarning",
     "Scene",
     "Servo",

@@ -19,6 +19,7 @@ from . import study as study
 from ._core import Error as Error
 from .base.errors import FileError as FileError
 from .base.materials import Material as Material
+from .base.time_functions import Expression as Expression
 from .base.time_functions import Harmonic as Harmonic
 from .base.time_functions import Servo as Servo
 from .base.time_functions import Table as Table
@@ -78,6 +79,7 @@ from .plugs.plug import plug as plug
 from .post.load import load as load
 from .run import soe as soe
 from .run.equilibrium import find_equilibrium as find_equilibrium
+from .run.probes import Probe as Probe
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import JointWarning as JointWarning
@@ -321,6 +323,9 @@ class Rolling(Law):
 
 class RollingWet(Law):
     def __init__(self, *, force: float, reach: float, mu: float = 0.0, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
+
+class RollingBonded(Law):
+    def __init__(self, *, mu: float, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
 
 class RollingCapillary(Law):
     def __init__(

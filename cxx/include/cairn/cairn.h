@@ -332,6 +332,40 @@ int32_t cairn_simulation_add_joint(cairn_simulation* simulation, const char* kin
 int32_t cairn_simulation_remove_joint(cairn_simulation* simulation, const int64_t* ends, cairn_error* error);
 int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const int64_t* bodies, uint8_t mask,
                                const double* velocity, cairn_error* error);
+
+/* Functions of time as text, "1e4*min(t/0.1, 1)", compiled once: numbers, + - * / ^, t [s], pi, e, sin cos tan asin
+ * acos atan sinh cosh tanh exp log sqrt abs sign floor, min max pow atan2 mod (x, y), clip(x, low, high), where(x, a,
+ * b) (a for x > 0) and table(x, x1, y1, x2, y2, ...), piecewise linear. Checkpoints hold none of them: give them again.
+ * Velocity of a dof ("vx", "vy", "w"; in 3D "vx" to "vz", "wx" to "wz") of n bodies at the end of each step;
+ * cairn_simulation_drive ends it. */
+int32_t cairn_simulation_drive_by(cairn_simulation* simulation, int64_t n, const int64_t* bodies, const char* dof,
+                                  const char* velocity, cairn_error* error);
+/* Force of a body, that of a stress [Pa] on an area along a normal (dim) out of the solid. area: "grains" or NULL,
+ * their extent across the normal; "walls", the distance of planes that face each other across it; or an expression
+ * [m2]. Along the axes of a periodic cell it is its length, in 2D times depth [m]. */
+int32_t cairn_simulation_set_servo(cairn_simulation* simulation, int64_t body, const double* normal, const char* stress,
+                                   const char* area, double depth, cairn_error* error);
+/* Component "xx", "yy", "zz", "xy", "xz" or "yz" of the velocity gradient of the periodic cell [1/s], or of the stress
+ * of contacts that it follows (NSCD alone), compression positive [Pa]; components that nobody names stay. */
+int32_t cairn_simulation_drive_cell(cairn_simulation* simulation, const char* component, const char* rate,
+                                    cairn_error* error);
+int32_t cairn_simulation_press_cell(cairn_simulation* simulation, const char* component, const char* stress,
+                                    cairn_error* error);
+/* Inertia of the cell over the mass of the bodies (1), its thickness in 2D [m] (1); keeps_volume 1: lengths that
+ * nothing drives keep the volume of now. */
+int32_t cairn_simulation_weigh_cell(cairn_simulation* simulation, double inertia, double depth, int32_t keeps_volume,
+                                    cairn_error* error);
+/* (dim, dim) each, NULL: not asked for: cell vectors by columns [m], velocity gradient [1/s], stress of a driven cell
+ * in the last step [Pa]. */
+int32_t cairn_simulation_cell(const cairn_simulation* simulation, double* vectors, double* rate, double* stress,
+                              cairn_error* error);
+/* A number that is kept every so many steps: a field of bodies ("position.z", "velocity.w"), "contact_force.x" [N],
+ * "energy.kinetic", "report.error", "stress.xx", "cell.xx". bodies (n), 0: all; take: "mean", "sum", "min", "max",
+ * NULL: mean. Rows are read as fields are: *count, and nothing if that is more than capacity. */
+int32_t cairn_simulation_add_probe(cairn_simulation* simulation, const char* quantity, int64_t n, const int64_t* bodies,
+                                   const char* take, int32_t every, int32_t* probe, cairn_error* error);
+int32_t cairn_simulation_read_probe(const cairn_simulation* simulation, int32_t probe, int64_t capacity, double* times,
+                                    double* values, int64_t* count, cairn_error* error);
 /* Forces on the dofs of a mesh at the begin and the end of the coming steps, from now on [N]; one NULL: as the other,
  * both: none. held_velocity (dofs): of held dofs at the end of the steps [m/s], NULL: zero. */
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,

@@ -13,6 +13,7 @@
 #include "../sweeps/contact_rows.hpp"
 #include "../sweeps/extrapolation.hpp"
 #include "../sweeps/light_error.hpp"
+#include "../sweeps/moving_cell.hpp"
 #include "../sweeps/step_error.hpp"
 #include "../sweeps/velocity_error.hpp"
 
@@ -100,7 +101,11 @@ int sweep_on(ContactSystem& system, cairn_schedule& schedule, int sweeps, Extrap
     schedule.relaxation = 1;
     return extrapolation->sweep(sweeps);
   }
-  cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
+  for (int k = 0; system.cell && k < sweeps; ++k) { // its rates follow each sweep
+    cairn_nlgs_sweep(1, &schedule, system.change.data());
+    system.cell->follow(system);
+  }
+  if (!system.cell) cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
   return sweeps;
 }
 
@@ -149,7 +154,7 @@ public:
         best_(system), velocity_(system, schedule_, velocity_free, options),
         newton_(system, schedule_, velocity_free, error_square_) {
     schedule_.softening_relaxation = options.softening_relaxation;
-    if (!options.extrapolates) extrapolation_.forbid();
+    if (!options.extrapolates || system.cell) extrapolation_.forbid();
     if (system.rest && system.rest->idle > 0)
       --system.rest->idle;
     else
@@ -193,8 +198,10 @@ public:
   void finish() {
     StepError end = measure(system_, schedule_, free_, true, report_);
     if (report_.iterations >= options_.max_iterations && end.square > wanted_ && !velocity_.held() &&
-        best_.give_back(end.square, velocity_free_, schedule_))
+        best_.give_back(end.square, velocity_free_, schedule_)) {
+      if (system_.cell) system_.cell->follow(system_);
       end = measure(system_, schedule_, free_, true, report_);
+    }
     light_error();
     velocity_.end(report_.error);
     report_.velocity_error = velocity_.value();
@@ -202,7 +209,7 @@ public:
     end.rounded = end.vague && velocity_.exhausted();
     SolverOptions asked = options_;
     asked.tolerance = ends_at();
-    if (end.square <= wanted_ && report_.light_error <= asked.tolerance)
+    if (end.square <= wanted_ && report_.light_error <= asked.tolerance && !system_.cell) // which gives way
       end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;
@@ -285,7 +292,7 @@ private:
   }
   // Improves by Newton's method on the active set of few contacts, and by further help where it pays.
   StepError improve(StepError error) {
-    if (error.finite && error.square > wanted_ && report_.iterations >= next_newton_) {
+    if (error.finite && error.square > wanted_ && report_.iterations >= next_newton_ && !system_.cell) {
       newton_.improve(error.square, wanted_,
                       help_ && !help_->given_up() ? help_->few_unknowns() : ActiveSet::most_unknowns);
       extrapolation_.restart();

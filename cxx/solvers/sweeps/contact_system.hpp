@@ -9,6 +9,7 @@
 
 namespace cairn {
 
+class MovingCell;
 struct ActiveSetMemory;
 struct RefinementMemory;
 struct RestMemory;
@@ -48,6 +49,7 @@ struct ContactSystem {
   std::shared_ptr<SolidMemory> solid;      // made where bonds make a solid
   RefinementMemory* refinement = nullptr;  // of the run; null: none is kept
   RestMemory* rest = nullptr;              // likewise
+  MovingCell* cell = nullptr;              // whose shape follows the stress; null: it does not
   bool grows = false;                      // bodies change their size
   bool clumps = false; // sides of bodies that are not round are those of clumps of balls, which sweeps may leap over
   bool pack = false;   // grains that do not bear on faces, where a strategy ends steps of dense packs early

@@ -470,7 +470,10 @@ SolveReport solve_step(ContactSystem& system, const Velocities& velocity_free, c
   if (std::isfinite(options.accuracy) && options.solver != "nlgs" && options.solver != "auto")
     throw Error("accuracy is estimated between sweeps: take cairn.NLGS or cairn.Auto instead of " + options.solver +
                 ", or leave accuracy out");
-  if (options.solver == "nlgs") return solve_nlgs(system, velocity_free, options);
+  if (system.cell && options.solver != "nlgs" && options.solver != "auto")
+    throw Error("the cell follows the stress between sweeps: take cairn.NLGS or cairn.Auto instead of " +
+                options.solver + ", or drive it by rates alone");
+  if (options.solver == "nlgs" || system.cell) return solve_nlgs(system, velocity_free, options);
   if (options.solver == "auto" && SolidCorrection::obstacle(system).empty()) {
     SolidHelp help(system, velocity_free, options);
     return solve_nlgs(system, velocity_free, options, &help);

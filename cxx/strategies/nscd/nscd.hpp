@@ -127,6 +127,7 @@ private:
   Shown shown_;                          // as the step at hand began
   bool shows_kept_ = false;              // contacts that are read are those of shown_
   Cell cell_begin_;
+  double cell_rate_[9] = {};
   Array<double> margins_, force_given_;
   std::vector<std::int32_t> anchored_;          // contactors of the keys of the memory, two each
   std::vector<double> temperature_, potential_; // of bodies and nodes, that laws see

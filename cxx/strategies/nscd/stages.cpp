@@ -9,6 +9,7 @@
 #include "../../meshes/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
+#include "../../simulation/controls.hpp"
 #include "../../solvers/sweeps/extrapolation.hpp"
 #include "nscd.hpp"
 
@@ -43,6 +44,7 @@ void Nscd::begin_step(Simulation& s, double h) {
   keep_shown(s); // with the numbers that contacts know
   h_ = h;
   scheme_ = settings.integrator.scheme(h);
+  s.apply_controls(h, scheme_.end_share, !settings.pose.kernel);
   // Order is state, and changes with the number of the step alone.
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
   if (s.scene.cell.any()) s.wrap_into_cell(); // bodies set outside the cell from outside; images of contacts follow
@@ -336,7 +338,8 @@ void Nscd::assemble_contacts(Simulation& s) {
 
 void Nscd::solve_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
-  s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
+  const bool driven = s.controls && s.controls->has_cell();
+  s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver, driven ? &s.scene.cell : nullptr);
   hold_joints(s);
   stiffen_further(s);
 }
@@ -346,7 +349,14 @@ void Nscd::update_velocity(Simulation& s) {
   if (b.reaction.active) std::fill(b.reaction.values.begin(), b.reaction.values.end(), 0.0);
   std::swap(b.velocity_begin.values, b.velocity.values); // with the spin that the contacts saw
   std::swap(s.scene.nodes.velocity_begin.values, s.scene.nodes.velocity.values);
+  Cell& cell = s.scene.cell;
+  if (cell.moves()) // its part in the work of contacts is by the mean of both ends, as that of bodies
+    for (int e = 0; e < 9; ++e) {
+      cell_rate_[e] = cell.velocity_gradient[e];
+      cell.velocity_gradient[e] = 0.5 * (cell_begin_.velocity_gradient[e] + cell_rate_[e]);
+    }
   s.interactions.update_velocity(b);
+  if (cell.moves()) std::copy(std::begin(cell_rate_), std::end(cell_rate_), cell.velocity_gradient);
   if (b.angular_momentum.active)
     cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));

@@ -5,11 +5,12 @@ A scene file holds no Python code, so a plain callable is refused there; use a T
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from .. import _core
 from . import checks
 
 
@@ -189,6 +190,62 @@ class Components:
         return {"kind": "components", **{f"{k:03d}": to_dict("component", p) for k, p in enumerate(self.parts)}}
 
 
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """A function of time that is given as text and compiled once.
+
+    It holds numbers, ``+ - * / ^`` (or ``**``), brackets, the time ``t`` [s], ``pi``, ``e``, and the functions sin, cos, tan,
+    asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor of x; min, max, pow, atan2, mod of x, y;
+    ``clip(x, lowest, highest)``; ``where(x, a, b)``, which is a for x > 0; and ``table(x, x1, y1, x2, y2, ...)``, piecewise
+    linear between rising x and constant beyond.
+
+    Parameters
+    ----------
+    text : str or sequence of str
+        The expression, or one for each component.
+
+    Raises
+    ------
+    ValueError
+        If a text is no expression; the message names the place and what is due there.
+
+    Examples
+    --------
+    >>> cn.Expression("1e4*min(t/0.1, 1)")(0.05)
+    5000.0
+    >>> cn.Expression(["0.1*sin(2*pi*t)", "0", "0"])(0.25).tolist()
+    [0.1, 0.0, 0.0]
+    """
+
+    text: str | tuple
+    _compiled: tuple = field(init=False, repr=False)
+
+    def __post_init__(self):
+        single = isinstance(self.text, str)
+        if not single and not (isinstance(self.text, (list, tuple)) and all(isinstance(part, str) for part in self.text)):
+            raise ValueError(f"text is {self.text!r}: give an expression as a string, or one for each component")
+        parts = (self.text,) if single else tuple(self.text)
+        object.__setattr__(self, "text", self.text if single else parts)
+        object.__setattr__(self, "_compiled", tuple(_core.Expression(part) for part in parts))
+
+    def __call__(self, t):
+        if isinstance(self.text, str):
+            return self._compiled[0](t)
+        return np.array([part(t) for part in self._compiled])
+
+    def to_dict(self):
+        """Gives the content of a scene file.
+
+        Returns
+        -------
+        dict
+            Kind, and each text by its number.
+        """
+        parts = (self.text,) if isinstance(self.text, str) else self.text
+        content = {"kind": "expression", "single": isinstance(self.text, str)}
+        return content | {f"{k:03d}": part for k, part in enumerate(parts)}
+
+
 class Servo:
     """Force of a wall that keeps a given normal stress, for `wall(..., force=Servo(...))`.
 
@@ -200,9 +257,11 @@ class Servo:
         Pressure [Pa], or a function of time that gives it.
     normal : array_like (dim,)
         Normal of the wall, out of the solid; its length does not matter.
-    area : float or callable, optional
-        Loaded area [m2], length times depth in 2D; or a function of the simulation that measures it in each step. Not given: the
-        extent of the grains across the normal, or of the periodic cell, times the depth of the scene in 2D.
+    area : float, "walls" or callable, optional
+        Loaded area [m2], length times depth in 2D. "walls": the distance of the planes that face each other across the normal,
+        as they stand. Not given: the extent of the grains across the normal. Along the axes of a periodic cell both are its
+        length, and in 2D both are times the depth of the scene. Or a function of the simulation that measures it in each step,
+        as Python alone can; all else is evaluated by the core.
 
     Raises
     ------
@@ -223,12 +282,16 @@ class Servo:
         if len(normal) not in (2, 3) or not np.any(normal):
             raise ValueError(f"normal is {normal}: give a vector (2,) or (3,) of non-zero length, out of the solid")
         self.normal = normal / np.linalg.norm(normal)
-        self.area = area if area is None or callable(area) else checks.positive("area", area)
+        if isinstance(area, str) and area != "walls":
+            raise ValueError(f"area is {area!r}: give a number [m2], 'walls', a function of the simulation, or nothing")
+        self.area = area if area is None or area == "walls" or callable(area) else checks.positive("area", area)
 
     def __call__(self, t, simulation):
         stress = self.stress(t) if callable(self.stress) else self.stress
         if self.area is None:
             area = self.extent(simulation)
+        elif self.area == "walls":
+            area = simulation.loaded_area(self.normal)
         else:
             area = self.area(simulation) if callable(self.area) else self.area
         return stress * area * self.normal
@@ -270,7 +333,7 @@ class Servo:
         Returns
         -------
         dict
-            Kind, stress, normal and area [m2], nan for the extent of the grains.
+            Kind, stress, normal and area [m2], nan for the extent of the grains, -1 for that between walls.
 
         Raises
         ------
@@ -283,7 +346,7 @@ class Servo:
             "kind": "servo",
             "stress": to_dict("stress", self.stress),
             "normal": self.normal,
-            "area": np.nan if self.area is None else self.area,
+            "area": np.nan if self.area is None else -1.0 if self.area == "walls" else self.area,
         }
 
 
@@ -342,7 +405,7 @@ def from_dict(d):
 
     Returns
     -------
-    ndarray, Table, Harmonic, Ramp, Components, Servo or OfTemperature
+    ndarray, Table, Harmonic, Ramp, Components, Servo, Expression or OfTemperature
         The value.
 
     Raises
@@ -358,16 +421,20 @@ def from_dict(d):
         from .materials import OfTemperature
 
         return OfTemperature(tuple(d["temperatures"]), tuple(d["values"]))
+    if d["kind"] == "expression":
+        parts = [str(d[k]) for k in sorted(d) if k not in ("kind", "single")]
+        return Expression(parts[0] if d["single"] else parts)
     if d["kind"] == "ramp":
         return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
     if d["kind"] == "components":
         return Components(_part(d[k]) for k in sorted(d) if k != "kind")
     if d["kind"] == "servo":
-        area = None if np.isnan(d["area"]) else float(d["area"])
+        area = None if np.isnan(d["area"]) else "walls" if d["area"] == -1 else float(d["area"])
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     if d["kind"] != "constant":
-        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo, of_temperature or constant is due")
+        kinds = "table, harmonic, ramp, components, servo, expression, of_temperature or constant"
+        raise ValueError(f"kind is {d['kind']!r}: {kinds} is due")
     value = np.asarray(d["value"], float)
     if not np.all(np.isfinite(value)):
         raise ValueError(f"value is {value}: give finite numbers")

@@ -5,12 +5,15 @@ A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..base import checks
+from ..base.expressions import texts_of
 from ..base.materials import Material
+from ..base.time_functions import Components
 from ..names import Spelt, listed, takes
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
@@ -227,6 +230,8 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
+    if callable(s.drive) and len(s.driven) == 1 and len(texts_of(s.drive) or ()) == 1:  # of the dof that is driven
+        s.drive = Components([s.drive if name in s.driven else 0.0 for name in names])
     for name in ("drive", "force", "surface_velocity"):
         value = getattr(s, name)
         if name == "surface_velocity" and getattr(value, "needs_simulation", False):
@@ -236,6 +241,7 @@ def checked(s: BodySet) -> BodySet:
         if value is not None and not callable(value):
             value = _spread(name, value, len(s), len(names), s.dim)
             setattr(s, name, value if name == "force" else checks.speeds(name, value))
+    _tell_of_idle_drive(s)
     if s.surface_origin is not None:
         origin = checks.reals("surface_origin", s.surface_origin, f"give ({s.dim},) or ({len(s)}, {s.dim})")
         if origin.shape not in ((s.dim,), (len(s), s.dim)):
@@ -251,6 +257,15 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
         s.damping = damping
     return s
+
+
+def _tell_of_idle_drive(s):
+    """Warns of a drive of bodies whose dofs are all free, but for the initial velocity of a boundary."""
+    if s.drive is None or s.driven or s.mass is None or s.mesh is not None:
+        return
+    if callable(s.drive) or (np.any(s.drive) and not np.array_equal(s.drive, s.velocity)):
+        text = f"drive is given to bodies whose dofs are all free, and moves none: name a dof, driven={DOFS[s.dim][0]!r}"
+        warnings.warn(text, UserWarning, stacklevel=5)
 
 
 def _refuse_force_on_held(s):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base import checks, time_functions
+from ..base.expressions import texts_of
 from ..base.materials import Material
 from ..names import Spelt, listed
 from . import bodies, shapes
@@ -17,7 +19,12 @@ from .laws import Law, law_from
 
 @dataclass(frozen=True)
 class Periodic:
-    """A periodic cell, which may shear.
+    """A periodic cell, which may change its shape.
+
+    Each component ij of its velocity gradient (xx, yy, zz, and xy, xz, yz: the face across j moves along i) may have a rate, or
+    follow a stress; the others stay. With a stress the rates of the cell are unknowns of the step, as the velocities of bodies
+    are, and the stress is that of the forces f of contacts across the boundary, - sum f_i s_j / V, s: shift of the image,
+    which in equilibrium is that of all contacts (Radjai & Voivret 2011). NSCD alone makes such steps, by NLGS or Auto.
 
     Parameters
     ----------
@@ -29,12 +36,73 @@ class Periodic:
         Displacement along x of the cell's upper face [m].
     shear_rate : float, default 0
         Velocity of that face over the length of the cell along y in 2D, z in 3D [1/s].
+    rate : dict, optional
+        {component: rate [1/s]}, numbers or functions of time (Table, Harmonic, Expression); a length that shrinks has a negative
+        rate.
+    stress : float, function of time or dict, optional
+        Pressure along all axes [Pa], or {component: stress}, compression positive; the cell has to be periodic along all axes.
+    constant_volume : bool, default False
+        Lengths that have neither keep the volume.
+    inertia : float, default 1
+        Inertia of a cell that follows a stress, over the mass of its bodies [-]. It does not change what is slow.
+
+    Examples
+    --------
+    >>> isotropic = cn.Periodic((1.0, 1.0, 1.0), stress=1e4)
+    >>> triaxial = cn.Periodic((1.0, 1.0, 1.0), rate={"zz": -0.1}, stress={"xx": 1e4, "yy": 1e4})
+    >>> sheared = cn.Periodic((1.0, 1.0), rate={"xy": 0.1}, stress={"yy": 1e4})
+    >>> undrained = cn.Periodic((1.0, 1.0), rate={"yy": -0.1}, constant_volume=True)
     """
 
     lengths: tuple
     corner: tuple | None = None
     lean: float = 0.0
     shear_rate: float = 0.0
+    rate: dict | None = None
+    stress: Any = None
+    constant_volume: bool = False
+    inertia: float = 1.0
+
+    def components(self, dim):
+        """Gives what drives the cell, by component.
+
+        Parameters
+        ----------
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        tuple of dict
+            Text of the rate [1/s] and of the stress [Pa] of each component, as the core compiles it.
+
+        Raises
+        ------
+        ValueError
+            If a component is none, is given twice, or has a value that the core cannot evaluate.
+        """
+        names = ("xx", "yy", "xy") if dim == 2 else ("xx", "yy", "zz", "xy", "xz", "yz")
+        stress = self.stress if isinstance(self.stress, dict) or self.stress is None else dict.fromkeys(names[:dim], self.stress)
+        given = []
+        for what, of in (("rate", self.rate), ("stress", stress)):
+            if of is not None and not isinstance(of, dict):
+                raise ValueError(f"{what} of the periodic cell is {of!r}: give {{component: value}}, of {', '.join(names)}")
+            found = {}
+            for name, value in (of or {}).items():
+                if name not in names:
+                    raise ValueError(f"{what} of the periodic cell names {name!r}: give {listed(names, name)}")
+                texts = None if isinstance(value, str) else texts_of(value)
+                if texts is None or len(texts) != 1:
+                    due = "give a finite number, cairn.Table, Harmonic or Expression"
+                    raise ValueError(f"{what}[{name!r}] of the periodic cell is {value!r}: {due}")
+                found[name] = texts[0]
+            given.append(found)
+        twice = sorted(set(given[0]) & set(given[1]))
+        if self.shear_rate and names[-1 if dim == 2 else 4] in {*given[0], *given[1]}:
+            twice.append(names[-1 if dim == 2 else 4])
+        if twice:
+            raise ValueError(f"component {twice[0]} of the periodic cell has two of rate, stress and shear_rate: give one")
+        return tuple(given)
 
     def arrays(self, dim):
         """Gives the cell as the core takes it.
@@ -151,6 +219,7 @@ class Scene(Spelt):
             if not isinstance(value, Periodic):
                 raise ValueError(f"periodic is {value!r}: give cairn.Periodic(lengths=...), with a length for each axis")
             value.arrays(self.dim)
+            value.components(self.dim)
             if self.sets:
                 checked_sets(self.dim, self.sets, periodic=value)
         self._periodic = value
@@ -440,7 +509,9 @@ class Scene(Spelt):
                 "lean": p.lean,
                 "shear_rate": p.shear_rate,
                 "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float),
-            }
+                "constant_volume": p.constant_volume,
+                "inertia": p.inertia,
+            } | dict(zip(("rate", "stress"), p.components(self.dim), strict=True))
         if self.networks:
             from .mesh_files import encoded
 
@@ -489,6 +560,9 @@ class Scene(Spelt):
                 tuple(periodic["corner"]),
                 float(periodic["lean"]),
                 float(periodic["shear_rate"]),
+                *(_functions_of(periodic.get(kind, {})) for kind in ("rate", "stress")),
+                bool(periodic.get("constant_volume", False)),
+                float(periodic.get("inertia", 1.0)),
             )
         scene = cls(
             int(content["dim"]),
@@ -510,6 +584,11 @@ class Scene(Spelt):
 
             {"electrical": scene.electrical, "thermal": scene.thermal}[kind](**decoded(given))
         return scene
+
+
+def _functions_of(texts):
+    """{component: Expression} of the texts in a file, None without."""
+    return {name: time_functions.Expression(str(text)) for name, text in texts.items()} or None
 
 
 def in_order(rules):

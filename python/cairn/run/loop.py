@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
+from .probes import Probe, Recorded
 from .views import core_of
 
 log = logging.getLogger("cairn.run")
@@ -219,6 +220,7 @@ class _Recorder:
     def __init__(self, simulation, output, every, checkpoint_every, overwrite, append, probes):
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
         self.checkpoint_path, self.fields = None, {}
+        self.probes = Recorded(simulation, probes)
         if output is not None:
             from ..files.writer import RunWriter
             from .mesh_fields import MeshFields
@@ -272,16 +274,16 @@ class _Recorder:
             dtype, shape = first[name]
             fields[name] = np.zeros((n, *shape), dtype)
 
-    def record(self, probes):
+    def record(self):
         sim = self.simulation
         if self.writer is not None:
             told = ("step", "time", "hint", "joint_hint", "mesh_hint", "mesh_within", "mesh_turned", "unjoined")
             row = {k: v for k, v in sim.report.items() if k not in told}
             row["energy"] = sim.energy
-            for name, probe in (probes or {}).items():
+            for name, value in self.probes.values().items():
                 if name in row:
                     raise ValueError(TAKEN.format(name))
-                row[name] = one_number(name, probe(sim))
+                row[name] = value
             self.writer.write_history(sim.time, sim.steps, row)
             if sim.steps % self.every == 0:
                 self.write()
@@ -290,6 +292,7 @@ class _Recorder:
             log.info("checkpoint at step %d, t = %g s: %s", sim.steps, sim.time, self.checkpoint_path)
 
     def close(self):
+        self.probes.close()
         if self.writer is None:
             return
         if self.simulation.steps % self.every and self.simulation.steps != self.written:
@@ -311,15 +314,6 @@ def checked_output(output):
         ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
         raise FileError(path, f"a run is an HDF5 file, and this name {ending}", "give a name that ends in .vtkhdf")
     return path
-
-
-def one_number(name, value):
-    """Value of a probe as a double. Raises ValueError for anything but a real number."""
-    array = np.asarray(value)
-    if array.ndim or array.dtype.kind not in "fiub":
-        what = f"an array of shape {array.shape}" if array.ndim else repr(value)
-        raise ValueError(f"probe {name!r} gave {what}: a probe gives one real number; give a probe for each number to record")
-    return float(array)
 
 
 def _mesh_names(info):
@@ -371,17 +365,25 @@ def _takes_a_simulation(name, function, why):
         raise ValueError(f"{name} takes {signature}: give a function of one argument, the simulation") from None
 
 
+def _called_by(probe):
+    """Function of a probe; None where the core reads it."""
+    if isinstance(probe, Probe):
+        return probe.quantity if callable(probe.quantity) else None
+    return probe
+
+
 def _check_probes(simulation, probes):
     """Raises ValueError unless probes are functions of the simulation, under names that are no column of the history."""
-    if not (isinstance(probes, dict) and all(map(callable, probes.values()))):
-        raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
+    if not (isinstance(probes, dict) and all(callable(probe) or isinstance(probe, Probe) for probe in probes.values())):
+        text = "give {name: function}, of functions of the simulation that give a number, or {name: cairn.Probe(...)}"
+        raise ValueError(f"probes is {probes!r}: {text}")
     taken = {"time", "step", *simulation.report, *(f"energy_{term}" for term in simulation.energy)}
     for name, probe in probes.items():
         if not isinstance(name, str) or not name or "/" in name:
             raise ValueError(f"the name of a probe is {name!r}: give a word, which names its column of the history")
         if name in taken:
             raise ValueError(TAKEN.format(name))
-        _takes_a_simulation(f"probe {name!r}", probe, "which gives a number")
+        _takes_a_simulation(f"probe {name!r}", _called_by(probe), "which gives a number")
 
 
 def _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output, time_error_every):
@@ -455,7 +457,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                 if while_ is not None and not while_(simulation):
                     break
                 info = _stepped(simulation, first, time_error_every)
-                recorder.record(probes)
+                recorder.record()
                 if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
                     log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
                                 info["iterations"])  # fmt: skip

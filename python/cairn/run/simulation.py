@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from .. import _core
 from ..base import checks
+from ..base.expressions import texts_of
+from ..base.time_functions import Servo
 from ..model import bodies, missing_laws
 from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, first_overlaps, unmet_shapes, views
 from .belts import Belts
+from .driven_cell import drive_cell
 from .drives import Drives
 from .info import Info
 from .parts import ask_for_parts
@@ -72,6 +77,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
+        if scene.periodic is not None:
+            drive_cell(self._core, scene, scene.periodic)
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
@@ -416,7 +423,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         callback : callable, optional
             Function of the simulation that is called after each step; returning False ends the run.
         probes : dict, optional
-            {name: function of the simulation that gives a number}, recorded in the history each step.
+            {name: function of the simulation that gives a number, or Probe}, recorded in the history each step, or as often as
+            the Probe says.
         progress : bool, default True
             Shows a bar.
         overwrite : bool, default False
@@ -677,7 +685,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         dofs : str or sequence of str
             Names of the dofs.
         velocity : float, array_like (3,), (6,), (n, 3) or (n, 6), or callable
-            Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time.
+            Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time that gives them;
+            a Table, Harmonic or Expression of a single dof may give a number.
 
         Raises
         ------
@@ -728,6 +737,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     def _start_functions(self):
         """Collects drives, forces and damping of the present bodies; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
+        self._core.release_bodies()
         self._drives, self._forced = Drives(self._sets, self._core, self.scene.dim), []
         self._belts = Belts(self._sets, self._core, self.scene.dim)
         damping = None
@@ -737,7 +747,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             alive, rows = found(s.own_ids, present)
             if not np.any(alive):
                 continue
-            if s.force is not None:
+            if s.force is not None and not self._press(present[rows[alive]], s.force):
                 self._forced.append((rows[alive], alive, s.force))
             if s.damping is not None:
                 damping = self._field("damping", (len(present),)) if damping is None else damping
@@ -745,6 +755,72 @@ class Simulation(Reshaping, Restarts, Spelt):
         if damping is not None:
             self._core.assign_body("damping", damping)
         self._constant_force_set = False
+
+    def _press(self, ids, force):
+        """Hands a Servo of bodies to the core; False where Python has to evaluate it."""
+        if not isinstance(force, Servo) or not (force.area is None or isinstance(force.area, (float, int, str))):
+            return False
+        texts = texts_of(force.stress)
+        if texts is None or len(texts) != 1 or len(force.normal) != self.scene.dim:
+            return False
+        area = "grains" if force.area is None else force.area if isinstance(force.area, str) else repr(float(force.area))
+        for body in ids:
+            self._core.set_servo(int(body), _three(force.normal), texts[0], area, self.scene.depth)
+        return True
+
+    def loaded_area(self, normal):
+        """Gives the area of a wall between those that face each other across its normal, see Servo.
+
+        Parameters
+        ----------
+        normal : array_like (dim,)
+            Its normal, a unit vector.
+
+        Returns
+        -------
+        float
+            Area [m2].
+
+        Raises
+        ------
+        ValueError
+            If no two planes face each other.
+        """
+        return self._core.loaded_area(_three(normal), "walls", self.scene.depth)
+
+    @property
+    def cell(self):
+        """The periodic cell now, a dict: vectors (dim, dim) by rows [m], lengths (dim,) [m], rate, its velocity gradient
+        (dim, dim) [1/s], and stress of the contacts in the last step, compression positive, upper triangle [Pa]: of cells with
+        a rate, a stress or a constant volume, else zero."""
+        found = self._core.driven_cell()
+        return {**found, "lengths": np.diag(found["vectors"]).copy()}
+
+    def drive_cell(self, rate=None, stress=None, constant_volume=False):
+        """Drives the periodic cell in later steps, as Periodic does, in the place of what drove it; all else stays.
+
+        Parameters
+        ----------
+        rate : dict, optional
+            {component: rate [1/s]}.
+        stress : float, function of time or dict, optional
+            Pressure along all axes or {component: stress} [Pa].
+        constant_volume : bool, default False
+            Lengths that have neither keep the volume.
+
+        Raises
+        ------
+        ValueError
+            If the scene has no periodic cell, or a component is none or has a value that the core cannot evaluate.
+        """
+        self.between_steps("drive_cell")
+        if self.scene.periodic is None:
+            raise ValueError("the scene has no periodic cell: give cairn.Scene(periodic=cairn.Periodic(...))")
+        given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}
+        cell = dataclasses.replace(self.scene.periodic, **given)
+        cell.components(self.scene.dim)
+        self._core.release_cell()
+        drive_cell(self._core, self.scene, cell)
 
     def _start_meshes(self, state=None, anew=False):
         """Passes the deformable bodies to the core, see Meshes; their modules are imported only if there are any."""
