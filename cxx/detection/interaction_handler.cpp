@@ -228,7 +228,7 @@ void InteractionHandler::Workspace::place_mapped() {
   }
 }
 
-// Of the pairs of the last search alone, each once: a surface of many triangles costs what is near them.
+// Places the hulls of the pairs of the last search alone, each once: triangles far from all bodies cost nothing.
 void InteractionHandler::Workspace::place_hulls_again() {
   const std::int64_t n = contactors->count;
   const Hulls& hulls = contactors->hulls;
