@@ -68,7 +68,7 @@ contains
     state(:, s_touched) = merge(1.0_c_double, 0.0_c_double, touched)
   end subroutine cairn_law_granular_contact_force
 
-  !> Energy that the surfaces take as they meet, and what is left in a neck that tears [J].
+  !> Energy that surfaces take as they meet, and that of a neck as it tears [J].
   pure function made_and_torn(n, params, radius, stored, before, touched) result(spent)
     integer(c_int32_t), intent(in) :: n
     real(c_double), intent(in)     :: params(own), radius(n), stored(n)

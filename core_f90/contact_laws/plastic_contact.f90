@@ -83,7 +83,7 @@ contains
     force_at = p(p_loading)*min(largest, limit_of(p, radius)) + p(p_unloading)*max(largest - limit_of(p, radius), 0.0_c_double)
   end function force_at
 
-  !> What unloading gives back [J].
+  !> Energy that unloading gives back [J].
   pure real(c_double) function energy_of(k2, force)
     real(c_double), intent(in) :: k2, force
     energy_of = 0

@@ -18,7 +18,7 @@ contains
     real(c_double), intent(in)    :: mass(0:*)               !< inf: nothing moves it [kg]
     real(c_double), intent(in)    :: velocity(nd, 0:*)       !< in the middle of the step [m/s, rad/s]
     real(c_double), intent(inout) :: contact_force(nd, 0:*)  !< out, with that of damping [N, N m]
-    real(c_double), intent(inout) :: spent                   !< what it spends in the step is added [J]
+    real(c_double), intent(inout) :: spent                   !< its loss in the step is added [J]
     real(c_double), intent(in), optional :: force(nd, 0:*)   !< mean over the step [N, N m]
     integer(c_int8_t), intent(in), optional :: driven(0:*)   !< bit j: dof j is driven
     real(c_double) :: push, drag

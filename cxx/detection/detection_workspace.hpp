@@ -154,6 +154,9 @@ struct InteractionHandler::Workspace {
   void place_contactors();
   void place_mapped();
   void place_hulls();
+  void place_hulls_again();
+  std::vector<std::int32_t> placed_again; // contactors, and whether they are among them
+  std::vector<std::int8_t> mark_again;
   void make_items();
   void search_grid();
   void search_walls();

@@ -228,7 +228,56 @@ void InteractionHandler::Workspace::place_mapped() {
   }
 }
 
+// Places the hulls of the pairs of the last search alone, each once: triangles far from all bodies cost nothing.
+void InteractionHandler::Workspace::place_hulls_again() {
+  const std::int64_t n = contactors->count;
+  const Hulls& hulls = contactors->hulls;
+  const std::int32_t* hull = contactors->hull.values.data();
+  const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
+  const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
+  name_carriers();
+  centre.make_room(*scratch, n * dim);
+  reach.make_room(*scratch, n);
+  if (turned_from) direction.make_room(*scratch, n * (dim + 1));
+  hull_place.make_room(*scratch, n);
+  box.make_room(*scratch, 2 * dim * n);
+  placed_again.clear();
+  mark_again.resize(std::size_t(n), 0);
+  std::int64_t next = 0, bad = -1;
+  for (int k = 0; k < kinds; ++k) {
+    if (!pair_kinds[k].hull_contact) continue;
+    for (std::int64_t p = k > 0 ? found.kind_end[std::size_t(k - 1)] : 0; p < found.kind_end[std::size_t(k)]; ++p)
+      for (const std::int32_t i : {found.a[p], found.b[p]}) {
+        if (mark_again[std::size_t(i)]) continue;
+        mark_again[std::size_t(i)] = 1;
+        placed_again.push_back(i);
+        hull_place[i] = next;
+        if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
+      }
+  }
+  turned.make_room(*scratch, next);
+  for (const std::int32_t i : placed_again) {
+    mark_again[std::size_t(i)] = 0;
+    std::int64_t at_centre = -1;
+    cairn_contactor_centres(dim, i, i + 1, placed_on, position, offset != nullptr, offset, rotation != nullptr,
+                            rotation, centre.data(), &at_centre);
+    if (at_centre >= 0) bad = i;
+    if (turned_from)
+      cairn_contactor_directions(dim, i, i + 1, placed_on, turned_from, rotation != nullptr, rotation,
+                                 direction.data());
+    reach[i] = contactors->radius.values[std::size_t(i)] + margin->constant / 2;
+    cairn_hull_place(dim, i, i + 1, placed_on, hull, hull_place.data(), hulls.first_vertex.data(),
+                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(),
+                     rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(), turned.data(),
+                     box.data());
+  }
+  if (bad >= 0)
+    throw Error("position: " + name_of(*contactors, *bodies, bad) +
+                " stands nowhere; check its velocity, force and the step before");
+}
+
 void InteractionHandler::Workspace::place_contactors() {
+  if (hulls_again) return place_hulls_again();
   const std::int64_t n = contactors->count;
   name_carriers();
   centre.make_room(*scratch, n * dim);

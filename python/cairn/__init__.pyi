@@ -41,6 +41,9 @@ from .model.callbacks import CallbackBody as CallbackBody
 from .model.elastic import ElasticBody as ElasticBody
 from .model.frames import bars as bars
 from .model.frames import beams as beams
+from .model.grain_laws import granular as granular
+from .model.grain_laws import interact_by_mixing as interact_by_mixing
+from .model.grain_laws import mix as mix
 from .model.joints import Ball as Ball
 from .model.joints import Cable as Cable
 from .model.joints import Distance as Distance
@@ -472,6 +475,75 @@ class Joint(Law):
         rest: float = 0.0,
         pulley: float = 0.0,
         far: float = 0.0,
+    ) -> None: ...
+
+class GranularContact(Law):
+    def __init__(
+        self,
+        *,
+        model: float = 1.0,
+        young: float,
+        poisson: float = 0.3,
+        work: float = 0.0,
+        dashpot: float = 0.0,
+        damping: float = 1.0,
+        slip: float = 2.0,
+        ratio: float = 0.2857142857142857,
+        mu: float = 0.0,
+        roll: float = 0.0,
+        rolling: float = 0.0,
+        rolling_ratio: float = 2.25,
+        rolling_damping: float = 0.0,
+        twist: float = 0.0,
+        twisting: float = 0.0,
+        limited: float = 0.0,
+        slip_damping: float = -1.0,
+    ) -> None: ...
+
+class SmoothBond(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        tension: float = ...,
+        shear: float = ...,
+        mu: float = 0.0,
+        radius: float = 0.5,
+        within: float = 0.0,
+        damping: float = 0.0,
+    ) -> None: ...
+
+class LiquidBridge(Law):
+    def __init__(
+        self,
+        *,
+        young: float,
+        tension: float,
+        volume: float,
+        angle: float = 0.0,
+        fit: float = 0.0,
+        poisson: float = 0.3,
+        restitution: float = 1.0,
+        mu: float = 0.0,
+    ) -> None: ...
+
+class PlasticContact(Law):
+    def __init__(
+        self,
+        *,
+        loading: float,
+        unloading: float,
+        cohesion: float = 0.0,
+        plastic: float = 0.05,
+        damping: float = 0.0,
+        ratio: float = 0.2857142857142857,
+        mu: float = 0.0,
+    ) -> None: ...
+
+class YieldContact(Law):
+    def __init__(
+        self, *, young: float, yield_pressure: float, poisson: float = 0.3, restitution: float = 1.0, mu: float = 0.0
     ) -> None: ...
 
 class IsotropicElastic(BulkMaterial):

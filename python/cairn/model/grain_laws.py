@@ -149,7 +149,7 @@ def mix(one, other, **given):
     --------
     >>> steel, glass = cn.HertzMindlin(young=2e11, poisson=0.3), cn.HertzMindlin(young=6e10, poisson=0.24)
     >>> round(cn.mix(steel, glass, mu=0.3).young / 1e10, 2)
-    9.24
+    9.23
     """
     if type(one) is not type(other) or not isinstance(one, Law):
         raise ValueError(f"laws are {one!r} and {other!r}: give two of the same class")

@@ -77,7 +77,7 @@ ONE_LAW = {
     ("GranularContact", "young"): ("Pa", "Young's modulus of both bodies; of a linear spring its stiffness [N/m]"),
     ("GranularContact", "work"): ("J/m2", "work of adhesion of the two surfaces"),
     ("GranularContact", "dashpot"): ("-", "0 by restitution, 1 Tsuji's, 2 viscous, 3 times the mass, 4 viscoelastic"),
-    ("GranularContact", "damping"): ("-, N s/m, 1/s, 1/(m s)", "restitution, or the coefficient of the dashpot"),
+    ("GranularContact", "damping"): ("-, N s/m", "restitution, or the coefficient of the dashpot, see cairn.granular"),
     ("GranularContact", "slip"): ("-", "tangential force: 0 dashpot alone, 1 linear spring, 2 Mindlin's, 3 Mindlin's, rescaled"),
     ("GranularContact", "ratio"): ("-", "tangential over normal stiffness; beside another normal force, over Mindlin's"),
     ("GranularContact", "roll"): ("-", "rolling resistance: 0 none, 1 constant torque, 2 spring, dashpot and slider"),
