@@ -1,4 +1,4 @@
-"""The liquid of a simulation: given to the core once, with the surfaces of bodies; and what is read of it."""
+"""The liquid of a simulation: it is given to the core once, with the surfaces of bodies, and read as arrays."""
 
 from __future__ import annotations
 

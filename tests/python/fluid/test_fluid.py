@@ -1,13 +1,12 @@
-"""A liquid of particles among rigid bodies: what it weighs, what it presses, how it flows, what is kept of it."""
+"""A liquid of particles among rigid bodies: weight, pressure, flow, forces on bodies, files and restart."""
 
 import os
 import subprocess
 import sys
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 rock = cn.Material("rock", density=2600.0)
 SMALL = {"spacing": 0.05, "density": 1000.0}
@@ -196,7 +195,9 @@ def test_a_state_goes_on_with_the_same_bits(tmp_path):
 
 
 THREADS = """
-import numpy as np, hashlib, cairn as cn
+import hashlib
+import cairn as cn
+import numpy as np
 scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
 rock = cn.Material("rock", density=2600.0)
 scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.disks([[0.9, 0.2]], 0.1, rock))
