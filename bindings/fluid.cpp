@@ -98,7 +98,8 @@ void bind_fluid(py::module_& m) {
     auto fluid = std::make_unique<cairn::Fluid>(s.scene.dim, settings_of(settings));
     const auto span = [](const Input<double>& a) { return std::span<const double>(a.data(), std::size_t(a.size())); };
     if (position.size() != 3 * pressure.size() || velocity.size() != position.size())
-      throw cairn::Error("position, velocity and pressure of a fluid have different lengths: give a row for each particle");
+      throw cairn::Error(
+          "position, velocity and pressure of a fluid have different lengths: give a row for each particle");
     fluid->set_particles(span(position), span(velocity), span(pressure));
     s.fluid = std::move(fluid);
   });

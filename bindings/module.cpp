@@ -24,7 +24,6 @@ PYBIND11_MODULE(_core, m) {
   bind_body_rows(m);
   bind_bulk(m);
   bind_files(m);
-  bind_fluid(m);
   bind_laws(m);
   bind_called(m);
   bind_frames(m);
@@ -32,6 +31,7 @@ PYBIND11_MODULE(_core, m) {
   bind_reference(m);
   bind_scene(m);
   bind_simulation(m);
+  bind_fluid(m);
   bind_ranks(m);
   bind_soe(m);
   bind_meshes(m);

@@ -154,6 +154,7 @@ set(CAIRN_CXX_SOURCES
   couplings/electrical.cpp
   couplings/growth.cpp
   fluid/fluid.cpp
+  fluid/fluid_bodies.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp
   couplings/network.cpp

@@ -11,6 +11,9 @@ module fluid_rates
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
   real(c_double), parameter :: least_height = 0.5_c_double !< of a particle above a wall that holds it, over the spacing
   real(c_double), parameter :: open_share = 0.75_c_double  !< divergence of places, over dim, below which a surface is free
+  real(c_double), parameter :: nearest = 0.25_c_double !< to a surface without a barrier, over the spacing
+  real(c_double), parameter :: facing = 0.7_c_double   !< cosine to its normal of a point that bars the way
+  real(c_double), parameter :: barrier = 0.05_c_double !< of rho c^2, over a spacing
   ! Reynolds number of the spacing, times the limiter, below which viscosity does what the limiter would.
   real(c_double), parameter :: enough = 8
 contains
@@ -57,12 +60,12 @@ contains
   end subroutine cairn_fluid_density_rate
 
   !> Accelerations of particles first to last - 1, the drift that keeps them evenly spread, and what presses on half-spaces.
-  subroutine cairn_fluid_acceleration(f, first, last, acceleration, drift, open, on_planes) bind(c)
+  subroutine cairn_fluid_acceleration(f, first, last, acceleration, drift, bare, on_planes) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     real(c_double), intent(inout) :: acceleration(3, 0:*) !< [m/s2]
     real(c_double), intent(inout) :: drift(3, 0:*)        !< - gradient of the concentration, 0 at free surfaces and walls [1/m]
-    integer(c_int8_t), intent(inout) :: open(0:*)         !< 2 at a free surface, 1 beside one, 0 within
+    integer(c_int8_t), intent(inout) :: bare(0:*)         !< 2 at a free surface, 1 beside one, 0 within
     real(c_double), intent(inout) :: on_planes(6, *)      !< force, torque about the body's centre, added [N, N m]
     type(fluid) :: v
     type(wall_points) :: w
@@ -114,8 +117,8 @@ contains
                                                         at(1)*push(2) - at(2)*push(1)]
       end do
       acceleration(:, i - 1) = a*own(7)/v%mass + v%gravity
-      open(i - 1) = merge(2_c_int8_t, merge(1_c_int8_t, 0_c_int8_t, beside == 2), spread < open_share*v%dim)
-      drift(:, i - 1) = merge(s, 0*s, open(i - 1) == 0 .and. w%count == 0) ! shear along walls would go with it
+      bare(i - 1) = merge(2_c_int8_t, merge(1_c_int8_t, 0_c_int8_t, beside == 2), spread < open_share*v%dim)
+      drift(:, i - 1) = merge(s, 0*s, bare(i - 1) == 0 .and. w%count == 0) ! shear along walls would go with it
     end do
   end subroutine cairn_fluid_acceleration
 
@@ -168,8 +171,11 @@ contains
     if (own(8) >= 0) p = max(p, 0.0_c_double)
     p = p + approach(v, dot_product(u, normal)*dot_product(r, normal), d) ! a shear along it is none
     push = -g*p*r
+    high = dot_product(r, normal) - depth
+    if (high < nearest*v%dx .and. dot_product(r, normal) > facing*d) & ! whatever the pressure, nothing goes through
+      push = push - g*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal
     if (holds .and. v%viscosity > 0) then
-      high = max(dot_product(r, normal) - depth, least_height*v%dx)
+      high = max(high, least_height*v%dx)
       push = push + g*2*v%viscosity*(1 + depth/high)*u
     end if
   end subroutine from_wall

@@ -366,7 +366,8 @@ void RunWriter::write_step(double time, double time_detection, std::int64_t step
                            const std::vector<RunField>& contacts, const RunCells* cells,
                            const std::vector<RunField>& nodes, const std::vector<RunField>& fluid) {
   std::vector<Own> made;
-  made.reserve(bodies.size() + contacts.size() + nodes.size() + fluid.size() + 2); // pointers to the elements stay valid
+  made.reserve(bodies.size() + contacts.size() + nodes.size() + fluid.size() +
+               2); // pointers to the elements stay valid
   const auto [points, fields] = in_space("position", bodies, made, true);
   const auto [contact_points, contact_fields] = in_space("point", contacts, made, false);
   std::pair<RunField, std::vector<RunField>> at_nodes;

@@ -7,20 +7,19 @@
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
-#include "../bodies/rigid_motion.hpp"
 
 namespace cairn {
 
 namespace {
-constexpr std::int64_t tile = 64;
-constexpr int record = cairn_fluid_record, surface_record = cairn_fluid_surface_record,
-              plane_record = cairn_fluid_plane_record;
+constexpr std::int64_t tile = fluid_tile;
+constexpr int record = cairn_fluid_record, surface_record = cairn_fluid_surface_record;
 
 template <class T>
 void reorder(std::vector<T>& values, const std::vector<std::int32_t>& order, std::size_t components) {
   std::vector<T> out(values.size());
   for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t c = 0; c < components; ++c) out[components * i + c] = values[components * std::size_t(order[i]) + c];
+    for (std::size_t c = 0; c < components; ++c)
+      out[components * i + c] = values[components * std::size_t(order[i]) + c];
   values.swap(out);
 }
 } // namespace
@@ -83,7 +82,8 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
     Body& body = bodies_[std::size_t(body_of_point_[std::size_t(b)])];
     const double* x = &points_.offset[std::size_t(3 * b)];
     body.reach = std::max(body.reach, std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
-    if (points_.depth[std::size_t(b)] < settings.spacing) body.surface += points_.volume[std::size_t(b)] / settings.spacing;
+    if (points_.depth[std::size_t(b)] < settings.spacing)
+      body.surface += points_.volume[std::size_t(b)] / settings.spacing;
   }
   list_known_ = false;
   list_.at.clear();
@@ -94,7 +94,8 @@ void Fluid::check(const Scene& scene) {
   const Cell& cell = scene.cell;
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < 3; ++i)
-      if (i != k && cell.vectors[i + 3 * k] != 0) throw Error("the fluid flows in no cell that leans: leave out lean and shear_rate");
+      if (i != k && cell.vectors[i + 3 * k] != 0)
+        throw Error("the fluid flows in no cell that leans: leave out lean and shear_rate");
     if (cell.velocity_gradient[4 * k] != 0 || cell.velocity_gradient[6] != 0 || cell.velocity_gradient[3] != 0)
       throw Error("the fluid flows in no cell that shears: leave out shear_rate");
     if (!cell.periodic[k]) continue;
@@ -110,143 +111,6 @@ void Fluid::check(const Scene& scene) {
     throw Error("the fluid meets rigid bodies alone, and this scene has deformable ones: leave them out, or the fluid");
   list_.period = period_;
   list_.low = corner_;
-}
-
-// Bodies as they stand, and the accelerations that the liquid does not give them: gravity, forces, and that part of the
-// last step's contacts that was there in the step before too.
-void Fluid::load_bodies(const Scene& scene, double h) {
-  const Bodies& all = scene.bodies;
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& b = bodies_[k];
-    b.at = scene.find_body(b.id);
-    std::fill_n(b.impulse, 6, 0.0);
-    if (b.at < 0) continue;
-    const int nd = all.dofs();
-    const auto wide = [&](const double* from, double* to) { // (3 | 6) to six
-      std::fill_n(to, 6, 0.0);
-      for (int c = 0; c < dim_; ++c) to[c] = from[c];
-      for (int c = dim_; c < nd; ++c) to[dim_ == 2 ? 5 : c] = from[c];
-    };
-    std::fill_n(b.position, 3, 0.0);
-    std::copy_n(all.position[b.at], dim_, b.position);
-    wide(all.velocity[b.at], b.velocity);
-    const Rotation turn = all.rotation.active ? rotation_of(dim_, all.rotation[b.at]) : upright;
-    std::copy(turn.begin(), turn.end(), b.turn);
-    const bool driven = all.driven.active;
-    const int mask = driven ? *all.driven[b.at] : 0;
-    double force[6] = {}, target[6] = {};
-    if (all.force.active) wide(all.force[b.at], force);
-    if (all.driven_velocity.active) wide(all.driven_velocity[b.at], target);
-    const double m = *all.mass[b.at];
-    double inverse[3]; // of the inertia
-    for (int c = 0; c < 3; ++c) {
-      const double own = dim_ == 2 ? *all.inertia[b.at] : all.inertia[b.at][c];
-      inverse[c] = std::isfinite(own) && own > 0 ? 1 / own : 0;
-      if (dim_ == 2 && c < 2) inverse[c] = 0;
-      b.inverse_mass[c] = std::isfinite(m) && !(mask >> c & 1) && c < dim_ ? 1 / m : 0;
-    }
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) {
-        double sum = 0;
-        for (int l = 0; l < 3; ++l) sum += b.turn[3 * r + l] * inverse[l] * b.turn[3 * c + l];
-        const bool held = dim_ == 2 ? (mask >> 2 & 1) != 0 : (mask >> (3 + r) & 1) || (mask >> (3 + c) & 1);
-        b.inverse_inertia[3 * r + c] = held ? 0 : sum;
-      }
-    for (int c = 0; c < 6; ++c) {
-      const double last = contact_[6 * k + std::size_t(c)], before = contact_before_[6 * k + std::size_t(c)];
-      const double kept = last * before <= 0 ? 0 : std::abs(last) < std::abs(before) ? last : before;
-      b.kept[c] = kept;
-      const int dof = dim_ == 3 ? c : c < 2 ? c : 2;
-      const bool is_driven = (mask >> dof & 1) && (dim_ == 3 || c < 2 || c == 5);
-      if (is_driven)
-        b.constant[c] = (target[c] - b.velocity[c]) / h;
-      else if (c < 3)
-        b.constant[c] = b.inverse_mass[c] * force[c] + (b.inverse_mass[c] > 0 ? scene.gravity[std::size_t(c)] : 0) + kept;
-      else
-        b.constant[c] = kept + b.inverse_inertia[3 * (c - 3)] * force[3] + b.inverse_inertia[3 * (c - 3) + 1] * force[4] +
-                        b.inverse_inertia[3 * (c - 3) + 2] * force[5];
-    }
-  }
-}
-
-// Half a kick of all.
-void Fluid::accelerate(double dt) {
-  const auto n = std::int64_t(velocity_.size());
-#pragma omp parallel for schedule(static)
-  for (std::int64_t i = 0; i < n; ++i) velocity_[std::size_t(i)] += 0.5 * dt * acceleration_[std::size_t(i)];
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& b = bodies_[k];
-    if (b.at < 0) continue;
-    const double* f = &force_[6 * k];
-    for (int c = 0; c < 3; ++c) {
-      b.velocity[c] += 0.5 * dt * (b.inverse_mass[c] * f[c] + b.constant[c]);
-      double spin = b.constant[3 + c];
-      for (int l = 0; l < 3; ++l) spin += b.inverse_inertia[3 * c + l] * f[3 + l];
-      b.velocity[3 + c] += 0.5 * dt * spin;
-    }
-    for (int c = 0; c < 6; ++c) b.impulse[c] += 0.5 * dt * f[c];
-  }
-}
-
-void Fluid::move_bodies(double dt) {
-  for (Body& b : bodies_) {
-    if (b.at < 0) continue;
-    for (int c = 0; c < 3; ++c) b.position[c] += dt * b.velocity[c];
-    const double* w = b.velocity + 3;
-    const double speed = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    if (!(speed > 0)) continue;
-    const double s = std::sin(speed * dt) / speed, half = std::sin(0.5 * speed * dt) / speed, c = 2 * half * half;
-    double old[9]; // Rodrigues' formula
-    std::copy_n(b.turn, 9, old);
-    for (int j = 0; j < 3; ++j) {
-      const double x[3] = {old[j], old[3 + j], old[6 + j]};
-      const double cross[3] = {w[1] * x[2] - w[2] * x[1], w[2] * x[0] - w[0] * x[2], w[0] * x[1] - w[1] * x[0]};
-      const double twice[3] = {w[1] * cross[2] - w[2] * cross[1], w[2] * cross[0] - w[0] * cross[2],
-                               w[0] * cross[1] - w[1] * cross[0]};
-      for (int r = 0; r < 3; ++r) b.turn[3 * r + j] = x[r] + s * cross[r] + c * twice[r];
-    }
-  }
-}
-
-// Points of surfaces and half-spaces where their bodies are.
-void Fluid::place_surfaces() {
-  const auto turned = [](const Body& b, const double* x, double* to) {
-    for (int r = 0; r < 3; ++r) to[r] = b.turn[3 * r] * x[0] + b.turn[3 * r + 1] * x[1] + b.turn[3 * r + 2] * x[2];
-  };
-  const std::int64_t n = points_.count();
-  surface_.resize(std::size_t(surface_record * n));
-#pragma omp parallel for schedule(static) if (n > 4096)
-  for (std::int64_t i = 0; i < n; ++i) {
-    double* to = &surface_[std::size_t(surface_record * i)];
-    const Body& b = bodies_[std::size_t(body_of_point_[std::size_t(i)])];
-    double arm[3];
-    turned(b, &points_.offset[std::size_t(3 * i)], arm);
-    turned(b, &points_.normal[std::size_t(3 * i)], to + 6);
-    const double* w = b.velocity + 3;
-    const double spin[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2], w[0] * arm[1] - w[1] * arm[0]};
-    const bool there = b.at >= 0 && points_.slip[std::size_t(i)] != std::int8_t(Slip::none);
-    for (int c = 0; c < 3; ++c) {
-      to[c] = there ? b.position[c] + arm[c] : std::numeric_limits<double>::infinity();
-      to[3 + c] = b.velocity[c] + spin[c];
-    }
-    to[10 - 1] = points_.depth[std::size_t(i)];
-    to[11 - 1] = points_.volume[std::size_t(i)];
-    to[12 - 1] = points_.slip[std::size_t(i)];
-  }
-  plane_.clear();
-  for (std::int64_t i = 0; i < planes_.count(); ++i) {
-    const Body& b = bodies_[std::size_t(body_of_plane_[std::size_t(i)])];
-    double at[3], normal[3];
-    turned(b, &planes_.offset[std::size_t(3 * i)], at);
-    turned(b, &planes_.normal[std::size_t(3 * i)], normal);
-    const bool there = b.at >= 0 && planes_.slip[std::size_t(i)] != std::int8_t(Slip::none);
-    for (int c = 0; c < 3; ++c) // a half-space that is gone is far below
-      plane_.push_back(there ? b.position[c] + at[c] : -std::numeric_limits<double>::max() * 1e-3 * normal[c]);
-    plane_.insert(plane_.end(), normal, normal + 3);
-    plane_.insert(plane_.end(), b.position, b.position + 3);
-    plane_.insert(plane_.end(), b.velocity, b.velocity + 6);
-    plane_.push_back(planes_.slip[std::size_t(i)]);
-  }
 }
 
 bool Fluid::list_is_old() {
@@ -361,10 +225,11 @@ cairn_fluid Fluid::view(const Scene& scene) const {
   return f;
 }
 
-// Of the particles, and of what they do to bodies, at their places, velocities and densities.
+// Forces of the particles on each other and on bodies, at their places, velocities and densities.
 void Fluid::find_forces(const Scene& scene) {
   pack();
-  // Viscosity of volume where the liquid is compressed (von Neumann & Richtmyer 1950): sound dies, and shear feels none.
+  // Viscosity of volume where the liquid is compressed (von Neumann & Richtmyer 1950): sound dies, and shear feels
+  // none.
   const double h = settings.smoothing * settings.spacing, linear = settings.bulk * h * settings.sound_speed;
   for (std::size_t i = 0; i < rate_.size(); ++i)
     if (const double r = rate_[i] / density_[i]; r > 0)
@@ -388,31 +253,6 @@ void Fluid::find_forces(const Scene& scene) {
   add_surface_forces();
 }
 
-// Sums in the order of points and tiles.
-void Fluid::add_surface_forces() {
-  std::fill(force_.begin(), force_.end(), 0.0);
-  for (std::int64_t i = 0; i < points_.count(); ++i) {
-    if (list_.first_of_point[std::size_t(i)] == list_.first_of_point[std::size_t(i + 1)]) continue;
-    const std::size_t k = std::size_t(body_of_point_[std::size_t(i)]);
-    const double *f = &on_points_[std::size_t(3 * i)], *x = &surface_[std::size_t(surface_record * i)];
-    double* to = &force_[6 * k];
-    double arm[3];
-    for (int c = 0; c < 3; ++c) {
-      arm[c] = x[c] - bodies_[k].position[c];
-      to[c] += f[c];
-    }
-    to[3] += arm[1] * f[2] - arm[2] * f[1];
-    to[4] += arm[2] * f[0] - arm[0] * f[2];
-    to[5] += arm[0] * f[1] - arm[1] * f[0];
-  }
-  const std::int64_t planes = planes_.count(), tiles = (count() + tile - 1) / tile;
-  for (std::int64_t t = 0; t < tiles; ++t)
-    for (std::int64_t p = 0; p < planes; ++p)
-      for (std::size_t c = 0; c < 6; ++c)
-        force_[6 * std::size_t(body_of_plane_[std::size_t(p)]) + c] += on_planes_[std::size_t(6 * (planes * t + p)) + c];
-  for (double& f : force_) f *= settings.depth;
-}
-
 void Fluid::sub_step(const Scene& scene, double dt) {
   const std::int64_t n = count(), tiles = (n + tile - 1) / tile;
   accelerate(dt);
@@ -427,7 +267,7 @@ void Fluid::sub_step(const Scene& scene, double dt) {
 #pragma omp parallel for schedule(dynamic, 4)
   for (std::int64_t t = 0; t < tiles; ++t)
     cairn_fluid_density_rate(&f, tile * t, std::min(tile * (t + 1), n), rate_.data());
-  // A free surface bears no tension beyond the pressure of the flow, whatever its divergence was.
+  // A free surface bears no tension beyond the pressure of the flow.
   const double mach = fastest_ / settings.sound_speed, least = settings.density * (1 - mach * mach);
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < n; ++i) {
@@ -493,13 +333,13 @@ void Fluid::advance(Scene& scene, double h) {
     }
     const double limit = stable_step(scene);
     fastest_ = fastest();
-      // Without a free surface the level of pressure is free: under tension particles clump.
+    // Without a free surface the level of pressure is free: under tension particles clump.
     closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
     raised_ = closed_ ? settings.density * fastest_ * fastest_ : 0;
     const double parts = std::ceil(h / limit * (1 - 1e-12));
     if (!(parts <= 1e6))
-      throw Error("a step of " + std::to_string(h) + " s takes the fluid " + std::to_string(parts) +
-                  " sub-steps of " + std::to_string(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
+      throw Error("a step of " + std::to_string(h) + " s takes the fluid " + std::to_string(parts) + " sub-steps of " +
+                  std::to_string(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
     report.sub_steps = int(parts);
     for (int k = 0; k < report.sub_steps; ++k) sub_step(scene, h / parts);
     double speed = 0, compression = 0;
@@ -509,8 +349,9 @@ void Fluid::advance(Scene& scene, double h) {
       const double share = std::abs(density_[std::size_t(i)] / settings.density - 1);
       if (!(square < std::numeric_limits<double>::infinity()) || !(share < 0.5))
         throw Error("particle " + std::to_string(number_[std::size_t(i)]) + " of the fluid has a density of " +
-                    std::to_string(density_[std::size_t(i)]) + " kg/m3 and a speed of " + std::to_string(std::sqrt(square)) +
-                    " m/s: its sound speed of " + std::to_string(settings.sound_speed) +
+                    std::to_string(density_[std::size_t(i)]) + " kg/m3 and a speed of " +
+                    std::to_string(std::sqrt(square)) + " m/s: its sound speed of " +
+                    std::to_string(settings.sound_speed) +
                     " m/s is too low for this flow, or bodies stand within the liquid; give cn.fluid(sound_speed=...) "
                     "ten times the greatest speed");
       speed = std::max(speed, square);
@@ -522,20 +363,7 @@ void Fluid::advance(Scene& scene, double h) {
     restore_before();
     throw;
   }
-  Bodies& all = scene.bodies;
-  if (bodies_.empty()) return;
-  if (!all.force.active) scene.activate(all.force.need);
-  given_.assign(6 * bodies_.size(), 0.0);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    const Body& b = bodies_[k];
-    for (std::size_t c = 0; c < 6; ++c) mean_[6 * k + c] = b.impulse[c] / h;
-    if (b.at < 0) continue;
-    double* to = all.force[b.at];
-    std::copy_n(to, all.dofs(), &given_[6 * k]);
-    for (int c = 0; c < dim_; ++c) to[c] += mean_[6 * k + std::size_t(c)];
-    for (int c = dim_; c < all.dofs(); ++c) to[c] += mean_[6 * k + std::size_t(dim_ == 2 ? 5 : c)];
-  }
-  added_ = true;
+  give_forces(scene, h);
 }
 
 void Fluid::keep_before() {
@@ -565,33 +393,9 @@ void Fluid::restore_before() {
   list_known_ = false;
 }
 
-void Fluid::put_forces_back(Scene& scene) {
-  if (!added_) return;
-  Bodies& all = scene.bodies;
-  for (std::size_t k = 0; k < bodies_.size(); ++k) // bodies may have other numbers since
-    if (const std::int32_t at = scene.find_body(bodies_[k].id); at >= 0)
-      std::copy_n(&given_[6 * k], all.dofs(), all.force[at]);
-  added_ = false;
-}
-
 void Fluid::undo(Scene& scene) {
   restore_before();
   put_forces_back(scene);
-}
-
-// What bodies did otherwise than was foreseen is due to contacts.
-void Fluid::end(Scene& scene, double h) {
-  put_forces_back(scene);
-  contact_before_.swap(contact_);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    const Body& b = bodies_[k];
-    const std::int32_t at = scene.find_body(b.id);
-    for (int c = 0; c < 6; ++c) {
-      const bool has = at >= 0 && (dim_ == 3 || c < 2 || c == 5);
-      const double now = has ? scene.bodies.velocity[at][dim_ == 3 || c < 2 ? c : 2] : 0;
-      contact_[6 * k + std::size_t(c)] = has ? b.kept[c] + (now - b.velocity[c]) / h : 0;
-    }
-  }
 }
 
 void Fluid::state_restored() {
@@ -602,7 +406,8 @@ void Fluid::state_restored() {
 std::vector<double> Fluid::in_order(const std::vector<double>& values, int components) const {
   std::vector<double> out(values.size());
   for (std::size_t i = 0; i < number_.size(); ++i)
-    std::copy_n(&values[i * std::size_t(components)], components, &out[std::size_t(number_[i]) * std::size_t(components)]);
+    std::copy_n(&values[i * std::size_t(components)], components,
+                &out[std::size_t(number_[i]) * std::size_t(components)]);
   return out;
 }
 
@@ -620,17 +425,10 @@ std::vector<std::int8_t> Fluid::at_surface() const {
   return out;
 }
 
-std::array<double, 6> Fluid::force_on(std::int64_t body) const {
-  std::array<double, 6> out{};
-  for (std::size_t k = 0; k < bodies_.size(); ++k)
-    if (bodies_[k].id == body) std::copy_n(&mean_[6 * k], 6, out.begin());
-  return out;
-}
-
 std::int64_t Fluid::bytes() const {
   std::int64_t sum = list_.bytes();
-  for (const auto* v : {&position_, &velocity_, &density_, &acceleration_, &drift_, &record_, &surface_, &plane_, &rate_,
-                        &on_points_, &on_planes_, &before_.position, &before_.velocity, &before_.density,
+  for (const auto* v : {&position_, &velocity_, &density_, &acceleration_, &drift_, &record_, &surface_, &plane_,
+                        &rate_, &on_points_, &on_planes_, &before_.position, &before_.velocity, &before_.density,
                         &before_.acceleration, &before_.listed, &points_.offset, &points_.normal})
     sum += std::int64_t(8 * v->capacity());
   return sum;

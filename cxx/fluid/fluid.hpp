@@ -1,6 +1,6 @@
 // A meshless liquid among the bodies of a scene: particles of one spacing, weakly compressible, by sub-steps within the
-// step of the bodies. In a sub-step bodies move as they would without new contacts; what the liquid does to them over
-// the whole step is a force of their step.
+// step of the bodies. In a sub-step bodies move as they would without new contacts; the impulse of the liquid over the
+// whole step is a force of their step.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,6 +13,8 @@
 #include "particle_list.hpp"
 
 namespace cairn {
+
+constexpr std::int64_t fluid_tile = 64; // particles whose sums are made together
 
 struct FluidSettings {
   double spacing = 0, density = 0, viscosity = 0, sound_speed = 0; // [m], [kg/m3], [Pa s], [m/s]
@@ -60,17 +62,17 @@ public:
   double stable_step(const Scene& scene) const;            // of a sub-step [s]
 
   struct Report {
-    int sub_steps = 0;           // of the last step
-    std::int64_t lists = 0;      // of neighbours, made since the start
-    double speed = 0;            // greatest [m/s]
-    double compression = 0;      // greatest |rho - rho0| / rho0
-    double neighbours = 0;       // mean number listed
+    int sub_steps = 0;      // of the last step
+    std::int64_t lists = 0; // of neighbours, made since the start
+    double speed = 0;       // greatest [m/s]
+    double compression = 0; // greatest |rho - rho0| / rho0
+    double neighbours = 0;  // mean number listed
     std::int64_t surface_points = 0;
   };
   Report report;
   std::int64_t bytes() const;
 
-  // What a checkpoint keeps, by name.
+  // f(name, array) for each array of a checkpoint.
   template <class F>
   void each_state_array(F&& f) {
     f("position", position_);
@@ -110,6 +112,7 @@ private:
   void renew_as_listed();
   void keep_before();
   void restore_before();
+  void give_forces(Scene& scene, double h);
   void put_forces_back(Scene& scene);
   bool list_is_old();
   void sub_step(const Scene& scene, double dt);
@@ -133,8 +136,8 @@ private:
   std::vector<std::int8_t> open_, open_new_;
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
-  double fastest_ = 0; // at the begin of the step [m/s]
-  double raised_ = 0;  // of all pressures where there is no free surface [Pa]
+  double fastest_ = 0;  // at the begin of the step [m/s]
+  double raised_ = 0;   // of all pressures where there is no free surface [Pa]
   bool closed_ = false; // no particle is at a free surface
   bool known_ = false, list_known_ = false, added_ = false;
 

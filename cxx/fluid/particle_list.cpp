@@ -25,8 +25,8 @@ void ParticleList::lay_grid(const std::vector<double>& x, double reach) {
     }
     const double cells = (high - least) / reach;
     if (!(cells < 1e6))
-      throw Error("the particles of the fluid are spread over " + std::to_string(high - least) +
-                  " m along axis " + std::to_string(k) + ", a million times their reach: give walls that hold it");
+      throw Error("the particles of the fluid are spread over " + std::to_string(high - least) + " m along axis " +
+                  std::to_string(k) + ", a million times their reach: give walls that hold it");
     corner_[k] = least - reach; // points of surfaces may lie a cell below
     width_[k] = reach;
     cells_[k] = std::int64_t(cells) + 3;
@@ -58,7 +58,7 @@ std::vector<std::int32_t> ParticleList::order(const std::vector<double>& x, doub
   return out;
 }
 
-// f(first, last, shift): particles of each of the cells about a cell, and what their places are to be moved by.
+// f(first, last, shift): particles of each of the cells about a cell, and the way to the image of the cell.
 template <class F>
 void ParticleList::each_near(const std::array<std::int64_t, 3>& cell, F&& f) const {
   for (std::int64_t dz = -1; dz <= 1; ++dz)
@@ -118,7 +118,9 @@ void ParticleList::make(double reach, const double* points, std::int64_t count, 
       std::array<Range, 27> ranges;
       std::size_t many = 0;
       each_near(cell_of(&at[std::size_t(3 * cell_first_[std::size_t(c)])]),
-                [&](std::int64_t a, std::int64_t b, const std::array<double, 3>& shift) { ranges[many++] = {a, b, shift}; });
+                [&](std::int64_t a, std::int64_t b, const std::array<double, 3>& shift) {
+                  ranges[many++] = {a, b, shift};
+                });
       for (std::int64_t i = cell_first_[std::size_t(c)]; i < cell_first_[std::size_t(c + 1)]; ++i) {
         std::int64_t found = count_alone ? 0 : first[std::size_t(i)];
         for (std::size_t r = 0; r < many; ++r) {

@@ -8,11 +8,11 @@
 namespace cairn {
 
 struct ParticleList {
-  std::vector<double> at;               // places for which it was made (3, n)
-  std::vector<std::int64_t> first;      // (n + 1)
-  std::vector<std::int32_t> neighbour;  // particles
-  std::vector<std::int64_t> first_point; // (n + 1)
-  std::vector<std::int32_t> point;       // points of surfaces
+  std::vector<double> at;                   // places for which it was made (3, n)
+  std::vector<std::int64_t> first;          // (n + 1)
+  std::vector<std::int32_t> neighbour;      // particles
+  std::vector<std::int64_t> first_point;    // (n + 1)
+  std::vector<std::int32_t> point;          // points of surfaces
   std::vector<std::int64_t> first_of_point; // (points + 1): the same from the side of the points
   std::vector<std::int32_t> particle;
 

@@ -129,7 +129,7 @@ public:
   std::unique_ptr<Networks> networks;
   void advance_networks(double h);
 
-  // Particles of a liquid among the bodies; null: none. They move before the bodies, which take their impulses as forces.
+  // Particles of a liquid among the bodies; null: none. They move first, and bodies take their impulses as forces.
   std::unique_ptr<Fluid> fluid;
 
   // Routines of users' libraries: forces on bodies, which are added, and the free velocity, which is replaced.

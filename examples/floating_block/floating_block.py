@@ -1,7 +1,6 @@
 """A block is let go above its draft, bobs and floats: Archimedes' law in a tank.
 
-The block is lighter than water; where it comes to rest, its draft is its height times the ratio of densities. Bodies and fluid
-push each other in one step, so that blocks far lighter than water stay calm as well (--ratio 0.01).
+The block is lighter than water; where it comes to rest, its draft is its height times the ratio of densities.
 
 Run it:  python floating_block.py                 450 particles, half a minute
          python floating_block.py --ratio 0.2

@@ -14,20 +14,20 @@ extern "C" {
 enum { cairn_fluid_record = 8, cairn_fluid_surface_record = 12, cairn_fluid_plane_record = 16 };
 typedef struct cairn_fluid {
   int32_t dim, planes;
-  double smoothing, spacing;    /* length of the kernel and distance of particles [m] */
-  double mass, density;         /* of a particle [kg | kg/m], at rest [kg/m3] */
-  double sound_speed, viscosity; /* [m/s], [Pa s] */
+  double smoothing, spacing;             /* length of the kernel and distance of particles [m] */
+  double mass, density;                  /* of a particle [kg | kg/m], at rest [kg/m3] */
+  double sound_speed, viscosity;         /* [m/s], [Pa s] */
   double diffusion, limiter, artificial; /* of density, of approach, of sound [-] */
-  double gravity[3], resting[3]; /* [m/s2], resting: along axes that are not periodic */
-  double period[3];              /* lengths of the periodic cell, 0: none [m] */
-  const double* record;          /* (8, particles) */
-  const int64_t* first;          /* (particles + 1) in neighbour */
-  const int32_t* neighbour;      /* numbers of particles, from 0 */
-  const double* surface;         /* (12, points) */
-  const int64_t* first_point;    /* (particles + 1) in point */
-  const int32_t* point;          /* numbers of points, from 0 */
-  const double* plane;           /* (16, planes) */
-  const int8_t* open;            /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
+  double gravity[3], resting[3];         /* [m/s2], resting: along axes that are not periodic */
+  double period[3];                      /* lengths of the periodic cell, 0: none [m] */
+  const double* record;                  /* (8, particles) */
+  const int64_t* first;                  /* (particles + 1) in neighbour */
+  const int32_t* neighbour;              /* numbers of particles, from 0 */
+  const double* surface;                 /* (12, points) */
+  const int64_t* first_point;            /* (particles + 1) in point */
+  const int32_t* point;                  /* numbers of points, from 0 */
+  const double* plane;                   /* (16, planes) */
+  const int8_t* open; /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
 } cairn_fluid;
 
 void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate);

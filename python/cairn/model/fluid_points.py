@@ -297,7 +297,7 @@ def _by_distance(shape, dim, form, spacing, reach):
 
 
 def _depth_and_normal(shape, form, r):
-    """Of capsules and segments with round ends, and of cylinders."""
+    """Depths and normals of capsules, segments with round ends and cylinders."""
     axis, half, radius = form["direction"], form["half"], form["radius"]
     along = r @ axis
     across = r - along[:, None] * axis

@@ -78,7 +78,7 @@ class Fluid:
         return self.position.shape[1]
 
     def liquid(self):
-        """Gives what particles of one liquid share.
+        """Gives the numbers that all particles of a liquid share.
 
         Returns
         -------

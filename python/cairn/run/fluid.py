@@ -1,4 +1,4 @@
-"""The liquid of a simulation: given to the core once, with the surfaces of bodies; and what is read of it."""
+"""The liquid of a simulation: it is given to the core once, with the surfaces of bodies, and read as arrays."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ class Running:
                 table.append((k, body.points, slip))
         _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]))
 
-    def follow(self):
-        """Gives surfaces of bodies that came since to the core."""
-        sets = self._simulation._sets
+    def follow(self, sets=None):
+        """Gives surfaces of bodies that came since to the core. sets: those of a state that is being restored."""
+        sets = self._simulation._sets if sets is None else sets
         if len(sets) == self.sets_seen:
             return
         self.sets_seen = len(sets)

@@ -126,6 +126,8 @@ class Restarts:
         if strategy != self._strategy:
             self._core.set_strategy(strategy.settings())
             self._strategy = strategy
+        if self._fluid:
+            self._fluid.follow(sets)
         # present meshes may differ from those of the state, whose own data are restored below, when they exist
         self._core.set_state({name: of for name, of in state.items() if name != "meshes"})
         self._use_laws(species, rules, sets[self._sets_seen :])
