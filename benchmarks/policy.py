@@ -206,7 +206,12 @@ def table():
     rows = known()
     out = ["| name | value | unit | what it steers | fixed by | half | double |", "|---|---|---|---|---|---|---|"]
     for name, value, unit, steers, source in listed():
-        moved = [f"{rows[name][f'CPU {way}']} ({rows[name][f'changed {way}']})" if name in rows else "not varied" for way in WAYS]
+        moved = [
+            "{}, {} ({})".format(*(rows[name][f"{what} {way}"] for what in ("CPU", "iterations", "changed")))
+            if name in rows
+            else "not varied"
+            for way in WAYS
+        ]
         out.append(f"| `{name}` | {value} | {unit} | {steers} | {source} | {' | '.join(moved)} |")
     return out
 

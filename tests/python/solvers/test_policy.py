@@ -1,4 +1,4 @@
-"""Numbers that steer solvers: one list, one page, and what changes them for a study."""
+"""Numbers that steer solvers: one list, one page, and a variable of the environment that changes them for a study."""
 
 import os
 import re
