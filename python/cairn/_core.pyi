@@ -51,6 +51,9 @@ __all__: list[str] = [
     "elements",
     "exact_sum",
     "gather_ranks",
+    "fluid_field",
+    "fluid_force",
+    "fluid_report",
     "half_product",
     "integrator_scheme",
     "integrators",
@@ -78,6 +81,8 @@ __all__: list[str] = [
     "rows_impulses",
     "rows_velocities",
     "save_tree",
+    "set_fluid",
+    "set_fluid_surfaces",
     "shapes",
     "stored_by_mesh",
     "stored_rotation",
@@ -204,6 +209,7 @@ class RunWriter:
         contacts: dict,
         cells: typing.Any = None,
         nodes: dict = {},
+        fluid: dict = {},
     ) -> None: ...
     @property
     def dim(self) -> int: ...
@@ -768,6 +774,11 @@ def element_stress(
 def elements() -> list: ...
 def exact_sum(arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> float: ...
 def gather_ranks(arg0: Simulation) -> None: ...
+def fluid_field(arg0: Simulation, arg1: str) -> typing.Any: ...
+def fluid_force(
+    arg0: Simulation, arg1: typing.SupportsInt | typing.SupportsIndex
+) -> typing.Annotated[list[float], "FixedSize(6)"]: ...
+def fluid_report(arg0: Simulation) -> dict: ...
 def half_product(
     arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
@@ -857,6 +868,14 @@ def rows_velocities(
     arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def save_tree(arg0: str, arg1: dict) -> None: ...
+def set_fluid(
+    arg0: Simulation,
+    arg1: dict,
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg4: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> None: ...
+def set_fluid_surfaces(arg0: Simulation, arg1: dict, arg2: dict) -> None: ...
 def shapes(*args) -> list[str]: ...
 def stored_by_mesh(arg0: Simulation, arg1: typing.SupportsInt | typing.SupportsIndex) -> float: ...
 def stored_rotation(
