@@ -44,7 +44,7 @@ function(cairn_layers out)
     target_compile_options(cairn_${layer} PRIVATE
       "$<$<CONFIG:Debug>:-ffile-prefix-map=${layer_tree}/cxx=${CMAKE_CURRENT_SOURCE_DIR}>")
     if(CAIRN_UNITY)
-      # One unit a folder: what is nameless in a file is not named again in its folder.
+      # One unit a folder: names of anonymous namespaces are unique in their folder.
       set_target_properties(cairn_${layer} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
       foreach(source IN LISTS sources)
         cmake_path(GET source PARENT_PATH folder)
