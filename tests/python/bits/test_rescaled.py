@@ -122,7 +122,8 @@ LAWS = {
         "angle": (0.3, NONE), "restitution": (0.6, NONE),
     },
     "PlasticContact": {
-        "loading": (1e6, FORCE - LENGTH), "unloading": (3e6, FORCE - LENGTH), "cohesion": (2e5, FORCE - LENGTH), "mu": (0.4, NONE),
+        "loading": (1e6, FORCE - LENGTH), "unloading": (3e6, FORCE - LENGTH), "cohesion": (2e5, FORCE - LENGTH),
+        "mu": (0.4, NONE),
     },
     "YieldContact": {"young": (1e7, FORCE - 2 * LENGTH), "yield_pressure": (3e4, FORCE - 2 * LENGTH), "mu": (0.4, NONE)},
     "CriticalVoigt": {"mu": (0.4, NONE), "period": (6.0, NONE), "damping": (1.5, NONE), "ratio": (0.4, NONE)},
