@@ -46,7 +46,7 @@ contains
   end subroutine roll
 
   !> Tangential spring and slider (spring_slider.f90) whose energy is remembered from step to step: energy that comes or goes with a
-  !> stiffness that changes counts as dissipated by friction, and the balance closes. The work is that of the mean force of the step.
+  !> stiffness that changes counts as dissipated by friction, and the balance closes. Works are those of the mean force of the step.
   pure subroutine slide_by_the_books(n, c, h, k, damping, limit, u, spring, f, remembered, energy)
     integer(c_int32_t), intent(in) :: n                !< contacts
     integer(c_int32_t), intent(in) :: c                !< components: 2 or 3

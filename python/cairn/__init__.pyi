@@ -458,28 +458,6 @@ class AdhesiveSpring(Law):
         self, *, stiffness: float, adhesion: float = 0.0, damping: float = 0.0, viscosity: float = 0.0, mu: float = 0.0
     ) -> None: ...
 
-class Joint(Law):
-    def __init__(
-        self,
-        *,
-        blocked: float,
-        coordinate: float = 0.0,
-        axis_x: float = 1.0,
-        axis_y: float = 0.0,
-        axis_z: float = 0.0,
-        lowest: float = ...,
-        highest: float = ...,
-        speed: float = 0.0,
-        effort: float = 0.0,
-        strength: float = ...,
-        spans: float = 0.0,
-        stiffness: float = 0.0,
-        damping: float = 0.0,
-        rest: float = 0.0,
-        pulley: float = 0.0,
-        far: float = 0.0,
-    ) -> None: ...
-
 class GranularContact(Law):
     def __init__(
         self,
@@ -547,6 +525,28 @@ class PlasticContact(Law):
 class YieldContact(Law):
     def __init__(
         self, *, young: float, yield_pressure: float, poisson: float = 0.3, restitution: float = 1.0, mu: float = 0.0
+    ) -> None: ...
+
+class Joint(Law):
+    def __init__(
+        self,
+        *,
+        blocked: float,
+        coordinate: float = 0.0,
+        axis_x: float = 1.0,
+        axis_y: float = 0.0,
+        axis_z: float = 0.0,
+        lowest: float = ...,
+        highest: float = ...,
+        speed: float = 0.0,
+        effort: float = 0.0,
+        strength: float = ...,
+        spans: float = 0.0,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        rest: float = 0.0,
+        pulley: float = 0.0,
+        far: float = 0.0,
     ) -> None: ...
 
 class IsotropicElastic(BulkMaterial):

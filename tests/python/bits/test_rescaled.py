@@ -108,14 +108,34 @@ LAWS = {
         "stiffness": (1e6, FORCE - LENGTH), "adhesion": (3e3, FORCE - LENGTH), "damping": (0.1, NONE), "mu": (0.4, NONE),
         "viscosity": (300.0, FORCE - LENGTH + TIME),
     },
+    "GranularContact": {
+        "model": (3, NONE), "young": (1e7, FORCE - 2 * LENGTH), "work": (5.0, FORCE - LENGTH), "mu": (0.4, NONE),
+        "damping": (0.6, NONE), "slip": (3, NONE), "roll": (2, NONE), "rolling": (0.1, NONE), "rolling_damping": (0.2, NONE),
+        "twist": (1, NONE), "twisting": (0.1, NONE),
+    },
+    "SmoothBond": {
+        "normal_stiffness": (1e7, lambda dim: FORCE - LENGTH - area(dim)), "mu": (0.4, NONE), "damping": (0.1, NONE),
+        "tangential_stiffness": (4e6, lambda dim: FORCE - LENGTH - area(dim)), "tension": (4e4, STRESS[1]),
+        "shear": (4e4, STRESS[1]), "within": (1e-3, LENGTH),
+    },
+    "LiquidBridge": {
+        "young": (1e7, FORCE - 2 * LENGTH), "tension": (50.0, FORCE - LENGTH), "volume": (1e-5, 3 * LENGTH), "mu": (0.4, NONE),
+        "angle": (0.3, NONE), "restitution": (0.6, NONE),
+    },
+    "PlasticContact": {
+        "loading": (1e6, FORCE - LENGTH), "unloading": (3e6, FORCE - LENGTH), "cohesion": (2e5, FORCE - LENGTH),
+        "mu": (0.4, NONE),
+    },
+    "YieldContact": {"young": (1e7, FORCE - 2 * LENGTH), "yield_pressure": (3e4, FORCE - 2 * LENGTH), "mu": (0.4, NONE)},
     "CriticalVoigt": {"mu": (0.4, NONE), "period": (6.0, NONE), "damping": (1.5, NONE), "ratio": (0.4, NONE)},
 }  # fmt: skip
-SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring")
-ONLY_3D = ("Capillary", "RollingCapillary", "HertzMindlin", "JKR")
 BITS = (
     "Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "RollingWet", "RollingBonded", "Wear", "Wet",
     "Rod", "Wire",
 )  # fmt: skip
+GRAINS = ("GranularContact", "LiquidBridge", "YieldContact")
+SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring", "SmoothBond", "PlasticContact", *GRAINS)
+ONLY_3D = ("Capillary", "RollingCapillary", "HertzMindlin", "JKR", *GRAINS)
 
 
 def factor(units, dim, scale):
