@@ -115,7 +115,7 @@ def dam_break(dx):
 
 
 def release(dx, share=0.1, size=8.0):
-    """Acceleration of a cylinder of radius 0.5 m held, then let go, in a tank of eight radii, against that in an endless liquid."""
+    """Acceleration of a cylinder of radius 0.5 m, held, then let go in a tank of eight radii, against that in endless liquid."""
     radius, side = 0.5, size * 0.5
     scene, _ = tank((0, 0), (side, side), side, dx, 9.81)
     wood = cn.Material("wood", density=1000.0 * share)
