@@ -322,6 +322,8 @@ def test_wrong_values_are_refused():
     with pytest.raises(ValueError, match="not finite"):
         cn.fluid(box, 0.1, velocity=(np.nan, 0))
     scene = cn.Scene(dim=2)
+    with pytest.raises(ValueError, match="one side must be a fluid; there is none"):
+        scene.interact("fluid", rock, cn.NoSlip())
     with pytest.raises(ValueError, match="3 dimensions"):
         scene.add(cn.fluid([(0, 0, 0), (1, 1, 1)], 0.5))
     scene.add(cn.fluid(box, 0.1))
