@@ -36,10 +36,11 @@ for k, (name, told, colour) in enumerate(OUTER):
 left.add_patch(plt.Rectangle((0, 2.0), 10, 9.9, facecolor="#fbf3dc", edgecolor="0.3"))
 left.text(5, 11.5, "cxx", ha="center", va="center", fontsize=11)
 left.text(5, 11.0, "fortran, C header: the public calls are in api", ha="center", va="center", fontsize=9, color="0.3")
-columns, high = 3, 1.25
+columns, gap = 3, 0.18
+high = 8.5 / -(-len(LAYERS) // columns) - gap
 for k, name in enumerate(reversed(LAYERS)):
     row, column = divmod(k, columns)
-    box(left, 0.3 + 3.15 * column, 9.35 - row * (high + 0.18), 3.0, high, name)
+    box(left, 0.3 + 3.15 * column, 10.6 - high - row * (high + gap), 3.0, high, name)
 left.annotate("", (0.12, 2.2), (0.12, 10.6), arrowprops={"arrowstyle": "->", "color": "0.3"})
 box(
     left,
