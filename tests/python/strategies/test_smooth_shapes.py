@@ -253,3 +253,25 @@ def test_what_cannot_turn_is_refused_by_name():
     scene.interact("*", "*", cn.LinearSpring(stiffness=1e6))
     with pytest.raises(ValueError, match="inertia of body 0 .* Gear"):
         cn.Simulation(scene, 1e-4, cn.SmoothDEM(integrator=cn.Gear())).step()
+
+
+def test_polygons_in_a_periodic_cell_that_moves_along():
+    """Images change as bodies are wrapped; springs, and with them the motion, do not."""
+    ends = []
+    for shift, skin in ((0.0, None), (8.0, None), (0.0, 0.002)):
+        rng = np.random.default_rng(1)
+        place = np.stack(np.meshgrid(np.arange(4), np.arange(4), indexing="ij"), -1).reshape(-1, 2) * 0.1 + 0.05
+        corner = 0.042 * np.stack([np.cos(np.pi / 3 * np.arange(6)), np.sin(np.pi / 3 * np.arange(6))], -1)
+        velocity = np.c_[rng.standard_normal((16, 2)) + [shift, shift / 2], 5 * rng.standard_normal(16)]
+        scene = cn.Scene(2, periodic=cn.Periodic((0.4, 0.4)))
+        scene.add(cn.polygons([corner + x for x in place], STONE, velocity=velocity))
+        scene.interact("*", "*", cn.LinearSpring(stiffness=1e6, mu=0.3, restitution=0.9))
+        sim = cn.Simulation(scene, 2e-5, cn.SmoothDEM(skin=skin), overlap="ignore")
+        touched = 0
+        for _ in range(1500):
+            sim.step()
+            touched += sim.info["contacts"]
+        assert touched > 1000
+        ends.append(sim.bodies.velocity[:, :2] - [shift, shift / 2])
+    assert np.array_equal(ends[0], ends[2])
+    assert np.allclose(ends[0], ends[1], atol=1e-8)
