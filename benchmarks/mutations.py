@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # files, and tests that have to notice
 FILES = {
-    "core_f90/contact_laws/newton_restitution.f90": "kernels/test_kernels_laws.py laws/test_laws_in_scenes.py",
+    "core_f90/contact_laws/newton_restitution.f90": "kernels/test_kernels.py scenes/test_features.py",
     "core_f90/contact_laws/mohr_coulomb.f90": "kernels/test_kernels_laws.py bonds/test_joint_faces.py",
     "core_f90/contact_laws/capillary.f90": "kernels/test_kernels_laws.py laws/test_granular_laws.py",
     "core_f90/contact_laws/rods.f90": "laws/test_rods.py",
