@@ -305,7 +305,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
 
 
 GROUPED = {"fixed": '{group: "xy"}', "drive": '{group: {"x": velocity}}', "displace": '{group: {"x": function of time}}',
-           "pressure": "{group: p}", "traction": "{group: (dim,)}"}  # fmt: skip
+           "pressure": "{group: p}"}  # fmt: skip
 
 
 def _checked_fields(dim, given, fixed, drive):

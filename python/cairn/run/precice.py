@@ -308,7 +308,7 @@ class Coupling:
                 self.repeated += 1
             elif precice.is_time_window_complete():
                 self.windows += 1
-                recorder.record(probes)
+                recorder.record()
                 if recorder.writer is not None and self.windows % every == 0:
                     recorder.write()
                 if callback is not None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from .. import _core
 from ..base import checks
 from ..options.strategies import NLGS, NSCD, TOL, Default
+from .views import core_of
 
 VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script
 
@@ -68,7 +69,7 @@ class Ranks:
         else:
             self._exchange = _core.virtual_ranks(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
-        _core.over_ranks(simulation._core, self._exchange)
+        _core.over_ranks(core_of(simulation), self._exchange)
 
     @property
     def first(self):
@@ -78,12 +79,12 @@ class Ranks:
     @property
     def owner(self):
         """Rank of each body, in the order of insertion, (n,); empty before the first step."""
-        return _core.owners_of_bodies(self._simulation._core)
+        return _core.owners_of_bodies(core_of(self._simulation))
 
     @property
     def held_bytes(self):
         """Bytes that each rank of this process holds for its bodies and contacts, (ranks,)."""
-        return _core.bytes_of_ranks(self._simulation._core)
+        return _core.bytes_of_ranks(core_of(self._simulation))
 
     def figures(self):
         """Gives figures of the last step.
@@ -94,7 +95,7 @@ class Ranks:
             "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
             made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" so far.
         """
-        found = self._simulation._core.figures()
+        found = core_of(self._simulation).figures()
         return {name: value if name == "imbalance" else int(value) for name, value in found.items()}
 
     def any(self, value):

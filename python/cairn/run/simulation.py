@@ -70,7 +70,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ranks, self._ranks = over.asked(ranks), None
         if ranks is not None:
             given = over.solved_by_sweeps(given)
-        self._dt = 1.0 if isinstance(dt, str) and one_of("dt", dt, ("stable",)) else checks.positive("dt", dt)
+        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)

@@ -17,7 +17,7 @@ ROWS = [(law["python_name"], parameter[0]) for law in _core.laws() for parameter
 def test_each_parameter_has_a_unit_and_a_meaning():
     assert not [row for row in ROWS if told(*row) is None]
     for unit, meaning in [*SHARED.values(), *ONE_LAW.values()]:
-        assert re.fullmatch(r"[-\w/ ,]+", unit) and len(meaning) > 8
+        assert re.fullmatch(r"[-\w/ ,()]+", unit) and len(meaning) > 8
 
 
 def test_nothing_is_told_of_parameters_that_are_not():
