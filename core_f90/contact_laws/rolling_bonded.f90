@@ -48,7 +48,7 @@ contains
     if (.not. any(state(:, 1) > 0)) return
     call held_impulses(n, c, w, u_free, held)
     do k = 1, c
-      where (state(:, 1) > 0) r(:, k) = held(:, k)
+      r(:, k) = merge(held(:, k), r(:, k), state(:, 1) > 0)
     end do
     if (present(status)) where (state(:, 1) > 0) status = 3
   end subroutine cairn_law_rolling_bonded_solve
@@ -75,10 +75,8 @@ contains
     if (.not. any(state(:, 1) > 0)) return
     call cairn_law_bonded_residual(n, c, context, rho, w, u, bias, r, params(:, :1), state, f_held, weight_held, told)
     do k = 1, c
-      where (state(:, 1) > 0)
-        f(:, k) = f_held(:, k)
-        weight(:, k) = weight_held(:, k)
-      end where
+      f(:, k) = merge(f_held(:, k), f(:, k), state(:, 1) > 0)
+      weight(:, k) = merge(weight_held(:, k), weight(:, k), state(:, 1) > 0)
     end do
     where (state(:, 1) > 0) status = told
   end subroutine cairn_law_rolling_bonded_residual

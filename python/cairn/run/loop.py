@@ -6,6 +6,7 @@ import contextlib
 import datetime
 import inspect
 import logging
+import os
 import signal
 import sys
 from pathlib import Path
@@ -326,7 +327,7 @@ def checked_output(output):
     from ..base.errors import FileError, named
 
     path = Path(named(output, "a run", ".vtkhdf", "; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it"))
-    if path.is_dir():
+    if os.path.isdir(path):
         raise FileError(path, "this is a folder", "give the name of a file in it, such as run.vtkhdf")
     if path.suffix.lower() not in ENDINGS:
         ending = f"ends in {path.suffix}" if path.suffix else "has no ending"

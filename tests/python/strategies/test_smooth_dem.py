@@ -338,3 +338,18 @@ def test_grains_that_are_held_do_not_shorten_the_stable_step():
     assert np.abs(force) == pytest.approx(-1e4 * gap, rel=1e-12) and len(gap) == 1
     sim.drive([0], (), None)
     assert sim.stable_step < 0.2 * cn.Simulation(free, 1e-6, cn.SmoothDEM()).stable_step
+
+
+def test_local_damping_takes_a_share_of_the_force_along_the_motion():
+    """Cundall (1987): a ball that falls speeds up by (1 - share) g, one that rises slows down by (1 + share) g."""
+    share, g, h, steps = 0.3, 9.81, 1e-4, 1000
+    rock = cn.Material("rock", density=2500.0)
+    scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -g))
+    scene.add(cn.spheres([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], 0.1, rock, velocity=[[0.0] * 6, [0.0, 0.0, 2.0, 0.0, 0.0, 0.0]]))
+    scene.interact(rock, rock, cn.LinearSpring(stiffness=1e4))
+    sim = cn.Simulation(scene, dt=h, strategy=cn.SmoothDEM(local_damping=share))
+    sim.run(steps=steps, progress=False)
+    fallen, risen = sim.bodies.velocity[:, 2]
+    assert fallen == pytest.approx(-(1 - share) * g * h * steps, rel=2 * share / steps)  # the first half step begins at rest
+    assert risen == pytest.approx(2 - (1 + share) * g * h * steps, rel=2 * share / steps)
+    assert sim.energy["dissipated_bulk"] > 0
