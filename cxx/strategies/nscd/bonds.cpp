@@ -80,7 +80,7 @@ void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
   }
 }
 
-void AnchoredContacts::measure(Simulation& s) {
+void BondGaps::measure(Simulation& s) {
   const ContactMemory& m = s.interactions.memory();
   fit(contactors_, 2 * m.anchors.size());
   for (std::size_t k = 0; k < m.anchors.size(); ++k) {
@@ -91,12 +91,12 @@ void AnchoredContacts::measure(Simulation& s) {
                                   &s.meshes, &s.scene.nodes);
 }
 
-void NewBonds::make(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
+void BondSearch::make(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
   find(s, step, free_velocity);
   s.report.unjoined = unjoined_step_ == s.steps ? unjoined_ : std::string();
 }
 
-void NewBonds::find(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
+void BondSearch::find(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
   constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
   s.interactions.measure_from(s.scene.origin);

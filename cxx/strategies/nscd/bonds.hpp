@@ -8,7 +8,7 @@
 
 namespace cairn {
 
-class NewBonds {
+class BondSearch {
 public:
   // Bonds contactors that came in since the last step. free_velocity: finds it, since detection leaves out pairs that
   // nothing moves; contacts that were known are no more.
@@ -22,7 +22,7 @@ private:
 };
 
 // Contacts of bonds, at the points that hold them.
-class AnchoredContacts {
+class BondGaps {
 public:
   void measure(Simulation& s);
 

@@ -95,8 +95,8 @@ private:
   SearchMargins margins_;
   PluggedBodyForces forces_;
   std::vector<double> temperature_, potential_; // of bodies and nodes, that laws see
-  NewBonds bonds_;
-  AnchoredContacts anchored_;
+  BondSearch bonds_;
+  BondGaps anchored_;
   NestedMeshLook nested_;
   JointSeats seats_;
   StiffJoints stiff_;

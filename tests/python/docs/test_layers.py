@@ -71,3 +71,13 @@ def test_an_upward_include_is_refused(commands):
     assert code != 0
     assert "No such file" in said or "not found" in said, said
     assert preprocess(commands["meshes"], f'#include "../{downward}"\n')[0] == 0
+
+
+def test_no_two_classes_share_a_name():
+    """The linker joins classes of one name without a word, and objects of one are destroyed as objects of the other."""
+    found = {}
+    for path in sorted((ROOT / "cxx").rglob("*.hpp")):
+        for name in re.findall(r"^(?:class|struct) (\w+)(?: final)?(?: : [^;{]*)? \{", path.read_text(encoding="utf-8"), re.M):
+            found.setdefault(name, []).append(path.name)
+    assert len(found) > 300
+    assert not {name: files for name, files in found.items() if len(files) > 1}
