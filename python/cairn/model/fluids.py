@@ -254,6 +254,8 @@ def slip_rule(scene, a, b, kind):
     for which, word in zip(("first", "second"), words):
         if not isinstance(word, str) or not word:
             raise ValueError(f"{which} side of an interaction is {word!r}: give a fluid, a Material, a name or '*'")
+    if kind is not None and type(kind).__name__ not in ("NoSlip", "FreeSlip"):
+        raise ValueError(f"a fluid meets bodies by {kind!r}: give cn.NoSlip(), cn.FreeSlip() or None")
     sides = [k for k, given in enumerate((a, b)) if isinstance(given, Fluid) or words[k] in names]
     if len(sides) != 1:
         known = ", ".join(sorted(names)) or "none: add cn.fluid(...) to the scene first"

@@ -97,6 +97,13 @@ def granular(
         raise ValueError(f"tangential is {tangential!r}, and 'hooke' has no moduli: give 'linear' or 'no_history'")
     if rolling not in ROLLING:
         raise ValueError(f"rolling is {rolling!r}: give 'constant_torque', 'spring_dashpot' or None")
+    asked = {"rolling_mu": rolling_mu, "rolling_damping": rolling_damping}
+    if rolling is None and any(checks.number(name, value) != 0 for name, value in asked.items()):
+        raise ValueError(
+            "rolling_mu or rolling_damping is given, and rolling is None: give rolling='constant_torque' or 'spring_dashpot'"
+        )
+    if rolling is not None and not checks.number("rolling_mu", rolling_mu) > 0:
+        raise ValueError(f"rolling is {rolling!r}: give its coefficient rolling_mu > 0 [-]")
     marshall = isinstance(twisting, str)
     if marshall:
         one_of("twisting", twisting, ("marshall",))

@@ -32,6 +32,7 @@ class Running:
         velocity = np.concatenate([f.velocity[k] for f, (_, k) in zip(self.fluids, kept)])
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
+        _refuse_crowded(position, first.spacing)
         speed = first.sound_speed or sound_speed_of(self.fluids, across, periodic)
         pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
         self.count, self.sound_speed = len(position), speed
@@ -74,6 +75,20 @@ class Running:
             return
         self.sets_seen = len(sets)
         self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing))
+
+    def refuse_inside(self, sets):
+        """Raises ValueError if particles of the liquid lie in bodies that are to come in."""
+        scene = self._simulation.scene
+        numbered = [s.with_(ids=np.arange(len(s.position))) for s in sets if s.mesh is None]
+        x = np.array(self._simulation.fluid.position)
+        depth, _ = _deepest(x, _bodies_of(scene, numbered, self.fluids[0].spacing), scene.dim)
+        inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)
+        if len(inside):
+            at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
+            raise ValueError(
+                f"{len(inside)} particles of the liquid lie in the bodies that are added, one at {at}: add them outside the "
+                "liquid, or to the scene before the start, where the liquid makes room"
+            )
 
 
 class _Body:
@@ -188,6 +203,19 @@ def _deepest(x, bodies, dim):
         where = np.where(depth > deepest, body.ids[0], where)
         deepest = np.maximum(deepest, depth)
     return deepest, where
+
+
+def _refuse_crowded(position, spacing):
+    """Raises ValueError where particles lie nearly on others, as those of two regions that overlap do."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(position).query_pairs(0.25 * spacing, output_type="ndarray")
+    if len(pairs):
+        at = tuple(float(v) for v in position[pairs[0, 0]])
+        raise ValueError(
+            f"{len(pairs)} pairs of particles of the fluid are nearer than a quarter of the spacing, the first at {at}: give "
+            "regions that do not overlap"
+        )
 
 
 NEAREST = 0.3  # distance of particles of a region from bodies, over the spacing

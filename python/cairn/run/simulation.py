@@ -84,6 +84,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
         if scene.periodic is not None:
+            if ranks is not None:
+                over.refuse_driven(scene.periodic, scene.dim)
             drive_cell(self._core, scene, scene.periodic)
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
@@ -682,6 +684,8 @@ class Simulation(Reshaping, Restarts, Spelt):
 
         self.between_steps("add")
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
+        if self._fluid:
+            self._fluid.refuse_inside(sets)
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
@@ -875,6 +879,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}
         cell = dataclasses.replace(self.scene.periodic, **given)
         cell.components(self.scene.dim)
+        if self._ranks is not None:
+            over.refuse_driven(cell, self.scene.dim)
         self._core.release_cell()
         drive_cell(self._core, self.scene, cell)
 

@@ -375,3 +375,28 @@ def test_few_particles_fall_as_bodies_do(region):
         sim.step()
     assert np.allclose(sim.fluid.velocity, [0, 0, -0.8], rtol=1e-12, atol=1e-12)
     assert sim.fluid.info["sub_steps"] >= 1
+
+
+def test_what_would_put_particles_into_bodies_or_each_other_is_refused():
+    def tank(*regions):
+        scene = cn.Scene(2, gravity=(0.0, -9.81))
+        stone = cn.Material("stone", density=2000.0)
+        scene.add(cn.wall((0, 0), (0, 1), stone), cn.wall((0, 0), (1, 0), stone), cn.wall((1, 0), (-1, 0), stone))
+        for region in regions:
+            scene.add(cn.fluid(region, spacing=0.1, density=1000.0, viscosity=1e-3))
+        scene.interact(stone, stone, cn.Coulomb(mu=0.3))
+        return scene, stone
+
+    scene, stone = tank(((0, 0), (1, 0.5)), ((0, 0.3), (1, 0.8)))
+    with pytest.raises(ValueError, match="give regions that do not overlap"):
+        cn.Simulation(scene, 1e-3)
+    scene, stone = tank(((0, 0), (1, 0.5)))
+    sim = cn.Simulation(scene, 1e-3)
+    with pytest.raises(ValueError, match="particles of the liquid lie in the bodies that are added"):
+        sim.add(cn.disks([[0.5, 0.25]], 0.2, stone))
+    before = len(sim.bodies)
+    sim.add(cn.disks([[0.5, 0.9]], 0.2, stone))
+    sim.step()
+    assert len(sim.bodies) == before + 1
+    with pytest.raises(ValueError, match="a fluid meets bodies by"):
+        scene.interact("fluid", stone, cn.Coulomb(mu=0.3))

@@ -290,6 +290,8 @@ def test_words_that_do_not_belong_together_are_refused():
         "and no coefficient": dict(young=1e7, coefficient=3.0),
         "no moduli": dict(normal="hooke", stiffness=1e5, tangential="mindlin"),
         "rolling is": dict(young=1e7, rolling="epsd"),
+        "rolling is None": dict(young=1e7, rolling_mu=0.1),
+        "rolling_mu > 0": dict(young=1e7, rolling="constant_torque"),
     }.items():
         with pytest.raises(ValueError, match=match):
             cn.granular(**given)
