@@ -231,7 +231,7 @@ def checked(s: BodySet) -> BodySet:
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
     if callable(s.drive) and len(s.driven) == 1 and len(texts_of(s.drive) or ()) == 1:  # of the dof that is driven
-        s.drive = Components([s.drive if name in s.driven else 0.0 for name in names])
+        s.drive = Components(tuple(s.drive if name in s.driven else 0.0 for name in names))
     for name in ("drive", "force", "surface_velocity"):
         value = getattr(s, name)
         if name == "surface_velocity" and getattr(value, "needs_simulation", False):

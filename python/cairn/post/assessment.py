@@ -563,7 +563,9 @@ def quake(
         if k % every and k < steps:
             continue
         now = structure.places()[0] - begin
-        times.append(structure.simulation.time - first), ground.append(now[base]), drift.append(now - now[base])
+        times.append(structure.simulation.time - first)
+        ground.append(now[base])
+        drift.append(now - now[base])
         if k % (every * max(1, outputs // 10)) == 0:
             _told(progress, f"{times[-1]:.3g} s: largest drift {1e3 * np.max(np.linalg.norm(drift[-1], axis=1)):.3g} mm")
         if np.max(np.linalg.norm(drift[-1], axis=1)) > fall * size:

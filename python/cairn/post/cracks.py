@@ -159,7 +159,8 @@ def cracks(structure) -> Cracks:
             there = structure.moved(at, second)
             apart, n = structure.moved(at, first) - there, structure.moved(at + normal, second) - there
         across = np.einsum("ij,ij->i", apart, n)
-        points.append(at), opening.append(across)
+        points.append(at)
+        opening.append(across)
         slip.append(np.linalg.norm(apart - across[:, None] * n, axis=1))
     return Cracks(joints.blocks, points, opening, slip, _damage(structure, joints.blocks))
 

@@ -184,7 +184,9 @@ def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",
             touching[k].append(j)
     for k, part in enumerate(blocks.part):
         if part in rigid:
-            points.append(None), cells.append(None), sides.append({})
+            points.append(None)
+            cells.append(None)
+            sides.append({})
             continue
         try:
             p, c = cells_of(blocks.vertices[k], blocks.faces[k], size)
@@ -192,7 +194,9 @@ def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",
             raise ValueError(f"block {k} ({part}): {error}") from None
         near = FLUSH * np.max(np.ptp(blocks.vertices[k], axis=0))
         on = {j: np.flatnonzero(np.abs((p - joints.polygon[j][0]) @ joints.normal[j]) <= near) for j in touching[k]}
-        points.append(p), cells.append(c), sides.append(_whole_sides(p, on, near))
+        points.append(p)
+        cells.append(c)
+        sides.append(_whole_sides(p, on, near))
     if all(p is None for p in points):
         raise ValueError(f"rigid is {rigid}: no block is left to mesh; the parts are {', '.join(sorted(set(blocks.part)))}")
     return MeshedBlocks(blocks, points, cells, sides, young, poisson, joint, joints)

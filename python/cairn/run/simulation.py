@@ -850,7 +850,9 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def cell(self):
-        """The periodic cell now, a dict: vectors (dim, dim) by rows [m], lengths (dim,) [m], rate, its velocity gradient
+        """The periodic cell now, a dict.
+
+        It holds vectors (dim, dim) by rows [m], lengths (dim,) [m], rate, its velocity gradient
         (dim, dim) [1/s], and stress of the contacts in the last step, compression positive, upper triangle [Pa]: of cells with
         a rate, a stress or a constant volume, else zero."""
         found = self._core.driven_cell()
