@@ -39,7 +39,7 @@ class Periodic:
     rate : dict, optional
         {component: rate [1/s]}, numbers or functions of time (Table, Harmonic, Expression); a length that shrinks has a negative
         rate.
-    stress : float, function of time or dict, optional
+    stress : float, callable or dict, optional
         Pressure along all axes [Pa], or {component: stress}, compression positive; the cell has to be periodic along all axes.
     constant_volume : bool, default False
         Lengths that have neither keep the volume.

@@ -80,7 +80,7 @@ class MeshedStructure:
         if wrong:
             raise ValueError(f"ids[{wrong[0]}] is {ids[wrong[0]]!r}: give the list of arrays that meshed.add_to returned")
         self.meshed, self.blocks, self.simulation, self.ids = meshed, meshed.blocks, simulation, [np.atleast_1d(of) for of in ids]
-        self.dim, self.held = meshed.dim, meshed.blocks.mask("support")
+        self.dim, self.held = meshed.blocks.dim, meshed.blocks.mask("support")
         self._mesh_of = {int(m.ids[0]): k for k, m in enumerate(simulation.meshes)}
         rigid = np.flatnonzero(~meshed.soft)
         self._rigid = None

@@ -65,11 +65,6 @@ class MeshedBlocks:
                 f"{len(self.joints.area)} joints>")  # fmt: skip
 
     @property
-    def dim(self):
-        """2 or 3."""
-        return self.blocks.dim
-
-    @property
     def soft(self):
         """Mask (n,) of the blocks that are meshes."""
         return np.array([p is not None for p in self.points], bool)
@@ -110,7 +105,7 @@ class MeshedBlocks:
                 known = ", ".join(sorted(set(stiff.part))) or "none"
                 raise ValueError(f"rigid_options names the part {part!r}: rigid blocks have the parts {known}")
         if len(stiff):
-            depth = {"depth": scene.depth} if self.dim == 2 else {}
+            depth = {"depth": scene.depth} if self.blocks.dim == 2 else {}
             sets, rows = stiff.sets(material, **depth)
             sets = [s.with_(**rigid_options.get(s.group, {})) for s in sets]
             for k, number in zip(np.flatnonzero(~soft), np.asarray(scene.add(*sets))[rows]):
@@ -126,14 +121,14 @@ class MeshedBlocks:
         names = [f"joint {j}" for j in self.sides[k]]
         groups = dict(zip(names, self.sides[k].values()))
         own = {} if rayleigh is None else {"rayleigh": tuple(rayleigh)}
-        if self.dim == 2:
+        if self.blocks.dim == 2:
             own |= {"plane": plane, "thickness": scene.depth}
         if not material.density > 0:
             raise ValueError(f"material {material.name!r} has no density: give cairn.Material(..., density=2400.0) [kg/m3] say")
         cairn = importlib.import_module("cairn")  # whose layers above this one make bodies
         body = cairn.ElasticBody(self.points[k], self.cells[k], young=self.young, poisson=self.poisson,
                                  density=material.density, groups=groups, **own)  # fmt: skip
-        sides = {"contact": names, ("edges" if self.dim == 2 else "faces"): names} if names else {}
+        sides = {"contact": names, ("edges" if self.blocks.dim == 2 else "faces"): names} if names else {}
         return cairn.deformable(body, material, **(sides | {"name": self.blocks.part[k]} | options))
 
 

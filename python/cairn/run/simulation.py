@@ -865,7 +865,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ----------
         rate : dict, optional
             {component: rate [1/s]}.
-        stress : float, function of time or dict, optional
+        stress : float, callable or dict, optional
             Pressure along all axes or {component: stress} [Pa].
         constant_volume : bool, default False
             Lengths that have neither keep the volume.
