@@ -29,16 +29,18 @@ def commands():
 
 
 def preprocess(command, text):
-    """Exit code and messages of a source that stands in the folder, with the options that the folder compiles with."""
+    """Exit code and messages of a source that stands in the folder, with the paths and definitions that the folder compiles with.
+
+    The preprocessor alone is asked: it does not read precompiled headers, which are left out with all other options.
+    """
     directory, words = command
     tree = next(p for p in (directory / "cxx" / "layers").iterdir() if f"cairn_{p.name}.dir" in " ".join(words))
-    kept, skipped = [], False
-    for word in words[: words.index("-c")]:
-        skipped = not skipped and word == "-o"
-        kept += [] if skipped or word.endswith((".o", "ccache")) else [word]
+    compiler = next(word for word in words if not word.endswith("ccache"))
+    kept = [word for word in words if word.startswith(("-I", "-D", "-std"))]
+    kept += [part for k, word in enumerate(words) if word in ("-isystem", "-iquote") for part in words[k : k + 2]]
     inside = tree / "cxx" / tree.name
-    ended = subprocess.run([*kept, "-E", "-x", "c++", "-", f"-iquote{inside}", "-o", os.devnull], cwd=directory, input=text,
-                           capture_output=True, text=True)  # fmt: skip
+    asked = [compiler, *kept, f"-iquote{inside}", "-E", "-x", "c++", "-", "-o", os.devnull]
+    ended = subprocess.run(asked, cwd=directory, input=text, capture_output=True, text=True)
     return ended.returncode, ended.stderr
 
 
