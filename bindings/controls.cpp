@@ -85,6 +85,9 @@ void bind_controls(py::class_<Simulation>& simulation) {
              s.controlled().weigh_cell(s, inertia, depth);
              s.controlled().keep_volume(s, keeps_volume);
            })
+      .def_property( // that a cell keeps [m3]; 0: none
+          "kept_volume", [](const Simulation& s) { return s.controls ? s.controls->kept_volume() : 0.0; },
+          [](Simulation& s, double volume) { s.controlled().set_kept_volume(volume); })
       .def("driven_cell", &driven_cell)
       .def("add_probe",
            [](Simulation& s, const std::string& quantity, const Input<std::int64_t>& ids, const std::string& take,

@@ -3,6 +3,7 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "contactors/mapped_contactors.hpp"
+#include "scene/cell_boundaries.hpp"
 #include "scene/scene.hpp"
 
 using cairn::Scene;
@@ -116,14 +117,16 @@ void set_cell(Scene& s, const std::array<bool, 3>& periodic, const Input<double>
               const Input<double>& gradient) {
   if (vectors.size() != 9 || corner.size() != 3 || gradient.size() != 9)
     throw cairn::Error("a cell needs 3 x 3 vectors, 3 coordinates of its corner and a 3 x 3 velocity gradient");
+  cairn::Cell cell = s.cell;
   for (int i = 0; i < 3; ++i) {
-    s.cell.periodic[i] = periodic[i];
-    s.cell.corner[i] = corner.data()[i];
+    cell.periodic[i] = periodic[i];
+    cell.corner[i] = corner.data()[i];
     for (int k = 0; k < 3; ++k) { // rows of the input are cell vectors; columns are stored
-      s.cell.vectors[i + 3 * k] = vectors.data()[3 * k + i];
-      s.cell.velocity_gradient[i + 3 * k] = gradient.data()[3 * i + k];
+      cell.vectors[i + 3 * k] = vectors.data()[3 * k + i];
+      cell.velocity_gradient[i + 3 * k] = gradient.data()[3 * i + k];
     }
   }
+  cairn::set_cell(s, cell);
 }
 
 py::dict get_cell(const Scene& s) {

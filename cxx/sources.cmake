@@ -159,6 +159,7 @@ set(CAIRN_CXX_SOURCES
   networks/multigrid.cpp
   couplings/network.cpp
   couplings/thermal.cpp
+  scene/cell_boundaries.cpp
   scene/frames.cpp
   scene/joint_parts.cpp
   scene/mesh_draft.cpp

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "../plugs/plug.hpp"
+#include "../scene/cell_boundaries.hpp"
 #include "cairn/build.h"
 #include "objects.hpp"
 
@@ -248,7 +249,7 @@ int32_t cairn_scene_set_cell(cairn_scene* scene, const double* lengths, const do
       throw Error("lean and shear_rate need a cell that is periodic along its first and its last axis");
     cell.vectors[3 * last] = lean;
     cell.velocity_gradient[3 * last] = shear_rate;
-    scene->scene.cell = cell;
+    cairn::set_cell(scene->scene, cell);
   });
 }
 

@@ -9,6 +9,7 @@
 #include "../base/call.hpp"
 #include "../base/fastest.hpp"
 #include "../detection/interaction_handler.hpp"
+#include "cell_boundaries.hpp"
 
 namespace cairn {
 namespace {
@@ -209,6 +210,9 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     for (int c = 0; c < dim; ++c) d[c] /= size;
     if (!(d[dim] >= 0)) refuse("half length", i, d[dim], "give zero or more");
   }
+  for (std::int64_t i = 0; !shape.bounded && cell.any() && i < b.count; ++i)
+    check_in_cell(*this, b.shape, b.body[i], direction.empty() ? nullptr : &direction[components * i],
+                  radius.empty() ? 0 : radius[i]);
   const auto off_centre = std::any_of(b.offset.begin(), b.offset.end(), [](double x) { return x != 0; });
   if (off_centre) activate(Need::offset);
   if (carried && (off_centre || shape.is_hull() || !direction.empty())) activate(Need::rotation);

@@ -40,6 +40,8 @@ public:
   void press_cell(Simulation& s, const std::string& component, Expression pressure);
   // The diagonal components that nothing drives keep the volume.
   void keep_volume(Simulation& s, bool keep);
+  double kept_volume() const { return keeps_volume_ ? volume_ : 0; } // [m3]; 0: none is kept
+  void set_kept_volume(double volume) { volume_ = volume; }          // that of a run before
   // Inertia of the cell over the mass of the bodies that move [-], thickness in 2D [m].
   void weigh_cell(Simulation& s, double share, double depth);
   void release_bodies() { drives_.clear(), servos_.clear(); }

@@ -18,6 +18,7 @@ import inspect
 import json
 import os
 import re
+import warnings
 from dataclasses import dataclass
 
 from .. import _core
@@ -97,10 +98,10 @@ def read(path) -> dict:
 
 
 class _Builder:
-    """Makes the objects of a document, and lists what cannot be made."""
+    """Makes the objects of a document, and lists what cannot be made; `warned` are the warnings of making them."""
 
     def __init__(self, document):
-        self.document, self.problems = document, []
+        self.document, self.problems, self.warned = document, [], []
         self.root = importlib.import_module("cairn")
         self.scene = self.simulation = None
 
@@ -111,7 +112,11 @@ class _Builder:
     def made(self, path, function, *given, **named):
         """The result of a call, or None and a problem, at the field that the message begins with."""
         try:
-            return function(*given, **named)
+            with warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                made = function(*given, **named)
+            self.warned += [(path, w) for w in warned]
+            return made
         except (ValueError, TypeError, ImportError, AttributeError, IndexError, FileError) as error:
             word = re.match(r"([A-Za-z_]+)", str(error))
             place = f"{path}/{word.group(1)}" if word and word.group(1) in (*named, *RUN) else path
@@ -156,16 +161,24 @@ class _Builder:
         run = self.object("/run", given, RUN)
         if run is None:
             return
-        if "steps" not in run and "until" not in run:
+        ends = [name for name in ("steps", "until") if run.get(name) is not None]
+        if not ends:
             self.tell("/run", "say how long to run: give steps, or until [s]")
+        elif len(ends) == 2:
+            self.tell("/run", f"steps is {run['steps']!r} and until {run['until']!r}: a document has one end, give one of them")
         for name, least in (("steps", 0), ("every", 1), ("checkpoint_every", 1)):
             if run.get(name) is not None:
                 self.made("/run", checks.count, name, run[name], least)
         if run.get("until") is not None:
-            self.made("/run", checks.number, "until", run["until"])
+            until = self.made("/run", checks.number, "until", run["until"])
+            if until is not None and self.simulation is not None and until < self.simulation.dt / 2:
+                told = f"until is {until!r}, less than half a step (dt = {self.simulation.dt!r} s): the run would make no step"
+                self.tell("/run/until", f"{told}; give a later time, or a smaller dt")
         for name in ("overwrite", "append"):
             if name in run:
                 self.made("/run", checks.flag, name, run[name])
+        if run.get("overwrite") is True and run.get("append") is True:
+            self.tell("/run", "append and overwrite are both true: give one of them, to go on in a file or to replace it")
         if not isinstance(run.get("output", ""), str):
             self.tell("/run/output", f"{_shown(run['output'])} is no name of a file: give a text that ends in .vtkhdf")
 
@@ -280,6 +293,30 @@ def _needed(function):
     return [p.name for p in parameters if p.default is p.empty and p.kind in kinds and p.name != "self"]
 
 
+def _place_of(path, warned):
+    """Field that a warning is about: missing laws belong to the laws, overlaps and walls to the bodies."""
+    if path != "/simulation":
+        return path
+    kinds = (("MissingLawWarning", "/laws"), ("OverlapWarning", "/bodies"), ("ShapesWarning", "/bodies"))
+    return dict(kinds).get(warned.category.__name__, path)
+
+
+def warnings_of(built) -> list:
+    """Lists what a document would warn of before its first step.
+
+    Parameters
+    ----------
+    built : _Builder
+        The document, built.
+
+    Returns
+    -------
+    list of Problem
+        Overlaps, missing laws, walls that look away, with their places.
+    """
+    return [Problem(_place_of(path, w), " ".join(str(w.message).split())) for path, w in built.warned]
+
+
 def problems(document) -> list:
     """Lists all faults of a document.
 
@@ -317,6 +354,8 @@ def scene_of(document):
     made = _Builder(document).build()
     if made.problems:
         raise DocumentError(made.problems)
+    for _, warned in made.warned:
+        warnings.warn(warned.message, warned.category, stacklevel=3)
     return made.scene
 
 
@@ -341,6 +380,8 @@ def simulation_of(document):
     made = _Builder(document).build()
     if made.problems:
         raise DocumentError(made.problems)
+    for _, warned in made.warned:
+        warnings.warn(warned.message, warned.category, stacklevel=3)
     if made.simulation is None:
         raise DocumentError([Problem("/simulation", 'it is missing: give {"dt": 1e-3} at least')])
     return made.simulation
@@ -446,7 +487,8 @@ def schema() -> dict:
                            "strategy": {"$ref": "#/$defs/strategy"}, "overlap": {"enum": ["warn", "error", "ignore"]},
                            "overlap_share": {"type": "number"}},
         },
-        "run": _object(root.Simulation.run, leave=[n for n in _names(root.Simulation.run) if n not in RUN]),
+        "run": _object(root.Simulation.run, leave=[n for n in _names(root.Simulation.run) if n not in RUN])
+        | {"oneOf": [{"required": ["steps"]}, {"required": ["until"]}]},
     }  # fmt: skip
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

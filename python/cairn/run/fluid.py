@@ -306,9 +306,17 @@ class FluidView:
         Returns
         -------
         ndarray (3,) or (6,)
-            Force [N], and torque about its centre of mass [N m].
+            Force [N], and torque about its centre of mass [N m]: 0 for one that the liquid flows through.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body.
         """
-        found = np.array(_core.fluid_force(self._core, int(checks.body_ids([body])[0])))
+        number = int(checks.body_ids([body])[0])
+        if number not in self._simulation.bodies.id:
+            raise ValueError(f"there is no body {number}; it was never added, or was removed: give an id that Scene.add returned")
+        found = np.array(_core.fluid_force(self._core, number))
         return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
 
     def energy(self):

@@ -9,6 +9,7 @@ import logging
 import os
 import signal
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from .views import core_of
 log = logging.getLogger("cairn.run")
 logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the application configures logging
 TAKEN = "probe {!r} bears the name of a column that every history has: give it another"
+ROUNDING = 1e-3  # of a step: what a sum of many steps may miss of the time that it is to be
 SOLVED = ("converged", "no_contacts")
 ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # suffixes of run files, which are HDF5
 
@@ -423,6 +425,17 @@ def _check(simulation, steps, until, while_, every, callback, checkpoint_every, 
         _check_probes(simulation, probes)
 
 
+def _warn_of_no_step(simulation, steps, until):
+    """Warns if `until` is later than now and less than half a step away, so that a run makes no step."""
+    left = None if until is None else until - simulation.time
+    if left is not None and steps != 0 and ROUNDING * simulation.dt < left < simulation.dt / 2:
+        warnings.warn(
+            f"until is {until!r}, {left:.3g} s from now, less than half a step (dt = {simulation.dt:g} s): the run makes no step; "
+            "give a later time, a smaller dt, or steps=1",
+            stacklevel=5,
+        )
+
+
 def _tell(simulation, number, output):
     """Prints that a signal ended the run, since closing files may take long."""
     name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
@@ -465,6 +478,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     total = steps
     if total is None and until is not None:
         total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))
+    _warn_of_no_step(simulation, steps, until)
     log.info("run from step %d, t = %g s, dt = %g s, %d bodies%s", first, simulation.time, simulation.dt, len(simulation.bodies),
              "" if output is None else f", to {output}")  # fmt: skip
     ranks, failed = simulation.ranks, True

@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 
 from ..model.scene import rules_to_dict
-from . import cracks, restored
+from . import cracks, driven_cell, restored
 from .sets import ids_of, later_to_dict
 
 
@@ -37,7 +37,7 @@ class Restarts:
         save(
             path,
             {
-                **(opened | restored.solver_to_dict(self)),
+                **(opened | restored.solver_to_dict(self) | driven_cell.to_dict(self._core, self.scene, self._cell)),
                 "kind": "checkpoint",
                 "dim": self.scene.dim,
                 "dt": self._dt,
@@ -102,7 +102,7 @@ class Restarts:
         """Restores a checkpoint of the same scene, to the same bits.
 
         Bodies added since the start are read from the file, with their drives and forces; if these are Python functions, add the
-        same sets first.
+        same sets first. What `drive_cell` gave the periodic cell is read from it, too.
 
         Parameters
         ----------
@@ -122,14 +122,18 @@ class Restarts:
         """Records that the current state comes from `how` instead of steps, and forgets where earlier run files ended."""
         self._came_by, self._last_outputs = how, {}
 
-    def _take(self, state, species, rules, sets, dt, info, strategy):
+    def _take(self, state, species, rules, sets, dt, info, strategy, cell=None):
         if strategy != self._strategy:
             self._core.set_strategy(strategy.settings())
             self._strategy = strategy
         if self._fluid:
             self._fluid.follow(sets)
         # present meshes may differ from those of the state, whose own data are restored below, when they exist
+        if cell is not None:
+            driven_cell.change(self._core, self.scene, cell[0])
         self._core.set_state({name: of for name, of in state.items() if name != "meshes"})
+        if cell is not None:
+            self._cell, self._core.kept_volume = cell
         self._use_laws(species, rules, sets[self._sets_seen :])
         self._sets, self._dt, self._radii, self._info = sets, dt, None, info
         self._start_functions()

@@ -8,7 +8,7 @@ from ..base.errors import DAMAGE, FileError
 from ..files.checkpoint import load
 from ..model.scene import rules_from_dict, rules_to_dict
 from ..options.strategies import Default, may_be_pack
-from . import cracks
+from . import cracks, driven_cell
 from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
 from .views import core_of
 
@@ -24,6 +24,8 @@ def restore(sim, path):
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
     before |= {"state": sim.get_state(), "strategy": sim._strategy}
+    if sim._cell is not None:
+        before["cell"] = sim._cell, sim._core.kept_volume
     try:
         made = _content(sim, path, _completed(sim, content) if of_program else content)
     except FileError:
@@ -71,6 +73,8 @@ def _content(sim, path, content):
     sim.scene.law_table(species, rules, sets)
     dt = checks.positive("dt", float(content["dt"]))
     made = {"state": content["state"], "species": species, "rules": rules, "sets": sets, "dt": dt, "info": {}}
+    if "cell" in content:  # older files hold none
+        made["cell"] = driven_cell.from_dict(sim.scene, content["cell"])
     return {**made, "strategy": _strategy(sim, content.get("solver"))}
 
 

@@ -12,12 +12,11 @@ from ..base.expressions import texts_of
 from ..base.time_functions import Servo
 from ..model import bodies, missing_laws
 from ..model.scene import Scene, checked_sets, insert, rule
-from ..names import Spelt, one_of, within
+from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, first_overlaps, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, unmet_shapes, views
 from . import ranks as over
 from .belts import Belts
-from .driven_cell import drive_cell
 from .drives import Drives
 from .info import Info
 from .parts import ask_for_parts
@@ -70,7 +69,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ranks, self._ranks = over.asked(ranks), None
         if ranks is not None:
             given = over.solved_by_sweeps(given)
-        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else checks.positive("dt", dt)
+        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else step_length(dt, "stable")
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
@@ -86,7 +85,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         if scene.periodic is not None:
             if ranks is not None:
                 over.refuse_driven(scene.periodic, scene.dim)
-            drive_cell(self._core, scene, scene.periodic)
+            driven_cell.drive_cell(self._core, scene, scene.periodic)
+        self._cell = scene.periodic
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
@@ -133,7 +133,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     @dt.setter
     def dt(self, value):
         self._stage.at_rest("dt")
-        self._dt = checks.positive("dt", value)
+        self._dt = step_length(value)
 
     @property
     def strategy(self):
@@ -355,7 +355,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         float
             Its length [s].
         """
-        h = self._dt if dt is None else checks.positive("dt", dt)
+        h = self._dt if dt is None else step_length(dt)
         with self._stage.of_loads():
             self._follow_scene()
             self._apply_functions(h)
@@ -883,8 +883,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         cell.components(self.scene.dim)
         if self._ranks is not None:
             over.refuse_driven(cell, self.scene.dim)
-        self._core.release_cell()
-        drive_cell(self._core, self.scene, cell)
+        driven_cell.change(self._core, self.scene, cell)
+        self._cell = cell
 
     def _start_meshes(self, state=None, anew=False):
         """Passes the deformable bodies to the core, see Meshes; their modules are imported only if there are any."""
@@ -941,3 +941,11 @@ def _three(values):
     out = np.zeros(3)
     out[: len(values)] = values
     return out
+
+
+def step_length(value, *words):
+    """The length of a step [s]. words: texts that stand for one where it is given. Raises ValueError for anything else."""
+    if isinstance(value, str):
+        told = "".join(f', or "{word}" under SmoothDEM' for word in words)
+        raise ValueError(f"dt is {value!r}, a text: give a number > 0 [s]{told}{meant(value, words)}")
+    return checks.positive("dt", value)

@@ -400,3 +400,13 @@ def test_what_would_put_particles_into_bodies_or_each_other_is_refused():
     assert len(sim.bodies) == before + 1
     with pytest.raises(ValueError, match="a fluid meets bodies by"):
         scene.interact("fluid", stone, cn.Coulomb(mu=0.3))
+
+
+def test_a_force_is_asked_of_a_body_that_is_there():
+    scene, bed = tank(0.3)
+    sim = cn.Simulation(scene, dt=0.02)
+    sim.step()
+    assert sim.fluid.force_on(bed)[1] < 0
+    for body in (99, -1, bed + 3):
+        with pytest.raises(ValueError, match=f"no body {body}"):
+            sim.fluid.force_on(body)

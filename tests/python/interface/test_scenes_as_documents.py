@@ -78,6 +78,9 @@ FAULTS = [
     (lambda d: d["simulation"]["strategy"]["solver"].update(tolerance=2), "/simulation/strategy/solver/tolerance", "there is no"),
     (lambda d: d["run"].pop("steps"), "/run", "how long"),
     (lambda d: d["run"].update(every=0), "/run/every", "every"),
+    (lambda d: d["run"].update(until=1.0), "/run", "give one of them"),
+    (lambda d: d.update(run={"until": 4e-4}), "/run/until", "no step"),
+    (lambda d: d["run"].update(append=True, overwrite=True), "/run", "both true"),
     (lambda d: d["run"].update(output=7), "/run/output", "name of a file"),
 ]  # fmt: skip
 
@@ -125,6 +128,23 @@ def test_documents_run_and_explain_themselves(tmp_path, capsys):
         told["ok"] and told["explain"]["bodies"] == 4 and told["explain"]["laws"][0]["degrees"]["mu"] == pytest.approx(21.8, 1e-2)
     )
     assert main(["check", str(path)]) == 0 and "no fault" in capsys.readouterr().out
+
+
+def test_a_check_warns_as_a_simulation_does(tmp_path, capsys):
+    path = tmp_path / "drop.json"
+    bad = changed(lambda d: (d["simulation"].pop("strategy"), d["laws"].clear(), d["bodies"][0].update(centers=[[0, 0.6], [0, 0.7]])))
+    path.write_text(json.dumps(bad), encoding="utf-8")
+    assert main(["check", str(path)]) == 0
+    told = capsys.readouterr()
+    assert "no fault, 2 warnings" in told.out
+    assert "/laws: no law is declared" in told.err and "/bodies: 1 pairs overlap" in told.err
+    assert main(["check", "--json", str(path)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [w["path"] for w in told["warnings"]] == ["/laws", "/bodies"] and told["ok"]
+    with pytest.warns(cn.OverlapWarning), pytest.warns(cn.MissingLawWarning):
+        documents.simulation_of(bad)
+    bad["simulation"]["overlap"] = "error"
+    assert any("overlap" in p.message for p in documents.problems(bad))
 
 
 def test_explain_as_plain_data_is_json_for_each_strategy():

@@ -285,3 +285,27 @@ def test_a_document_that_is_no_json_names_the_line(tmp_path, capsys):
     path = tmp_path / "scene.json"
     path.write_text(json.dumps({"dim": 2})[:-1], encoding="utf-8")
     assert main(["check", str(path)]) == 1 and "line 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("strategy", [None, cn.SmoothDEM()])
+def test_texts_as_a_step(strategy):
+    made = scene()
+    for word, told in (("stabel", "did you mean 'stable'"), ("1e-3", "dt is '1e-3', a text: give a number > 0")):
+        with pytest.raises(ValueError, match=told):
+            cn.Simulation(made, word, strategy)
+    there = sim()
+    for call in (lambda: setattr(there, "dt", "stable"), lambda: there.step("stable")):
+        with pytest.raises(ValueError, match="dt is 'stable', a text: give a number > 0"):
+            call()
+
+
+def test_a_run_that_ends_before_its_first_step_is_told():
+    there = sim(dt=1e-3)
+    with pytest.warns(UserWarning, match="until is 0.0004, 0.0004 s from now, less than half a step"):
+        assert there.run(until=4e-4, progress=False) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert there.run(until=6e-4, progress=False) == 1
+        assert there.run(until=1e-3, progress=False) == 0  # there already
+        for k in range(2, 40):  # sums of steps miss the times by rounding
+            assert there.run(until=k * 1e-3, progress=False) == 1

@@ -160,6 +160,94 @@ def test_a_run_goes_on_from_a_checkpoint_to_the_same_bits(tmp_path):
     assert np.array_equal(made[0].cell["vectors"], made[1].cell["vectors"])
 
 
+PHASES = [
+    {"rate": {"xy": 0.5}},
+    {"rate": {"xy": cn.Harmonic(0.5, 20.0), "yy": -0.3}, "constant_volume": True},
+    {"stress": {"xx": 3e3, "yy": cn.Table([0.0, 0.02], [1e3, 2e3])}},
+    {},
+]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_restart_holds_the_phase_that_drove_the_cell(phase, tmp_path):
+    first = {"stress": 1e3} if "stress" in phase else {"rate": {"xx": -0.5, "yy": -0.5}}
+    straight = cell_of(2, 5, **first)
+    straight.run(20, progress=False)
+    straight.checkpoint(tmp_path / "own.h5")
+    straight.drive_cell(**phase)
+    straight.run(20, progress=False)
+    straight.checkpoint(tmp_path / "phase.h5")
+    straight.run(20, progress=False)
+    again = cell_of(2, 5, **first)
+    again.restore(tmp_path / "phase.h5")
+    again.run(20, progress=False)
+    for name in ("vectors", "rate"):
+        assert np.array_equal(again.cell[name], straight.cell[name])
+    assert np.array_equal(again.bodies.position, straight.bodies.position)
+    # back to a time before that phase: the cell goes on as its scene tells
+    again.restore(tmp_path / "own.h5")
+    again.run(20, progress=False)
+    other = cell_of(2, 5, **first)
+    other.run(40, progress=False)
+    assert np.array_equal(again.cell["vectors"], other.cell["vectors"])
+    assert np.array_equal(again.bodies.velocity, other.bodies.velocity)
+
+
+def test_the_mean_velocity_of_a_driven_cell_may_be_taken_out():
+    """Contacts and the cell see differences of velocity alone: a common velocity of all bodies changes nothing that they feel."""
+    sim = cell_of(2, 7, mu=0.3, stress=1e3)
+    sim.run(1200, progress=False)
+    mass, velocity = sim.bodies.mass, sim.bodies.velocity.copy()
+    mean = mass @ velocity[:, :2] / mass.sum()
+    kinetic, drift = sim.energy["kinetic"], 0.5 * mass.sum() * mean @ mean
+    assert drift > 0.9 * kinetic
+    velocity[:, :2] -= mean
+    sim.bodies.set(velocity=velocity)
+    sim.step()
+    assert sim.energy["kinetic"] < 0.1 * kinetic
+    assert np.abs(mass @ sim.bodies.velocity[:, :2]).max() < 1e-9 * mass.sum() * np.linalg.norm(mean)
+    stress, _, converged = mean_stress(sim, 100)
+    assert converged == 100 and np.allclose(np.diag(stress), 1e3, rtol=0.03)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_walls_across_a_periodic_axis_are_refused(dim):
+    lengths, zero = (1.0,) * (dim - 1), (0.0,) * dim
+    up, aside = np.eye(dim)[-1], np.eye(dim)[0]
+    open_above = cn.Scene(dim, periodic=cn.Periodic((*lengths, np.inf)))
+    open_above.add(cn.wall(zero, up, ROCK))
+    for normal in (aside, up + 0.1 * aside):
+        with pytest.raises(ValueError, match=r"wall with normal .* periodic along x"):
+            open_above.add(cn.wall(zero, normal, ROCK))
+    closed = cn.Scene(dim, periodic=cn.Periodic((*lengths, 1.0)))
+    with pytest.raises(ValueError, match="wall with normal"):
+        closed.add(cn.wall(zero, up, ROCK))
+    # one that was turned, one that comes later, and a cell that comes after the wall
+    body = cn.wall(zero, up, ROCK)
+    turned = body.with_(rotation=np.array([np.pi / 2]) if dim == 2 else np.array([[np.sqrt(0.5), 0, np.sqrt(0.5), 0]]))
+    with pytest.raises(ValueError, match="periodic along x"):
+        open_above.add(turned)
+    sim = cn.Simulation(open_above, 1e-3)
+    with pytest.raises(ValueError, match="periodic along x"):
+        sim.add(cn.wall(zero, aside, ROCK))
+    late = cn.Scene(dim)
+    late.add(cn.wall(zero, up, ROCK))
+    with pytest.raises(ValueError, match="wall with normal"):
+        late.periodic = cn.Periodic((*lengths, 1.0))
+
+
+def test_tubes_and_rings_in_a_cell():
+    pipe = cn.Scene(3, periodic=cn.Periodic((1.0, np.inf, np.inf)))
+    pipe.add(cn.tube((0, 0, 0), (1, 0, 0), 3.0, ROCK))  # along the axis that repeats, however wide
+    pipe.add(cn.tube((0, 0, 0), (0, 0, 1), 0.45, ROCK))
+    with pytest.raises(ValueError, match="tube 1.2"):
+        pipe.add(cn.tube((0, 0, 0), (0, 0, 1), 0.6, ROCK))
+    flat = cn.Scene(2, periodic=cn.Periodic((1.0, np.inf)))
+    flat.add(cn.ring((0, 0), 0.45, ROCK))
+    with pytest.raises(ValueError, match="ring 1.2"):
+        flat.add(cn.ring((0, 0), 0.6, ROCK))
+
+
 def test_a_scene_file_holds_what_drives_the_cell(tmp_path):
     driven = {"rate": {"xy": cn.Harmonic(0.5, 3.0)}, "stress": {"yy": 800.0}, "inertia": 2.0}
     sim = cell_of(2, 4, **driven)
