@@ -11,6 +11,8 @@ The interface lists the arguments of the routine:
     components = [2, 0]                     # unknowns in 2D and in 3D, 0: not available
     thread_safe = false                     # SAVE, COMMON, static data: one call at a time
     isolate = true                          # in a process of its own: its STOP becomes an error message
+    init = "OLDINI"                         # a routine to be called once, before the first contact
+    deck = "steel.dat"                      # its argument, the path of a file (CHARACTER*(*), const char*); without it none
     time_limit = 60                         # seconds after which a call of that process is stopped, default 60
 
 Words of solve: u1.. relative velocity without this contact, bias included, normal first; w11.. Delassus block; bias1..; r1.. out;
@@ -28,7 +30,9 @@ from importlib.resources import files
 from pathlib import Path
 
 TYPES = {"double": "double", "float": "float", "int": "int32_t"}
-KEYS = set("name routine language sources slot arguments parameters state components thread_safe isolate time_limit".split())
+KEYS = set(
+    "name routine language sources slot arguments parameters state components thread_safe isolate time_limit init deck".split()
+)
 
 
 def wrap_law(interface, folder=None, **changes):
@@ -48,7 +52,7 @@ def wrap_law(interface, folder=None, **changes):
     for key in ("name", "routine", "slot", "arguments"):
         if key not in given:
             raise ValueError(f"{path}: key {key!r} is missing; see `cairn wrap-law --help`")
-    for key in ("name", "routine"):
+    for key in ("name", "routine", *(["init"] if "init" in given else [])):
         if not re.fullmatch(r"[A-Za-z_]\w{0,59}", given[key]):
             raise ValueError(f"{path}: {key} is {given[key]!r}: give a name of letters, digits and _")
     if given["slot"] not in ("solve", "prepare"):
@@ -56,11 +60,23 @@ def wrap_law(interface, folder=None, **changes):
     limit = given.get("time_limit", 60)
     if isinstance(limit, bool) or not isinstance(limit, (int, float)) or not 0 < limit <= 1e6:
         raise ValueError(f"{path}: time_limit is {limit!r}: give seconds, more than 0 and at most 1e6")
+    if "deck" in given:
+        given["deck"] = _deck(path, given)
     text = _adapter(path, given)
     target = Path(folder or path.parent) / f"{given['name']}_adapter.c"
     target.write_text(text, encoding="utf-8")
     here = target.parent.resolve() == Path.cwd()
     return target, ("" if here else f"cd {shlex.quote(str(target.parent))} && ") + _build(given)
+
+
+def _deck(path, given):
+    """Absolute path of the deck, so that it is found from every folder."""
+    if "init" not in given:
+        raise ValueError(f"{path}: deck is {given['deck']!r}, and there is no init: name the routine that reads it")
+    deck = (path.parent / given["deck"]).resolve()
+    if not deck.is_file():
+        raise ValueError(f"{path}: deck is {given['deck']!r}: there is no file {deck}; a path is relative to the interface")
+    return str(deck)
 
 
 def _build(given):
@@ -77,11 +93,13 @@ def _adapter(path, given):
     lines, declaration = _call(path, given, _words(slot, most, names, states))
     fortran = given.get("language", "fortran") == "fortran"
     symbol = given["routine"].lower() + "_" if fortran else given["routine"]
+    begin, init = _begin(given, fortran)
     values = {
+        "BEGIN": begin,
         "NAME": given["name"],
         "ROUTINE": given["routine"],
         "BUILD": _build(given),
-        "DECLARATION": f"extern void {symbol}({', '.join(declaration)});",
+        "DECLARATION": f"extern void {symbol}({', '.join(declaration)});{init}",
         "ISOLATE": str(int(bool(given.get("isolate", False)))),
         "TIME_LIMIT": repr(float(given.get("time_limit", 60))),
         "PARAMETER_COUNT": str(len(names)),
@@ -98,6 +116,18 @@ def _adapter(path, given):
     }
     text = (files("cairn") / "plugs" / "adapter.c.in").read_text(encoding="utf-8")
     return re.sub(r"@([A-Z0-9_]+)@", lambda m: values[m[1]], text)
+
+
+def _begin(given, fortran):
+    """Call of the routine init in C, and its declaration; a CHARACTER argument of Fortran has its length behind all others."""
+    if "init" not in given:
+        return "", ""
+    symbol, deck = given["init"].lower() + "_" if fortran else given["init"], given.get("deck")
+    if deck is None:
+        return f"{symbol}();", f"\nextern void {symbol}(void);"
+    text = '"' + deck.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    length = f", (size_t){len(deck.encode())}" if fortran else ""
+    return f"{symbol}({text}{length});", f"\nextern void {symbol}(const char*{', size_t' if fortran else ''});"
 
 
 def _words(slot, most, names, states):

@@ -430,7 +430,7 @@ def _warn_of_no_step(simulation, steps, until):
     left = None if until is None else until - simulation.time
     if left is not None and steps != 0 and ROUNDING * simulation.dt < left < simulation.dt / 2:
         warnings.warn(
-            f"until is {until!r}, {left:.3g} s from now, less than half a step (dt = {simulation.dt:g} s): the run makes no step; "
+            f"until is {until!r}, {left:.3g} s from now, less than half a step (dt = {simulation.dt:g} s): it makes no step; "
             "give a later time, a smaller dt, or steps=1",
             stacklevel=5,
         )

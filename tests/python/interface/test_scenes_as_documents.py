@@ -132,7 +132,8 @@ def test_documents_run_and_explain_themselves(tmp_path, capsys):
 
 def test_a_check_warns_as_a_simulation_does(tmp_path, capsys):
     path = tmp_path / "drop.json"
-    bad = changed(lambda d: (d["simulation"].pop("strategy"), d["laws"].clear(), d["bodies"][0].update(centers=[[0, 0.6], [0, 0.7]])))
+    bad = changed(lambda d: (d["simulation"].pop("strategy"), d["laws"].clear()))
+    bad["bodies"][0]["centers"] = [[0, 0.6], [0, 0.7]]
     path.write_text(json.dumps(bad), encoding="utf-8")
     assert main(["check", str(path)]) == 0
     told = capsys.readouterr()

@@ -188,3 +188,53 @@ def test_wrong_interfaces_are_refused(tmp_path, old, new, message):
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(ValueError, match=message):
         wrap_law(path)
+
+
+DECK = """
+      SUBROUTINE OLDINI(NAME)
+      CHARACTER*(*) NAME
+      DOUBLE PRECISION FRIC
+      INTEGER NTIMES
+      COMMON /DECK/ FRIC, NTIMES
+      SAVE /DECK/
+      OPEN(17, FILE=NAME, STATUS='OLD')
+      READ(17, *) FRIC
+      CLOSE(17)
+      IF (FRIC .LT. 0.D0) STOP 'NEGATIVE FRICTION IN DECK'
+      END
+      SUBROUTINE OFDECK(G, H, B, F)
+      DOUBLE PRECISION G, H, B, F, FRIC
+      INTEGER NTIMES
+      COMMON /DECK/ FRIC, NTIMES
+      SAVE /DECK/
+      B = MAX(G, 0.D0)/H
+      F = FRIC
+      END
+"""
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_routine_that_reads_a_deck_before_the_first_contact(tmp_path, monkeypatch, isolate):
+    folder, name = tmp_path / 'a "deck"', f"of_deck_{int(isolate)}"
+    folder.mkdir()
+    (folder / "law.f").write_text(DECK)
+    (folder / "steel.dat").write_text("0.3\n")
+    text = f'name="{name}"\nroutine="OFDECK"\nslot="prepare"\nsources=["law.f"]\ninit="OLDINI"\n'
+    text += 'arguments=["gap", "h", "bias1", "mu"]\n'
+    (folder / "law.toml").write_text(text + 'deck="steel.dat"\n')
+    _, build = wrap_law(folder / "law.toml", isolate=isolate)
+    subprocess.run(build.replace("gcc ", "gcc -Wall -Wextra -Werror "), shell=True, cwd=folder, check=True)
+    monkeypatch.chdir(tmp_path)
+    law = cn.plug(folder / f"lib{name}.so", law=name)
+    assert np.allclose(heap(law()).bodies.position, heap(cn.Coulomb(mu=0.3)).bodies.position, rtol=1e-6)
+    if isolate:
+        (folder / "steel.dat").write_text("-1.0\n")
+        _, build = wrap_law(folder / "law.toml", isolate=True, name="of_bad_deck")
+        subprocess.run(build, shell=True, cwd=folder, check=True)
+        with pytest.raises(ValueError, match="OFDECK ended its process.*NEGATIVE FRICTION IN DECK"):
+            heap(cn.plug(folder / "libof_bad_deck.so", law="of_bad_deck")())
+    with pytest.raises(ValueError, match="deck is 'brass.dat': there is no file"):
+        wrap_law(folder / "law.toml", deck="brass.dat")
+    (folder / "law.toml").write_text(text.replace('init="OLDINI"', 'deck="steel.dat"'))
+    with pytest.raises(ValueError, match="there is no init"):
+        wrap_law(folder / "law.toml")
