@@ -357,6 +357,10 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     note = f"meshes in 2D are taken as plane={box.plane!r}: the files do not say, read_datbox(plane=...) does"
     if body.dim == 2 and note not in origin.notes:
         origin.notes.append(note)
+    for _, _, model, name in mesh.cells:
+        note = solids.swelling_note(models[model], box.materials[name])
+        if note and note not in origin.notes:
+            origin.notes.append(note)
     drive, pushed = {}, {}
     for node, d in drives:
         target = drive if d.kind == "vlocy" else pushed

@@ -317,15 +317,15 @@ def _contactors(box, members, materials, origin):
             shape = _shape(c)
             if shape is None:
                 what = f"contactor {c.type} of {body.type} {body.number} (BODIES.DAT, line {c.line})"
-                if c.type == "CYLND":
-                    what += (", which localframe turns in a body of several: a capsule lies along the third axis of its body; "
-                             "give SPHER and POLYR, or a body of its own")  # fmt: skip
                 same = next((i for i, t in enumerate(origin.unmapped) if t.startswith(f"contactor {c.type} of")), None)
                 if same is None:
                     origin.unmapped.append(what)
                 elif not origin.unmapped[same].endswith("others"):
                     origin.unmapped[same] += " and others"
                 continue
+            if c.type == "CYLND" and c.frame is not None and not any("CYLND" in note for note in origin.notes):
+                origin.notes.append("CYLND with localframe: along its own axis, also where it meets spheres, for which LMGC90 "
+                                    "takes the third axis of the body")  # fmt: skip
             if c.type == "PLANx" and not any("PLANx" in note for note in origin.notes):
                 origin.notes.append(
                     "PLANx: a plane without end through the face towards what it meets, its other sides are left out"
@@ -344,7 +344,8 @@ def _contactors(box, members, materials, origin):
             hulls, which = _hulls(box, given), np.arange(len(rows))
         elif shape == "capsule":
             size, half = (np.array([part[-1].sizes[label] for part in given]) for label in ("byrd", "High"))
-            hulls, which = round_shapes._axial(size, 2 * half, half + size)
+            axis = [np.eye(3)[2] if part[-1].frame is None else part[-1].frame[:, 2] for part in given]
+            hulls, which = round_shapes._axial(size, 2 * half, half + size, _unit(axis))
         sets.append(
             bodies.ContactorSet(
                 shape,
@@ -387,6 +388,12 @@ def _hulls(box, parts):
     return hulls
 
 
+def _unit(vectors):
+    """Vectors (n, 3) of length 1, which the digits of a file keep to 1e-7."""
+    x = np.array(vectors, float)
+    return x / np.linalg.norm(x, axis=1)[:, None]
+
+
 def _shape(c):
     """(shape, radius [m], offset [m], direction) of a contactor, or None without a counterpart."""
     offset, axis = c.offset, np.array([0.0, 0.0, 1.0]) if c.frame is None else c.frame[:, 2]
@@ -403,7 +410,7 @@ def _shape(c):
         return "plane", 0.0, offset + c.sizes["axe3"] * axis, (*axis, 0.0)
     if c.type in ("POLYG", "POLYR"):
         return "polygon" if c.type == "POLYG" else "polyhedron", 0.0, offset, None
-    if c.type == "CYLND" and c.frame is None:
+    if c.type == "CYLND":
         return "capsule", 0.0, offset, None
     if c.type == "DNLYC":
         return "tube", c.sizes["byrd"], offset, (0.0, 0.0, 1.0, c.sizes["High"])

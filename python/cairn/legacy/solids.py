@@ -17,6 +17,7 @@ KINDS = {
     ("small", "J2iso", "ELAS_PLAS"): "J2Plasticity",
     ("small", "J2mix", "ELAS_PLAS"): "J2Plasticity",
     ("large", "J2iso", "ELAS_PLAS"): "FiniteJ2",
+    **{("small", model, law): None for model in ("elas_", "elasd") for law in ("ELAS_DILA", "THERMO_ELAS")},
 }
 
 
@@ -35,6 +36,23 @@ def why_not(model, options, material):
     if asked(options, material) in KINDS and words[2] == "iso__":
         return ""
     return f"model {model} ({', '.join(words)}) of material {material.name} ({material.law})"
+
+
+def swelling_note(options, material):
+    """Text on a material that swells with a temperature, which a script gives and no DATBOX holds; empty for others."""
+    if options.get("mater") != "elasd":
+        return ""
+    found = {label.lower(): value for label, value in values_of(material).items()}
+    share, reference = found.get("dila"), next((found[k] for k in ("tref", "trefm") if k in found), None)
+    at = "" if reference is None else f" of {reference:g}"
+    return (
+        (
+            f"material {material.name} (elasd) is elastic at its reference temperature{at}: temperatures come from a script; "
+            f"for others give its cn.Material expansion={share:g} and the scene a thermal network"
+        )
+        if share is not None
+        else (f"material {material.name} (elasd) is elastic at its reference temperature{at}: its Dila= is a field of a script")
+    )
 
 
 def solid_material(box, options, material):

@@ -47,7 +47,7 @@ class Placed:
             return max(np.min(offset - (x @ normal.T).min(axis=0)) / 2, THINNEST * np.linalg.norm(x, axis=1).max())
         if shape == "superquadric":
             return offset[:3].min()
-        return offset[0] if shape == "capsule" else min(offset[0], np.abs(self.vertices(hull)[:, 2]).max())
+        return offset[0] if shape == "capsule" else min(offset[0], np.linalg.norm(self.vertices(hull), axis=1).max())
 
     def sizes(self, bodies):
         """Half the least width [m] of the largest hull of the given bodies, (n,) over all bodies; zero for the others."""

@@ -216,13 +216,16 @@ def _farthest(a, b, c, e1, e2):
     return math.sqrt(joined(joined(a * a, b * b, e2), c * c, e1)) * (1 + 1e-14)
 
 
-def _axial(r, length, ball):
-    """Hulls of the different capsules or cylinders, and the number of the hull of each body (n,)."""
-    table, which = np.unique(np.stack([r, length, ball], axis=1), axis=0, return_inverse=True)
+def _axial(r, length, ball, axis=(0.0, 0.0, 1.0)):
+    """Hulls of the different capsules or cylinders, and the number of the hull of each body (n,). axis: unit vectors (3,) or
+    (n, 3) in the axes of the body."""
+    given = np.column_stack([r, length, ball, np.broadcast_to(axis, (len(r), 3))])
+    table, which = np.unique(given, axis=0, return_inverse=True)
     m = len(table)
     vertex, plane = np.zeros((m, 2, 3)), np.zeros((m, 4))
-    vertex[:, 0, 2], vertex[:, 1, 2] = -table[:, 1] / 2, table[:, 1] / 2
-    plane[:, 2], plane[:, 3] = 1, table[:, 0]
+    vertex[:, 1] = table[:, 3:] * (table[:, 1] / 2)[:, None]
+    vertex[:, 0] = 0.0 - vertex[:, 1]
+    plane[:, :3], plane[:, 3] = table[:, 3:], table[:, 0]
     empty = np.zeros(0, np.int64)
     ball = table[:, 2] * (1 + 1e-14)
     hulls = Hulls(vertex.reshape(-1, 3), 2 * np.arange(m + 1), np.arange(m + 1), empty, empty, False, plane, ball)

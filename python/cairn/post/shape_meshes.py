@@ -150,12 +150,23 @@ def _local_mesh(name, hulls, h):
     x = np.asarray(hulls["vertex"], float).reshape(-1, 3)[first:last]
     sizes = np.asarray(hulls["offset"], float)[face:end]
     if name in ("capsule", "cylinder"):
-        return _grid(*_turned_outline(name, sizes[0], x[1, 2]))
+        half = np.linalg.norm(x[1])
+        points, triangles = _grid(*_turned_outline(name, sizes[0], half))
+        return _along(points, x[1] / half) if half > 0 else points, triangles
     if name == "superquadric":
         return _grid(*_superquadric(*sizes))
     corner = np.asarray(hulls["first_corner"], np.int64)
     loops = [np.asarray(hulls["corner_vertex"], np.int64)[corner[f] : corner[f + 1]] - 1 for f in range(face, end)]
     return x, np.array([[c[0], c[i], c[i + 1]] for c in loops for i in range(1, len(c) - 1)], np.int64)
+
+
+def _along(points, axis):
+    """Points (n, 3) turned so that z becomes a unit vector."""
+    if axis[2] == 1:
+        return points
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    across /= np.linalg.norm(across)
+    return points @ np.stack([across, np.cross(axis, across), axis])
 
 
 def _turned_outline(name, radius, half):

@@ -143,7 +143,8 @@ def _form(c, row, dim):
             faces = range(int(h.first_face[k]), int(h.first_face[k + 1]))
             form["faces"] = [np.asarray(h.corner[h.first_corner[f] : h.first_corner[f + 1]], int) for f in faces]
         if c.shape in ("capsule", "cylinder"):
-            form |= {"half": float(form["vertex"][1, 2]), "direction": np.array([0.0, 0, 1]), "radius": float(h.plane[k, 3])}
+            half = float(np.linalg.norm(form["vertex"][1]))
+            form |= {"half": half, "direction": np.asarray(h.plane[k, :3], float), "radius": float(h.plane[k, 3])}
     return [c.shape, form, None]
 
 

@@ -171,8 +171,8 @@ class _Shapes:
             return np.linalg.norm(x, axis=1) - self.radius[k]
         normal, offset = p.planes(hull)
         if shape in ("capsule", "cylinder"):
-            half = np.abs(p.vertices(hull)[:, 2]).max()
-            across, beyond = np.linalg.norm(x[:, :2], axis=1), np.abs(x[:, 2]) - half
+            half, along = np.linalg.norm(p.vertices(hull), axis=1).max(), x @ normal[0]
+            across, beyond = np.linalg.norm(x - along[:, None] * normal[0], axis=1), np.abs(along) - half
             if shape == "cylinder":
                 return np.maximum(across - offset[0], beyond)
             return np.hypot(across, np.maximum(beyond, 0)) - offset[0]

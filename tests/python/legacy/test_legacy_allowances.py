@@ -163,11 +163,31 @@ def test_shapes_that_are_not_read_are_refused_for_what_they_are(tmp_path):
     patches = " POLYF      1  color  BLEUx  nb_patch=       1\n" + patch
     with pytest.raises(legacy.LegacyError, match="contactor POLYR of RBDY3 1 is no polyhedron"):  # a side is missing
         legacy.read_datbox(write(tmp_path, body("RBDY3", patches)))
-    turned = " CYLND      1  color  BLEUx  " + row(0.5, 0.1, label="Hig").lstrip() + " " * 29 + "localframe\n"
-    turned += row(0, 1, 0) + row(0, 0, 1) + row(1, 0, 0) + row(0, 0, 0)
-    ball = contactor("SPHER", 0.2, label="byr")
-    with pytest.raises(legacy.LegacyError, match="contactor CYLND .*localframe turns.*third axis of its body"):
-        legacy.read_datbox(write(tmp_path, body("RBDY3", turned + ball, moments=(1, 1, 1))))
+
+
+def lying(*axes, at=(0.0, 0.0, 0.0), half=0.5, radius=0.1):
+    """A CYLND whose localframe has these axes."""
+    text = " CYLND      1  color  BLEUx  " + row(half, radius, label="Hig").lstrip() + " " * 29 + "localframe\n"
+    return text + "".join(row(*a) for a in axes) + row(*at)
+
+
+def test_cylinders_along_their_own_axes_in_a_body_of_several(tmp_path):
+    """A cross of two capsules, along x and along y, falls on a plane: its arm of 0.1 m radius comes to rest on it."""
+    cross = lying((0, 1, 0), (0, 0, 1), (1, 0, 0)) + lying((0, 0, 1), (1, 0, 0), (0, 1, 0), half=0.3)
+    floor = body("RBDY3", contactor("PLANx", 3.0, 3.0, 0.1), at=(0, 0, -0.1), number=2)
+    texts = body("RBDY3", cross, at=(0, 0, 0.15), moments=(1.0, 2.0, 3.0), avrd=0.2) + floor
+    see = SEE.format("RBDY3", "CYLND", "PLANx", "BLEUx")
+    down = BULK.replace("grv2=-0.9810000D+01  grv3= 0.0000000D+00", "grv2= 0.0000000D+00  grv3=-0.9810000D+01")
+    scene = legacy.read_datbox(write(tmp_path / "DATBOX", texts, see, drives=held("RBDY3", 2, range(1, 7)), bulk=down))
+    assert any("CYLND with localframe" in note for note in scene.legacy.notes) and not scene.legacy.unmapped
+    hulls = scene.sets[0].contactors[0].hulls
+    assert np.allclose(sorted(map(tuple, hulls.plane[:, :3])), [(0, 1, 0), (1, 0, 0)])
+    sim = cn.Simulation(scene, 2e-3, cn.NSCD(margin=scene.legacy.alert))
+    sim.run(steps=200, progress=False)
+    assert abs(sim.bodies.position[0, 2] - 0.1) < 1e-3
+    points = sim.contacts.point
+    far = np.abs(points[:, :2]).max(axis=0)
+    assert np.allclose(far, (0.5, 0.3), atol=2e-3)  # the ends of both arms bear
 
 
 def test_problems_of_rolling_friction_are_told_as_such(tmp_path):

@@ -110,8 +110,8 @@ def test_the_account_tells_what_was_read_as_what(tmp_path, capsys):
     folder = write(tmp_path / "DATBOX", text, see, laws=laws)
     assert main(["convert", str(folder)]) == 0
     told = capsys.readouterr().out
-    for words in ("SPHER       2  sphere", "POLYR       1  polyhedron", "CYLND       1  left out", "Coulomb(mu=0.3)",
-                  "not needed", "left out: 1", "localframe", "give SPHER and POLYR"):  # fmt: skip
+    for words in ("SPHER       2  sphere", "POLYR       1  polyhedron", "CYLND       1  capsule", "Coulomb(mu=0.3)",
+                  "not needed", "left out: nothing", "localframe"):  # fmt: skip
         assert words in told, told
     assert main(["convert", str(folder), str(tmp_path / "case.scene.h5")]) == 0
     assert cn.Scene.load(tmp_path / "case.scene.h5").dim == 3

@@ -12,6 +12,7 @@ VISCOUS = (*ELASTIC, "visc: KelvinVoigt", "ani_: isotropic", "EYng= 2.0000000e+0
 PLASTIC = (*ELASTIC, "crit: Von-Mises", "isoh: linear", "SIG0= 2.0000000e+03  K___= 5.0000000e+03", "cinh: none", "visc: none")
 SWIFT = (*PLASTIC[:4], "isoh: Swift", "C0__= 4.0000000e+03  EPS0= 2.5000000e-01  n___= 5.0000000e-01", *PLASTIC[6:])
 MIXED = (*PLASTIC[:6], "cinh: linear", "K___= 7.0000000e+03", PLASTIC[7])
+SWELLING = (*ELASTIC, "cplt:", "Dila= 1.0000000e-05", "Tref= 2.0000000e+01")
 ALL = [
     ("small", "elas_", "ELAS", ELASTIC, None, (1e5, 0.3)),
     ("large", "elas_", "ELAS", ELASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
@@ -24,6 +25,8 @@ ALL = [
     ("small", "J2mix", "ELAS_PLAS", PLASTIC, "J2Plasticity", (1e5, 0.3, 2e3, 5e3, 0.0)),
     ("large", "J2iso", "ELAS_PLAS", SWIFT, "FiniteJ2", (1e5, 0.3, 2e3, 0.0, 0.0, 0.25, 0.5)),
     ("large", "J2iso", "ELAS_PLAS", PLASTIC, "FiniteJ2", (1e5, 0.3, 2e3, 5e3)),
+    ("small", "elasd", "ELAS_DILA", SWELLING, None, (1e5, 0.3)),
+    ("small", "elasd", "THERMO_ELAS", (*SWELLING, "ther:", "SPHV= 1.0000000e+00", "COCO= 3.0000000e+02"), None, (1e5, 0.3)),
 ]
 
 
@@ -87,6 +90,21 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
     with pytest.raises(legacy.LegacyError, match=told):
         legacy.read_datbox(folder_of(tmp_path, kinematics, law, name, rows))
+
+
+def test_a_material_that_swells_is_elastic_at_its_reference_temperature(tmp_path):
+    """Temperatures come from a script: without them the body is that of elas_, and a note tells so."""
+    runs = []
+    for law, name, rows in (("elas_", "ELAS", ELASTIC), ("elasd", "ELAS_DILA", SWELLING)):
+        (tmp_path / law).mkdir()
+        scene = legacy.read_datbox(folder_of(tmp_path / law, "small", law, name, rows))
+        told = [note for note in scene.legacy.notes if "elasd" in note]
+        assert len(told) == (law == "elasd")
+        assert not told or "reference temperature of 20" in told[0] and "expansion=1e-05" in told[0]
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5, margin=scene.legacy.alert), overlap="ignore")
+        sim.run(steps=100, progress=False)
+        runs.append(sim.nodes.position.copy())
+    assert np.array_equal(*runs)
 
 
 def mesh_text(cells, points):
