@@ -198,6 +198,7 @@ REMEDIES = {
     "TOSI_CZM": f"its stress follows from the triaxiality and temperature of the cells beside: {_CELLS_INSTEAD}",
     "TOSI_CZM_INCRE": f"its stress follows from the triaxiality and temperature of the cells beside: {_CELLS_INSTEAD}",
     "GTN_CZM": f"LMGC90 has its name alone; {_CELLS_INSTEAD}",
+    "NARD_ROD": "a rod that breaks, of En, nu and two strengths: give cairn.ParallelBond with its stiffnesses and strengths",
     "PERIO_DOF": "give Scene(periodic=cairn.Periodic(...)), and a stress or rate of the cell",
     "IQS_CLB_noslds": _LIMIT_INSTEAD,
     "GAP_SGR_CLB_noslds": _LIMIT_INSTEAD,

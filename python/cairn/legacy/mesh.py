@@ -10,6 +10,7 @@ from ..base.materials import Material
 from . import solids
 from .drives import function_of, read_drive
 from .networks import properties
+from .remedies import ELEMENTS, PHYSICS, after
 from .text import LegacyError, Reader
 
 CELLS = {
@@ -225,9 +226,10 @@ def _why_not(box, mesh, models, drives):
             raise LegacyError(f"{box.folder / 'MODELS.DAT'}: has no model {model!r} of MAILx {mesh.number}")
         heat = options.get("physics") == "THERM"
         if options.get("physics") != "MECAx" and not (heat and box.materials[material].law == "THERMO_ELAS"):
-            return f"physics {options.get('physics')} of material {material} ({box.materials[material].law})"
+            text = f"physics {options.get('physics')} of material {material} ({box.materials[material].law})"
+            return after(text, (ELEMENTS, element), (PHYSICS, options.get("physics")))
         if element not in CELLS:
-            return f"element {element}"
+            return after(f"element {element}", (ELEMENTS, element))
         if heat:
             continue
         why = solids.why_not(model, options, box.materials[material])

@@ -77,7 +77,8 @@ def _add_grains(scene, box, origin):
     if "therm" in models:
         m = models["therm"]
         if m.get("ldiff") != "Hertz discrete" or m.get("lconv") != "no" or m.get("lkine") != "no" or m.get("bound") != "adia":
-            origin.unmapped.append(f"MP_DEM.DAT: heat with {', '.join(f'{k} {v}' for k, v in m.items())}")
+            told, read = ", ".join(f"{k} {v}" for k, v in m.items()), "ldiff Hertz discrete, lconv no, lkine no and bound adia"
+            origin.unmapped.append(f"MP_DEM.DAT: heat with {told}: {read} are read; give scene.thermal(...)")
             return
         order = [body.number for kind in NODES for body in box.bodies for c in body.contactors if c.type == kind]
         held = []

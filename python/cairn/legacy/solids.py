@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .networks import values_of
+from .remedies import MODELS, after
 from .text import LegacyError
 
 # {(kine_ and mater of the model, law of the material): class of Cairn, None for ElasticBody}. LMGC90's elas_ with large
@@ -35,7 +36,8 @@ def why_not(model, options, material):
     words = *asked(options, material)[:2], options.get("aniso", "iso__")
     if asked(options, material) in KINDS and words[2] == "iso__":
         return ""
-    return f"model {model} ({', '.join(words)}) of material {material.name} ({material.law})"
+    text = f"model {model} ({', '.join(words)}) of material {material.name} ({material.law})"
+    return after(text, (MODELS, material.law), (MODELS, words[2]), (MODELS, words[1]))
 
 
 def swelling_note(options, material):

@@ -77,7 +77,9 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
 
 
 @pytest.mark.parametrize("kinematics, law, name, rows, told", [
-    ("small", "neoh_", "ELAS", ELASTIC, r"MAILx 1: model M2D_L \(small, neoh_, iso__\) of material GUMMY \(ELAS\)"),
+    ("small", "neoh_", "ELAS", ELASTIC, r"M2D_L \(small, neoh_, iso__\) of material GUMMY \(ELAS\): give kine_ large"),
+    ("large", "hyper", "ELAS", ELASTIC, r"M2D_L \(large, hyper, iso__\) of material GUMMY \(ELAS\): give neoh_"),
+    ("small", "elas_", "USER_MAT", ELASTIC, r"GUMMY \(USER_MAT\): a library of its own: as a UMAT it is cn.plug"),
     ("large", "J2mix", "ELAS_PLAS", MIXED, r"MAILx 1: model M2D_L \(large, J2mix, iso__\)"),
     ("small", "J2iso", "ELAS_PLAS", MIXED, "material GUMMY has cinh: linear, not none"),
     ("small", "J2mix", "ELAS_PLAS", MIXED[:7] + MIXED[8:], "material GUMMY lacks its K___="),
@@ -90,6 +92,20 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
     with pytest.raises(legacy.LegacyError, match=told):
         legacy.read_datbox(folder_of(tmp_path, kinematics, law, name, rows))
+
+
+@pytest.mark.parametrize("element, told", [
+    ("J2xx2", "joints of no thickness: contactors on both sides"), ("Q8Rxx", "reduced or mixed"),
+    ("DKTxx", "a shell: take solid"), ("SPRG2", "a spring between nodes"), ("BARxx", "cn.bars"), ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"),
+])  # fmt: skip
+def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, tmp_path):
+    folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
+    for name in ("BODIES.DAT", "MODELS.DAT"):
+        text = (folder / name).read_text()
+        assert "Q4xxx" in text
+        (folder / name).write_text(text.replace("Q4xxx", element))
+    with pytest.raises(legacy.LegacyError, match=f"element {element}: .*{told}" if "take" in told else told):
+        legacy.read_datbox(folder)
 
 
 def test_a_material_that_swells_is_elastic_at_its_reference_temperature(tmp_path):
