@@ -286,7 +286,7 @@ def test_an_overlap_that_comes_at_once_is_told():
 
 @pytest.mark.parametrize("speed", [10.0, 60.0])
 def test_a_fast_impact_is_no_leap(speed):
-    """It overlaps by what it moves in a step at most."""
+    """Its overlap is at most its displacement in a step."""
     scene = cn.Scene(3)
     velocity = [[0, 0, -speed, 0, 9.0, 0]]
     scene.add(cn.cylinders([[0, 0, 0.5]], 0.1, 0.4, ROCK, axis=(1, 0, 1), velocity=velocity), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
