@@ -66,7 +66,8 @@ def run(sim, state, given):
         iterations += info["iterations"]
     spent = time.process_time() - before
     digest.update(np.ascontiguousarray(sim.bodies.velocity).tobytes())
-    return spent, iterations, " ".join(ends), digest.hexdigest()
+    statuses = " ".join(f"{ends.count(status)} {status}" for status in dict.fromkeys(ends))
+    return spent, iterations, statuses, digest.hexdigest()
 
 
 def apart(work, change=""):
