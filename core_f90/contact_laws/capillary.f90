@@ -76,7 +76,7 @@ contains
     call c_f_pointer(context%geometry, geometry, [n, 3])
     do i = 1, n
       was = held(params(i, :), geometry(i, 2), state_begin(i, 1), state_begin(i, 2))
-      now = held(params(i, :), geometry(i, 2), state_begin(i, 1), max(0.0_c_double, gap(i) + context%h/u(i, 1)))
+      now = held(params(i, :), geometry(i, 2), state_begin(i, 1), max(0.0_c_double, gap(i) + context%h*u(i, 1)))
       energy(i, 2) = now - was
       energy(i, 3) = 0
       energy(i, 1) = held(params(i, :), geometry(i, 2), state(i, 1), max(0.0_c_double, gap(i) + context%h*u(i, 1)))
