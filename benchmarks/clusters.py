@@ -79,7 +79,7 @@ class Pile:
             r[own] = new
 
     def rigid_squares(self, across):
-        """The contacts between squares of the pile, and W of these if the grains of a square are one body."""
+        """Contacts between square clusters of grains, and their Delassus matrix W with each cluster as one rigid body."""
         square = np.floor((self.place - self.place.min(0)) / np.ptp(self.place, axis=0).max() * across * (1 - 1e-9))
         square = np.unique(square @ [across + 1, 1], return_inverse=True)[1]
         grain, component = self.dofs // 3, self.dofs % 3

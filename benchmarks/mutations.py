@@ -1,12 +1,14 @@
-"""Mutation check of the tests: lines of kernels and of C++ are broken one at a time, chosen by a seed among the files below,
-and the tests named beside each file have to fail. The build folder (CAIRN_BUILD) is one of this tree; each broken line
-compiles its file anew, and is put back in any case. CSV: one row a line, and its outcome: caught, missed, or refused by
-the compiler, which is no line of the thirty. Missed lines may be equivalent to the right ones: a reader decides.
+"""Mutation check of the tests: lines of kernels, C++ and Python are broken one at a time, chosen by a seed among the files
+below, and the tests named beside each file have to fail. The build folder (CAIRN_BUILD) is one of this tree; each broken
+line compiles its file anew (in a unity build its folder), and is put back in any case. CSV: one row a line, and its outcome:
+caught, missed, or refused by the compiler, which is no line of the thirty. Missed lines may be equivalent to the right ones:
+a reader decides.
 
-    script/bench mutations [--lines 30] [--seed 1]
+    script/bench mutations [--lines 30] [--seed 1] [--only core_f90 python]
 """
 
 import argparse
+import ast
 import csv
 import os
 import random
@@ -47,6 +49,21 @@ FILES = {
     "cxx/solvers/sweeps/solid_system.cpp": "bonds/test_slender_solids.py bonds/test_rings_of_bonds.py",
     "cxx/solvers/sweeps/solid_self_stress.cpp": "bonds/test_rings_of_bonds.py",
     "cxx/networks/conduction.cpp": "networks/test_thermal.py networks/test_electrical.py",
+    "cxx/soe/banded.cpp": "solvers/test_soe.py",
+    "cxx/contactors/hull_shapes.cpp": "detection/test_hull_gaps.py detection/test_shapes.py",
+    "cxx/couplings/thermal.cpp": "networks/test_thermal.py networks/test_thermal_closed_forms.py",
+    "cxx/solvers/nlgs/extrapolation.cpp": "solvers/test_extrapolated_sweeps.py",
+    "cxx/solvers/nlgs/velocity_error.cpp": "solvers/test_accuracy.py",
+    "python/cairn/post/measures.py": "post/test_measures.py",
+    "python/cairn/post/cracks.py": "masonry/test_cracks.py",
+    "python/cairn/post/limit_analysis.py": "masonry/test_limit_analysis.py",
+    "python/cairn/pre/clumps.py": "pre/test_pre_clumps.py",
+    "python/cairn/pre/sites.py": "pre/test_pre_deposits.py",
+    "python/cairn/pre/loads.py": "pre/test_pre_loads.py",
+    "python/cairn/pre/mass_properties.py": "pre/test_pre_mass_properties.py",
+    "python/cairn/pre/terrain.py": "pre/test_pre_terrain.py",
+    "python/cairn/run/sinking.py": "integrators/test_sinking.py detection/test_overlaps_told.py",
+    "python/cairn/study/recommend.py": "study/test_study.py",
 }
 # a pattern, and what takes its place; the first that a line has, from a place drawn at random
 CHANGES = [
@@ -56,15 +73,21 @@ CHANGES = [
     (r"\bstd::max\(", "std::min("), (r"\bstd::min\(", "std::max("), (r"\b0\.5(?:_wp)?\b", "0.75"), (r" \+= ", " -= "),
     (r" -= ", " += "),
 ]  # fmt: skip
-COMMENT = {".f90": "!", ".cpp": "//", ".hpp": "//"}
+COMMENT = {".f90": "!", ".cpp": "//", ".hpp": "//", ".py": "#"}
 
 
 def candidates(path):
     """[(number of a line, its text, the broken one)] of a file: statements alone, no declarations or loops over lanes."""
     found = []
-    mark = COMMENT[path.suffix]
+    mark, statements = COMMENT[path.suffix], set()
+    if path.suffix == ".py":
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        kinds = (ast.Assign, ast.AugAssign, ast.Return, ast.If, ast.While)
+        statements = {node.lineno - 1 for node in ast.walk(tree) if isinstance(node, kinds)}
     for number, line in enumerate(path.read_text(encoding="utf-8").split("\n")):
         code = line.split(mark)[0].rstrip()
+        if path.suffix == ".py" and (number not in statements or '"' in code or "->" in code):
+            continue
         if (
             re.match(r"\s*(#|use\b|integer\b|real\b|logical\b|for \(|do\b|const char|throw\b|\")", code)
             or "::" in code.split("=")[0]
@@ -99,7 +122,7 @@ def break_line(name, change, build, limit):
     before = os.times()
     try:
         path.write_text("\n".join([*lines[:number], broken, *lines[number + 1 :]]), encoding="utf-8")
-        if run(["ninja", "-C", str(build), "_core"], 1800) != 0:
+        if path.suffix != ".py" and run(["ninja", "-C", str(build), "_core"], 1800) != 0:
             return "refused by the compiler", 0.0
         code = tested(FILES[name], build, limit)
         after = os.times()
@@ -114,10 +137,11 @@ def main():
     parser.add_argument("--lines", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=float, default=600, help="seconds of the tests of one line")
-    parser.add_argument("--only", default="", help="files whose name has this")
+    parser.add_argument("--only", nargs="*", default=[""], help="files whose name has one of these")
     options = parser.parse_args()
     build = Path(os.environ.get("CAIRN_BUILD", ROOT / "build/release")).resolve()
-    files = [name for name in FILES if options.only in name]
+    files = [name for name in FILES if any(word in name for word in options.only)]
+    compiled = any(not name.endswith(".py") for name in files)
     changed = subprocess.run(
         ["git", "diff", "--name-only", "--", *files], cwd=ROOT, capture_output=True, text=True
     ).stdout.split()
@@ -131,7 +155,8 @@ def main():
         name = draw.choice(files)
         change = draw.choice(candidates(ROOT / name))
         if name not in passed:
-            subprocess.run(["ninja", "-C", str(build), "_core"], capture_output=True, check=True)
+            if compiled:
+                subprocess.run(["ninja", "-C", str(build), "_core"], capture_output=True, check=True)
             passed[name] = tested(FILES[name], build, options.limit) == 0
         outcome, spent = break_line(name, change, build, options.limit) if passed[name] else ("tests fail without it", 0.0)
         done += outcome.startswith(("caught", "missed"))
@@ -142,7 +167,8 @@ def main():
         print(f"{time.strftime('%H:%M')} {name}:{number + 1} {outcome}", file=sys.stderr)
         if not any(passed.values()) and len(passed) == len(files):
             sys.exit("no tests pass without a broken line")
-    subprocess.run(["ninja", "-C", str(build), "_core"], capture_output=True, check=True)
+    if compiled:
+        subprocess.run(["ninja", "-C", str(build), "_core"], capture_output=True, check=True)
 
 
 if __name__ == "__main__":

@@ -6,8 +6,9 @@
 
 Cases are steps and problems from common states. A variant runs in a process of its own, where CAIRN_POLICY gives the number.
 Cases with the bits of the table's values count as 1; of the others CPU seconds (the least of two runs) are divided by those of
-the table's values, and the geometric mean over all cases is written, beside that of iterations and the number of cases that
-changed or ended with another status. Writes benchmarks/results/policy.csv.
+the table's values, and the geometric mean over all cases is written, beside that of iterations, the number of cases that
+changed or ended with another status, and the largest ratio of iterations of a case. Writes benchmarks/results/policy.csv, and
+policy_cases.csv with a row for each case that changed.
 """
 
 import argparse
@@ -24,9 +25,7 @@ from pathlib import Path
 
 import cairn as cn
 import numpy as np
-from auto import cubes, panel, sim_of
-from stacks import stack
-from sweeps import grains
+from policy_scenes import LONG, SCENES, cases
 
 HERE = Path(__file__).resolve().parent
 LIST = HERE.parent / "cxx/solvers/policy.def"
@@ -34,68 +33,16 @@ PAGE = HERE.parent / "docs/policy.md"
 RESULTS = HERE / "results/policy.csv"
 ROW = re.compile(r'^CAIRN_POLICY\((.*?), (\w+), (.*?), "(.*?)", "(.*?)", "(.*?)"\)', re.M)
 WAYS = {"half": 0.5, "double": 2.0}
+WHAT = ("CPU", "iterations", "changed", "most iterations")  # columns of the table, for each way
 
 
 def listed():
-    """[(name, value as the list has it, unit, what it steers, source)]."""
+    """Rows of the list: [(name, value as written, unit, meaning, CSV that fixed the value)]."""
     return [row[1:] for row in ROW.findall(LIST.read_text(encoding="utf-8"))]
 
 
 def number(text):
     return float.fromhex(text) if text.startswith("0x") else float(text)
-
-
-def bonded(rows=3, columns=24):
-    """A cantilever of bonded disks that begins to bend under its weight."""
-    stone, r, stiffness = cn.Material("stone", density=2500.0), 0.01, 5e10
-    x = np.array([[2 * r * i, 2 * r * j] for i in range(columns) for j in range(rows)])
-    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
-    scene.add(cn.disks(x[:rows], 0.999 * r, stone, driven=("vx", "vy", "w")), cn.disks(x[rows:], 0.999 * r, stone))
-    law = cn.ParallelBond(normal_stiffness=stiffness, tangential_stiffness=stiffness, mu=0.3, within=3e-3 * r)
-    scene.interact(stone, stone, law)
-    return sim_of(scene, 1e-3, 1.0)
-
-
-def scenes():
-    """name -> (a simulation, steps that bring it to its state)."""
-    return {
-        "disks": (sim_of(grains(2, 200, 1), 5e-4), 40),
-        "spheres": (sim_of(grains(3, 150, 1), 5e-4), 40),
-        "cubes": (cubes(60, 1), 40),
-        "pentagons": (sim_of(grains(2, 60, 1, shape="faced"), 1e-3), 50),
-        "disks 1e4": (sim_of(grains(2, 150, 1, ratio=1e4), 5e-4), 30),
-        "spheres 1e4": (sim_of(grains(3, 120, 1, ratio=1e4), 5e-4), 30),
-        "tower": (stack("boxes", 40, 1.0, cn.Auto())[0], 1),
-        "panel": (panel(6, 10, 0.35), 1),
-        "bonded disks": (bonded(), 1),
-    }
-
-
-def cases(sims):
-    """name -> (scene, settings of its steps, their number), or the tolerance of a problem."""
-    cold = {"warm_start": False}
-    step = {
-        "disks, NLGS 1e-6": ("disks", {"solver": cn.NLGS(tol=1e-6, max_iter=500)}, 2),
-        "disks, Auto 1e-6": ("disks", {"solver": cn.Auto(tol=1e-6)}, 2),
-        "disks, plain": ("disks", {"solver": cn.NLGS(tol=1e-5, max_iter=500, acceleration="none")} | cold, 1),
-        "disks, from nothing": ("disks", {"solver": cn.NLGS(tol=1e-4, associated_start=True)} | cold, 1),
-        "disks, accuracy": ("disks", {"solver": cn.NLGS(tol=1e-4, max_iter=400), "accuracy": 1e-2}, 1),
-        "spheres, NLGS 1e-5": ("spheres", {"solver": cn.NLGS(tol=1e-5, max_iter=500)} | cold, 1),
-        "spheres, Auto 1e-5": ("spheres", {"solver": cn.Auto(tol=1e-5)}, 1),
-        "cubes, NLGS 1e-4": ("cubes", {"solver": cn.NLGS(tol=1e-4, max_iter=300)} | cold, 1),
-        "cubes, Auto 1e-4": ("cubes", {"solver": cn.Auto(tol=1e-4)} | cold, 1),
-        "cubes, Auto 1e-8": ("cubes", {"solver": cn.Auto(tol=1e-8)}, 3),
-        "cubes, pack": ("cubes", {"solver": cn.Auto(tol=1e-6, enough=1e-2, patience=20)} | cold, 2),
-        "pentagons, Auto 1e-5": ("pentagons", {"solver": cn.Auto(tol=1e-5)}, 3),
-        "disks 1e4, Auto 1e-5": ("disks 1e4", {"solver": cn.Auto(tol=1e-5, max_iter=300)} | cold, 1),
-        "spheres 1e4, Auto 1e-4": ("spheres 1e4", {"solver": cn.Auto(tol=1e-4, max_iter=40)}, 1),
-        "tower, Auto 1e-6": ("tower", {"solver": cn.Auto(tol=1e-6)} | cold, 1),
-        "panel, Auto 1e-5": ("panel", {"solver": cn.Auto(tol=1e-5)} | cold, 2),
-        "bonded disks, Auto 1e-6": ("bonded disks", {"solver": cn.Auto(tol=1e-6)} | cold, 1),
-        "bonded disks, NLGS 1e-4": ("bonded disks", {"solver": cn.NLGS(tol=1e-4, max_iter=300)}, 1),
-    }
-    problem = {f"problem of {name}": (name, 1e-6) for name in ("cubes", "panel", "disks 1e4")}
-    return {**step, **{name: given for name, given in problem.items() if given[0] in sims}}
 
 
 def run(sim, state, given):
@@ -107,7 +54,7 @@ def run(sim, state, given):
         sim.step()  # whose contacts are the problem
         problem = sim.problem()
         before = time.process_time()
-        found = problem.solve("auto", tol=given[1], max_iter=400)
+        found = problem.solve("auto", tol=given[1], max_iter=2000)
         spent = time.process_time() - before
         digest.update(np.ascontiguousarray(found.r).tobytes())
         return spent, int(found.iterations), str(found.status), digest.hexdigest()
@@ -119,11 +66,12 @@ def run(sim, state, given):
         iterations += info["iterations"]
     spent = time.process_time() - before
     digest.update(np.ascontiguousarray(sim.bodies.velocity).tobytes())
-    return spent, iterations, " ".join(ends), digest.hexdigest()
+    statuses = " ".join(f"{ends.count(status)} {status}" for status in dict.fromkeys(ends))
+    return spent, iterations, statuses, digest.hexdigest()
 
 
 def apart(work, change=""):
-    """What work() returns, in a process of its own that reads the changed numbers when it first solves."""
+    """Result of work() in a forked process, whose solver reads the changed numbers when it first solves."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -154,44 +102,61 @@ def prepare(sims, folder):
 
 
 def measure(sims, folder, change="", same=None, repeats=2):
-    """{case: (seconds, iterations, statuses, digest)}; cases with the digests of `same` run once."""
+    """{case: (seconds, iterations, statuses, digest)} of the cases of `same`, all by default; unchanged ones run once."""
 
     def work():
         out = {}
-        for name, given in cases(sims).items():
+        for name, given in cases().items():
+            if same is not None and name not in same:
+                continue
             state = folder / f"{given[0]}.h5"
             out[name] = run(sims[given[0]][0], state, given)
-            for _ in range(repeats - 1 if same is None or same[name][3] != out[name][3] else 0):
+            for _ in range(repeats - 1 if same is None or differs(same[name], out[name]) else 0):
                 out[name] = min(out[name], run(sims[given[0]][0], state, given))
         return out
 
     return apart(work, change)
 
 
+def differs(one, other):
+    """True if a case took another number of iterations, ended with another status or with other bits."""
+    return one[1:] != list(other[1:])
+
+
 def compare(base, found):
-    """(mean of CPU, mean of iterations, changed cases, cases of another status)."""
-    changed = [name for name in base if base[name][3] != found[name][3]]
-    cpu = sum(np.log(found[name][0] / base[name][0]) for name in changed)
-    iterations = sum(np.log(max(found[name][1], 1) / max(base[name][1], 1)) for name in changed)
-    other = sum(base[name][2] != found[name][2] for name in changed)
-    return np.exp(cpu / len(base)), np.exp(iterations / len(base)), len(changed), other
+    """Columns of a row, and the changed cases [(case, CPU ratio, ratio of iterations, statuses before and after)]."""
+    changed = [
+        (name, found[name][0] / base[name][0], max(found[name][1], 1) / max(base[name][1], 1), base[name][2], found[name][2])
+        for name in base
+        if differs(base[name], found[name])
+    ]
+    mean = [float(np.exp(sum(np.log(case[k]) for case in changed) / len(base))) for k in (1, 2)]
+    most = max(changed, key=lambda case: abs(np.log(case[2])), default=("none", 1.0, 1.0))
+    columns = {
+        "CPU": f"{mean[0]:.3f}", "iterations": f"{mean[1]:.3f}", "changed": len(changed),
+        "other status": sum(case[3] != case[4] for case in changed), "most iterations": f"{most[2]:.3g}", "most of": most[0],
+    }  # fmt: skip
+    return columns, changed
 
 
 def rows(names, folder):
-    sims = scenes()
-    if not (folder / "panel.h5").exists():
-        apart(lambda: prepare(sims, folder))
+    """(row of a number, its changed cases) for each of the names."""
+    sims = {name: (make(), steps) for name, (make, steps) in SCENES.items()}
+    missing = {name: sim for name, sim in sims.items() if not (folder / f"{name}.h5").exists()}
+    if missing:
+        apart(lambda: prepare(missing, folder))
     base = measure(sims, folder, repeats=3)
     values = {name: text for name, text, *_ in listed()}
     for name in names or values:
         text = values[name]
-        row = {"name": name, "value": text, "cases": len(base)}
+        own = {case: found for case, found in base.items() if name in LONG.get(case, (name,))}
+        row, changed = {"name": name, "value": text, "cases": len(own)}, []
         for way, factor in WAYS.items():
-            again = measure(sims, folder, f"{name}={float(number(text) * factor)!r}", base)
-            cpu, iterations, changed, other = compare(base, again)
-            row |= {f"CPU {way}": f"{cpu:.3f}", f"iterations {way}": f"{iterations:.3f}", f"changed {way}": changed,
-                    f"other status {way}": other}  # fmt: skip
-        yield row
+            again = measure(sims, folder, f"{name}={float(number(text) * factor)!r}", own)
+            columns, cases_of = compare(own, again)
+            row |= {f"{key} {way}": value for key, value in columns.items()}
+            changed += [(name, way, case[0], f"{case[1]:.3g}", f"{case[2]:.3g}", *case[3:]) for case in cases_of]
+        yield row, changed
 
 
 def known(path=RESULTS):
@@ -201,15 +166,25 @@ def known(path=RESULTS):
         return {row["name"]: row for row in csv.DictReader(file)}
 
 
+def keep_cases(path, name, changed):
+    """Replaces the rows of a number in the CSV of changed cases."""
+    lines = []
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as file:
+            lines = [line for line in list(csv.reader(file))[1:] if line[0] != name]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "way", "case", "CPU", "iterations", "status before", "status after"])
+        writer.writerows([*lines, *changed])
+
+
 def table():
     """The lines of the table of docs/policy.md."""
     rows = known()
     out = ["| name | value | unit | what it steers | fixed by | half | double |", "|---|---|---|---|---|---|---|"]
     for name, value, unit, steers, source in listed():
         moved = [
-            "{}, {} ({})".format(*(rows[name][f"{what} {way}"] for what in ("CPU", "iterations", "changed")))
-            if name in rows
-            else "not varied"
+            "{}, {} ({}; {})".format(*(rows[name][f"{what} {way}"] for what in WHAT)) if name in rows else "not varied"
             for way in WAYS
         ]
         out.append(f"| `{name}` | {value} | {unit} | {steers} | {source} | {' | '.join(moved)} |")
@@ -236,11 +211,12 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         if options.states:
             options.states.mkdir(parents=True, exist_ok=True)
-        for row in rows(options.names, options.states or Path(folder)):
+        for row, changed in rows(options.names, options.states or Path(folder)):
             found[row["name"]] = row
             print(row, flush=True)
+            keep_cases(options.results.with_stem(options.results.stem + "_cases"), row["name"], changed)
             with options.results.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, list(row))
+                writer = csv.DictWriter(file, list(row), restval="", extrasaction="ignore")
                 writer.writeheader()
                 writer.writerows(found[name] for name, *_ in listed() if name in found)
 

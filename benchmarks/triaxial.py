@@ -1,8 +1,8 @@
-"""What a tolerance is worth to a user: the peak of the stress and the dilation of a triaxial test, against what they cost.
+"""Peak stress and dilation of a triaxial test for several tolerances of the solver, beside their cost.
 
 python benchmarks/triaxial.py [--spheres 2000] [--steps 500] [--only TEXT] [--plot FILE]: 2,000 spheres between walls, periodic
-across, packed without friction at 1 kPa, then sheared in plane strain at 50 kPa and an inertial number of 1e-3, with friction
-.5. Writes benchmarks/results/triaxial.csv, a row for each setting: CPU milliseconds and sweeps of a step, steps that converged,
+across, packed without friction at 1 kPa, then sheared in plane strain at constant pressure and inertial number (below). Writes
+benchmarks/results/triaxial.csv, a row for each setting: CPU milliseconds and sweeps of a step, steps that converged,
 largest error, peak of the axial stress and the strain where it is, gain of volume, overlap at the end and the deepest on the way.
 """
 

@@ -199,7 +199,7 @@ void press_mesh(Simulation& s, std::size_t which, const py::list& sets) {
   }
 }
 
-// Pressures of these at both ends of the coming steps [Pa], (sets, 2).
+// Sets pressures of the pressed sides of a mesh at the begin and end of the coming steps [Pa], (sets, 2).
 void set_pressures(Simulation& s, std::size_t which, const Input<double>& values) {
   cairn::MeshBody& mesh = s.meshes.meshes.at(which);
   if (std::size_t(values.size()) != 2 * mesh.loads.pressed.size())

@@ -276,7 +276,7 @@ contains
     r_n = -q(1)/w(1, 1)
   end function r_n
 
-  !> r at a, f of the sign of |r_T| - mu r_n and its slope. Where r_n > 0, f = mu r_n / |r_T| turned over, which is almost straight.
+  !> Impulse r of a contact that slides with u_T = -a r_T, and f, by which it misses the cone: Newton's method finds f(a) = 0.
   pure subroutine given(a, w, q, v, p, mu, r, f, slope)
     real(c_double), intent(in)  :: a       !< u_T = -a r_T [1/kg]
     real(c_double), intent(in)  :: w(3, 3) !< Delassus block [1/kg]
@@ -285,7 +285,7 @@ contains
     real(c_double), intent(in)  :: p(2)    !< tangential free velocity, the normal eliminated [m/s]
     real(c_double), intent(in)  :: mu      !< friction [-]
     real(c_double), intent(out) :: r(3)    !< impulse [N s]
-    real(c_double), intent(out) :: f       !< 1 - mu r_n/|r_T|, or 1 where r_n <= 0 [-]
+    real(c_double), intent(out) :: f       !< 1 - mu r_n/|r_T|, nearly linear in a; 1 where r_n <= 0 [-]
     real(c_double), intent(out) :: slope   !< df/da [kg]
     real(c_double) :: m(2, 2), determinant, d(2), size, dn
     m = v

@@ -11,7 +11,7 @@ module critical_voigt
   public :: cairn_law_critical_voigt_prepare, cairn_law_critical_voigt_commit
   integer, parameter :: own = 4 !< parameters
   integer, parameter :: s_steps = 1 !< steps of contact, three at most; behind it the tangential spring [m]
-  integer, parameter :: impact = 3 !< of them are impacts
+  integer, parameter :: impact = 3 !< steps of Signorini's condition before the spring
   real(c_double), parameter :: circle = 2*acos(-1.0_c_double)
 contains
 
@@ -50,7 +50,7 @@ contains
     end do
   end subroutine cairn_law_critical_voigt_prepare
 
-  !> r e = -(u + s x/h) of a spring x and its dashpot: s = k h/(k h + eta), e = 1/(h (k h + eta)).
+  !> Spring and dashpot in parallel, implicit in u: e r = -(u + s x/h), x elongation, s = k h/(k h + eta), e = 1/(h (k h + eta)).
   pure subroutine dipole(period, damping, mass, share, compliance)
     real(c_double), intent(in)  :: period, damping !< [steps], [-]
     real(c_double), intent(in)  :: mass            !< effective [kg]
@@ -62,7 +62,7 @@ contains
     compliance = turn*turn*share/(2*mass)
   end subroutine dipole
 
-  !> Counts steps of contact; the tangential spring is what its force and dashpot leave of it.
+  !> Counts steps of contact, and finds the elongation that the impulse of the step leaves the tangential spring (implicit).
   subroutine cairn_law_critical_voigt_commit(n, c, context, gap, u, r, params, state) bind(c)
     integer(c_int32_t), value           :: n              !< contacts
     integer(c_int32_t), value           :: c              !< components

@@ -12,11 +12,11 @@ module joint
   private
   public :: cairn_law_joint_prepare, cairn_law_joint_solve, cairn_law_joint_commit, cairn_law_joint_residual
   public :: cairn_law_joint_energy
-  integer, parameter :: own = 16 !< parameters: see below; of the axis, the span and the pulley those who measure the frames know
+  integer, parameter :: own = 16 !< parameters, see prepare; axis, span and pulley are read by the measurement of frames alone
   integer, parameter :: p_blocked = 1, p_free = 2, p_lowest = 6, p_highest = 7, p_speed = 8, p_effort = 9, p_strength = 10
   integer, parameter :: p_spans = 11, p_stiffness = 12, p_damping = 13, p_rest = 14
   integer, parameter :: s_held = 1, s_error = 2, s_along = 8, s_drag = 9, s_pull = 10, s_begin = 11, s_driven = 12
-  integer, parameter :: s_across = s_driven !< of a bar or a rope, which has no motor
+  integer, parameter :: s_across = s_driven !< transverse drag of a bar or rope, in the place of a motor
   integer, parameter :: states = 12
 contains
 

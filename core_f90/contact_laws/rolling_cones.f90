@@ -27,11 +27,11 @@ contains
     if (even) mu(3) = rolling*d(1)
   end subroutine rolling_limits
 
-  !> See block_cones, with the moments that m = D^-1 M has for impulses.
+  !> Solves as block_cones does, with moments M scaled to impulses, m = D^-1 M.
   pure subroutine solve_rolling(c, w, u_free, mu, d, even, r, status)
     integer(c_int32_t), intent(in)  :: c         !< components
-    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block; lost [1/kg]
-    real(c_double), intent(inout)   :: u_free(c) !< relative velocity with r = 0 here; lost [m/s]
+    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block, overwritten [1/kg]
+    real(c_double), intent(inout)   :: u_free(c) !< relative velocity with r = 0 here, overwritten [m/s]
     real(c_double), intent(in)      :: mu(3), d(3) !< see rolling_limits
     logical, intent(in)             :: even      !< see rolling_limits
     real(c_double), intent(out)     :: r(c)      !< impulse [N s]
@@ -47,7 +47,7 @@ contains
   !> The natural map, of m for rolling.
   pure subroutine map_rolling(c, w, u, mu, d, even, r, f, status)
     integer(c_int32_t), intent(in)  :: c         !< components
-    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block; lost [1/kg]
+    real(c_double), intent(inout)   :: w(c, c)   !< Delassus block, overwritten [1/kg]
     real(c_double), intent(inout)   :: u(c)      !< relative velocity; lost [m/s]
     real(c_double), intent(in)      :: mu(3), d(3) !< see rolling_limits
     logical, intent(in)             :: even      !< see rolling_limits

@@ -23,7 +23,7 @@ contains
     real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
     real(c_double), intent(in)          :: params(own)    !< see laws.def
     real(c_double), intent(inout)       :: state(n, c + 2) !< largest overlap [m], energy spent by yield
-    !< and of the spring [J], spring [m]
+    !< and of the tangential spring [J], its elongation [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by yield and damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)

@@ -130,7 +130,7 @@ contains
     do j = 1, m%points
       k = m%first + j - 1
       m%q(3, j) = 0
-      m%q(1:d, j) = s%point(:, k) - s%centre(:, a + 1) - s%gap(k)/2*m%n(1:d) ! on the image of A that is in the cell
+      m%q(1:d, j) = s%point(:, k) - s%centre(:, a + 1) - s%gap(k)/2*m%n(1:d) ! from the centre of A in the primary cell
       if (m%sense < 0) m%q(:, j) = m%q(:, j) + m%at
       m%height = max(m%height, m%n(1)*m%q(1, j) + m%n(2)*m%q(2, j) + m%n(3)*m%q(3, j))
       m%sunk = max(m%sunk, -s%gap(k))

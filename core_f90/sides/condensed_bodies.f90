@@ -196,7 +196,7 @@ contains
     response(:, :, contacts + 1:n) = 0
   end subroutine fill_responses
 
-  !> The columns of moments of contacts that turn.
+  !> Columns of the response to contact moments, each of which acts as forces `spin` on the nodes of its contact.
   subroutine fill_turning(n, contacts, dim, pushes, stride, body, node, spin, condensed, response)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies

@@ -50,8 +50,8 @@ void make_edge(const CurvatureView& view, const double* along, Surface& out) {
   find_across(view, along, out.across);
 }
 
-// A point of a round body that is not the lowest stands for a rim or a face there, as a corner; as an end of its line
-// where the surface is straight along `line` and it is off along that.
+// Marks a contact point apart from the lowest point of a round body as sharp, since it lies on a rim or a face: an edge
+// (1) if it is displaced along the direction `line` in which the surface is straight, a corner (2) otherwise.
 void mark_off(const CurvatureView& view, const double lowest[3], const double* line, Surface& out) {
   const double off[3] = {view.at[0] - lowest[0], view.at[1] - lowest[1], view.at[2] - lowest[2]};
   const double x = dot(off, view.t), y = dot(off, view.s), length = std::hypot(x, y);

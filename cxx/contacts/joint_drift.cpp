@@ -290,7 +290,7 @@ bool JointDrift::any_spans() const {
 }
 
 bool JointDrift::ease() {
-  constexpr double much = 0.1, some = 1e-4; // of how far the fastest joint flies
+  constexpr double much = 0.1, some = 1e-4; // limits of the new error, over the largest motion of a joint in the step
   bool of_spans = false, of_others = false;
   double fastest = 0;
   const auto each = [&](auto&& visit) {
@@ -321,7 +321,7 @@ bool JointDrift::ease() {
   return true;
 }
 
-// How far the bodies of a joint fly past each other in a step, by the velocities at hand.
+// Relative displacement of the centres of the bodies of a joint in a step, by the present velocities [m].
 double JointDrift::flown(const cairn_batch& b, int lane) const {
   const double *one = system_.record[b.body_a[lane]].x, *two = system_.record[b.body_b[lane]].x;
   double apart = 0;

@@ -20,7 +20,7 @@ void NewBonds::anchor(std::int64_t i, const LawInfo& law) {
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
   const auto flat = [&](std::int32_t of) { return info(Shape(*in_.contactors->shape[of])).is_hull(); };
   const bool of_bodies = !(classes_.is_mapped(ca) || classes_.is_mapped(cb)) && flat(ca);
-  // a node beside the rim of a side would be held by the corner, askew
+  // An anchor fixes the point on the flat side: detection would move the contact of a node near a rim to the corner.
   const bool of_node = classes_.is_mapped(ca) && !classes_.is_mapped(cb) && flat(cb) && !in_.meshes->turns(ca);
   const bool of_side =
       !law.spans && !classes_.is_mapped(ca) && classes_.is_mapped(cb) && flat(ca) && in_.meshes->turns(cb);

@@ -252,7 +252,7 @@ struct InteractionHandler::Workspace {
   bool bears_as_high(const Candidates& out, const HeldNode& h) const;
   void put_held(std::span<const HeldNode> held, Candidates& out);
   void index_nodes(const Candidates& out);
-  std::span<const std::pair<std::int32_t, std::int64_t>> contacts_of(std::int32_t node) const; // after this
+  std::span<const std::pair<std::int32_t, std::int64_t>> contacts_of(std::int32_t node) const; // after index_nodes
   std::vector<std::pair<std::int32_t, std::int64_t>> contacts_of_nodes, contacts_on_sides;
   bool is_met_there(const Candidates& out, const HeldNode& h) const;
   void admit(detection::PairList& list, std::int64_t added) const;

@@ -21,9 +21,9 @@ struct ContactNodes {
   Touches again;                   // to be touched before others
   std::int64_t leading = 0;
   Array<double> compliance;        // (leading, leading)
-  bool reached = false;            // there are reaches in its place
+  bool reached = false;            // true if `reaches` replace the compliance
   std::vector<std::int32_t> asked; // nodes of which it was last decided whether to take reaches
-  std::int64_t asked_numbers = -1; // of these
+  std::int64_t asked_numbers = -1; // entries of the reaches of `asked`
   UnitReaches reaches;
   void forget(std::int64_t nodes); // the contact nodes and their compliance
 };
@@ -61,7 +61,7 @@ public:
   std::int64_t solves = 0, factorisations = 0;         // forward and back, and of A, since the start
 
   void factorise(const cairn_scheme& scheme, bool check);
-  // Of the tangent of a pass; first: it is the first of its step.
+  // Factorises the tangent of a pass of Newton's method; first: the first pass of the step.
   void factorise_tangent(const std::vector<double>& tangent, bool first);
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   // Changes of velocities by impulses b, zero at held dofs.

@@ -13,9 +13,9 @@ class MeshHistory {
 public:
   MeshHistory(MeshModel& model, const MeshMatrices& matrices, MeshStep& step, MeshEquations& equations)
       : model_(model), matrices_(matrices), step_(step), equations_(equations) {}
-  // Of linear bodies: products with K, C and M, zero where there is none [N].
+  // Linear bodies: products of stored derivatives with K, C and M, zero without such a matrix [N].
   std::vector<double> stiff, damped, momentum; // momentum: of M [m/s times kg]
-  // Of other bodies, in displacements, predicted ones, damped velocities and velocities; empty where there is none.
+  // Other bodies: stored derivatives in displacements, predicted ones, damped velocities and velocities; empty: none.
   std::vector<double> past, elastic_past, damped_past, kicked_past;
 
   void sum(Nodes& nodes, const double* factors, double* out) const; // the derivatives, each with its factor

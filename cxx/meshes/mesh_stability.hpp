@@ -10,19 +10,19 @@ public:
   MeshStability(MeshModel& model, const MeshLoads& loads, const MeshMatrices& matrices, const MeshStep& step,
                 const MeshEquations& equations)
       : model_(model), loads_(loads), matrices_(matrices), step_(step), equations_(equations) {}
-  // A step of central differences that is certain to be stable [s]; velocities that oppose the motion count so many
-  // times, by drag_bound of the integrator.
+  // Lower bound of the critical step of central differences [s]. rate_share: factor of the damping forces, which the
+  // integrator evaluates at velocities of its own (drag_bound).
   double stable_step(double rate_share, const Field<double>& position);
   void check_step(const cairn_scheme& scheme);     // throws Error beyond the limit of an explicit scheme
-  void check_if_asked(const cairn_scheme& scheme); // unless this step over its limit is known to be stable
-  // Has the step checked again where a body stiffens or its cells grow thin, by the change of internal forces along the
-  // displacement (dofs) of a step.
+  void check_if_asked(const cairn_scheme& scheme); // where h over its limit changed since
+  // Requests a new check where a body has stiffened or its cells have become thin. Both show in the change of internal
+  // forces along the displacement (dofs) of a step.
   void watch(const std::vector<double>& force_begin, const std::vector<double>& force_end,
              const std::vector<double>& way);
 
 private:
   static constexpr double quick =
-      1 + 1e-6; // a bound of omega^2 may be so much larger: most elements are told by factors
+      1 + 1e-6; // ratio by which a bound of omega^2 may exceed it: factors of most elements then suffice
   FrequencyBound frequency_bound(bool by_elements,
                                  double slack = quick) const;                // the lower of two, or that of rows alone
   double element_bound(const std::vector<double>& mass, double slack) const; // of omega^2 [1/s2]

@@ -27,8 +27,8 @@ public:
   double end_weight() const { return scheme.end_share; } // of the end in forces of stresses
   bool is_explicit() const { return !(scheme.stiffness > 0); }
   bool by_energy() const { return scheme.by_energy != 0; } // stresses are a discrete gradient
-  // Of the end in rates of strain that laws see: of the mean of the step where stresses are predicted, else that its
-  // ends have as their mean.
+  // Weight of the end of the step in the rates of strain of viscous laws: the mid-point where stresses are predicted,
+  // else the weight of the integrator.
   double rate_share() const { return is_explicit() ? 1 : (scheme.histories > 0 ? 0.5 : scheme.share); }
 
   void weigh(const double* gravity);

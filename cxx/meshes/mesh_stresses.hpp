@@ -27,7 +27,7 @@ public:
   void take_scheme(bool check);
   void begin(double size); // size: of a cell [m]
   void predict();
-  // At velocities v of the end of the step.
+  // Stresses and forces at velocities v (dofs) of the end of the step [m/s].
   BulkResult evaluate(const std::vector<double>& v, bool with_tangent);
   double force_of(std::size_t i) const; // of the stresses over the step [N]
   void find_at_end(const std::vector<double>& end);
@@ -57,9 +57,9 @@ private:
   MeshJumps& jumps_;
   std::vector<double> press_begin_;            // (dofs) of pressures at the begin of the step [N]
   std::vector<double> way_end_, velocity_end_; // (dofs) displacement and velocity at the end of the last step
-  double end_share_ = 0.5;                     // of the end of the step in loads
-  bool begun_ = false;                         // stored_begin and force_begin are known
-  bool undone_ = false;                        // the step before was: nodes begin at way_end_, to the bit, or were set
+  double end_share_ = 0.5;                     // weight of the end of the step in the mean of loads [-]
+  bool begun_ = false;                         // true if stored_begin and force_begin are known
+  bool undone_ = false;                        // the last step was not committed: nodes begin at way_end_, to the bit
 };
 
 } // namespace cairn

@@ -225,7 +225,7 @@ private:
   }
   bool waits(std::int32_t body) const { return body >= 0 && waits_[std::size_t(body)]; }
 
-  // Colours that a body has: a bit each, the first 64 in a word, those of bodies with many contacts in more.
+  // Set of the colours of a body, one bit each: the first 64 in a word, further ones in a list of words.
   std::uint64_t taken(std::int32_t body, std::size_t word) const {
     if (body < 0) return 0;
     if (word == 0) return taken_[std::size_t(body)];

@@ -119,7 +119,7 @@ public:
   // Velocities of held dofs of meshes that are functions of time, written before each step and each of its parts.
   std::vector<HeldMotion> held_motions;
 
-  // What drives bodies and the cell, applied as a step begins, and what is read as it ends; null: nothing.
+  // Controls of bodies and of the cell, applied at the begin of a step, and probes, read at its end; null: none.
   std::unique_ptr<Controls> controls;
   std::unique_ptr<Probes> probes;
   Controls& controlled(); // made, if there are none

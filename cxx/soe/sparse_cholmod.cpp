@@ -182,7 +182,7 @@ private:
     return out;
   }
 
-  // Longest of the supernodes whose starts are given.
+  // Length of the longest supernode; starts: offset of each.
   std::int64_t most_of(const void* starts) const {
     const auto* const start = static_cast<const std::int32_t*>(starts);
     std::int64_t most = 0;

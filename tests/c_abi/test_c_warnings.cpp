@@ -1,4 +1,4 @@
-// What a program is told of steps that converge and are wrong all the same.
+// Warnings of the C API about steps that converge and are inaccurate nevertheless.
 #include "c_scene.hpp"
 
 namespace {

@@ -30,7 +30,7 @@ CORNERS = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in
 
 
 class NoNumber(Exception):
-    """A result that is no number came of a file that was read without a word."""
+    """A damaged file was read without an error, and a result computed from it is not finite."""
 
 
 @dataclass

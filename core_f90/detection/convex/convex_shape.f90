@@ -133,7 +133,7 @@ contains
     case (is_cylinder)
       high = dot_product(c%frame(:, 3), d)
       w = d - high*c%frame(:, 3)
-      w = w - dot_product(w, c%frame(:, 3))*c%frame(:, 3) ! what rounding left
+      w = w - dot_product(w, c%frame(:, 3))*c%frame(:, 3) ! removes the component that rounding left
       length = sqrt(dot_product(w, w))
       x = sign(c%half(3), high)*c%frame(:, 3)
       if (length > 4*epsilon(length)*abs(high)) x = x + (c%half(1)/length)*w

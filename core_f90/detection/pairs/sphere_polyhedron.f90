@@ -23,7 +23,7 @@ contains
     real(c_double), intent(out) :: gap(hulls%most, n)   !< negative when overlapping [m]
     real(c_double), intent(out) :: normal(3, hulls%most, n) !< unit, from B to A
     real(c_double), intent(out) :: point(3, hulls%most, n)  !< middle of the gap - centre of A [m]
-    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< names of the points within the pair
+    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< keys of the points within the pair
     type(hulls_view) :: view
     type(solid) :: q
     real(c_double) :: m(3), distance

@@ -41,11 +41,11 @@ struct NlgsState {
   bool changed = false;    // by another method than sweeps, since the last of them
   Refinement refinement;   // the last one of velocities
   std::function<double()>
-      error_square; // of the impulses at hand, records up to date; one pointer: nothing is allocated
+      error_square; // measures the present impulses; captures one pointer, so that no call allocates
 
   StepError measure(bool last = false);
   bool above(const StepError& error) const { return error.finite && error.square > wanted; }
-  // Error of impulses that is sought: velocities follow errors a thousand times smaller.
+  // Error of impulses that sweeps aim at; where an accuracy of velocities was asked, that times accuracy_aim.
   double aim() const;
   bool asks_for_accuracy() const;
 };
@@ -77,7 +77,7 @@ public:
   virtual void swept() {}
   // Brings the error that was just measured down, if it is above the wanted one.
   virtual void measured(StepError&) {}
-  // The error is small enough: whether that is all.
+  // Called once the error is small enough: the step ends, goes on, or the errors decide.
   virtual Verdict judge(StepError&) { return Verdict::none; }
   // Sweeps go on after this error; change: dr.W dr of the last sweep [J]. True: they end here all the same.
   virtual bool follow(const StepError&, double change) {

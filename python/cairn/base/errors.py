@@ -43,7 +43,7 @@ class MissingFile(FileError, FileNotFoundError):
 
 
 class UnknownStructure(FileError):
-    """A sound HDF5 file may hold it; Cairn's reader does not know it."""
+    """A structure that the HDF5 format allows and Cairn's reader does not support; the file need not be damaged."""
 
 
 @contextlib.contextmanager

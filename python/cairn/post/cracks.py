@@ -10,9 +10,9 @@ from ..names import teach
 from ..pre.block_meshes import FLUSH, MeshedBlocks
 
 SAMPLES = 9  # places along a joint between meshes
-WIDEST = 0.3  # of the median extent of blocks: width at which the largest opening is drawn
-SOUND = 1e-5  # of the median extent of blocks: smaller openings and slips are those of sound joints
-NARROWEST = 0.012  # of the median extent of blocks: width of joints that slipped and did not open
+WIDEST = 0.3  # drawn width of the largest opening, over the median extent of blocks
+SOUND = 1e-5  # opening or slip, over the median extent of blocks, below which a joint counts as sound
+NARROWEST = 0.012  # drawn width of joints that slipped without opening, over the median extent of blocks
 
 
 @dataclass(frozen=True)

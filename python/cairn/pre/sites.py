@@ -84,12 +84,12 @@ class Sites:
         return None
 
     def renew(self, r: float) -> None:
-        """Enter the places for radius r on all spheres."""
+        """Adds resting places of a sphere of radius r [m] on every sphere to the heap, which held those of other radii."""
         for k in range(self.count):
             self.open_sites(k, r)
 
     def lowest(self, r: float):
-        """Centre of the lowest place for radius r, or None; places taken by other spheres leave the heap."""
+        """Centre (3,) [m] of the lowest free resting place for radius r [m], or None; blocked places leave the heap."""
         kept, center = [], None
         while self.heap and center is None:
             batch = [heapq.heappop(self.heap) for _ in range(min(BATCH, len(self.heap)))]

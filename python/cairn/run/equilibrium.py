@@ -317,7 +317,7 @@ class HalfMatrix:
         return _core.half_product(graph.row_start, graph.column, self.data, x)
 
     def projected(self, modes):
-        """Z'A Z for a sparse Z (dofs n, k)."""
+        """Returns Z'A Z (k, k), A projected onto the columns of a sparse coarse basis Z (dofs n, k)."""
         from scipy import sparse
 
         half, graph = self.data.copy(), self.graph
@@ -329,7 +329,7 @@ class HalfMatrix:
 
 
 def rigid_motions(position, dofs, bodies_each=48):
-    """Coarse space Z, sparse (dofs n, dofs groups): rigid motions of groups of neighbouring bodies."""
+    """Coarse basis Z, sparse (dofs n, dofs groups), of the two-level preconditioner: rigid motions of groups of neighbours."""
     from scipy import sparse
 
     n, dim = position.shape

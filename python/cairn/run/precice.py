@@ -343,7 +343,7 @@ class Coupling:
             raise ValueError(f"{what} was called after run: a participant runs once; make another Coupling")
 
     def _data(self, mesh, read, write, rigid):
-        """Checked copies of what is read and written."""
+        """Checked copies of the lists of data to read and to write."""
         if not isinstance(mesh, str) or not mesh:
             raise ValueError(f"mesh is {mesh!r}: give the name of the coupling mesh in the configuration")
         if any(mesh == part.name for part in self._parts):

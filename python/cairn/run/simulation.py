@@ -850,11 +850,11 @@ class Simulation(Reshaping, Restarts, Spelt):
 
     @property
     def cell(self):
-        """The periodic cell now, a dict.
+        """The periodic cell at the present time, a dict.
 
-        It holds vectors (dim, dim) by rows [m], lengths (dim,) [m], rate, its velocity gradient
-        (dim, dim) [1/s], and stress of the contacts in the last step, compression positive, upper triangle [Pa]: of cells with
-        a rate, a stress or a constant volume, else zero."""
+        vectors: edges of the cell as rows (dim, dim) [m]; lengths (dim,) [m]; rate: velocity gradient (dim, dim) [1/s];
+        stress: mean stress of the contacts in the last step (upper triangle, compression positive) [Pa], zero unless the
+        cell is driven by a rate, a stress or a constant volume."""
         found = self._core.driven_cell()
         return {**found, "lengths": np.diag(found["vectors"]).copy()}
 

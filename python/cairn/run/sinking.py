@@ -23,8 +23,10 @@ class Sinking:
         self._count, self._least, self._levels, self._rises = 0, np.inf, [0.0], 0
 
     def look(self, overlap, first):
-        """Adds the overlap of a converged step, over the size of the smaller body; first: initial overlap. Once overlaps have
-        grown beyond SINKS returns (overlap some windows before, number of steps since then); else None."""
+        """Adds the overlap of a converged step; overlap and first, the initial one, are relative to the size of the smaller body.
+
+        Returns None as long as bodies do not sink. Once the overlap has grown over RISES windows and exceeds SINKS, returns
+        (overlap before it grew, number of steps since then)."""
         self._count += 1
         self._least = min(self._least, overlap)
         if self._count % WINDOW:
@@ -39,14 +41,14 @@ class Sinking:
 
 
 class Leaps:
-    """Overlaps that come in one step, deeper than bodies moved in it: contacts through a thin part, or of bodies put there."""
+    """Detects overlap that grows within one step by more than bodies moved: a thin part was crossed, or bodies were displaced."""
 
     def __init__(self):
         self._before, self._last = 0.0, None
 
     def look(self, simulation, overlap, h):
-        """Ids of two bodies whose overlap grew by more than they can have moved against each other in a step of h [s], None
-        without. overlap: the deepest over the size of the smaller body."""
+        """Ids of two bodies whose overlap grew by more than their relative motion in a step of h [s]; None if there are none.
+        overlap: the deepest, relative to the size of the smaller body."""
         core = core_of(simulation)
         before, last, now = self._before, self._last, (simulation.steps, core.scene.body_count)
         self._before, self._last = overlap, now

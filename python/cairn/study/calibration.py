@@ -53,7 +53,7 @@ class GrainLearning:
         if not self.script.is_file():
             raise FileError(self.script, "no such script", "give a .py file that defines run(parameters)")
         self.processes, self.dask = processes, dask
-        self.failed = []  # of each iteration {number of the sample: reason}
+        self.failed = []  # a dict for each iteration: {number of the failed sample: reason}
 
     def __call__(self, calibration):
         """Runs the samples of an iteration and hands their results over.

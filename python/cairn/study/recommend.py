@@ -49,10 +49,11 @@ class Recommendation:
 def recommend(table, accuracy, of, here=False):
     """The Recommendation from a table (see measures.table) for an accuracy of the figure `of`.
 
-    A setting counts only if what its error may be (upper) is within the accuracy on every target, and so it is for each
-    tighter tolerance of the same family: one that is good by luck is not taken. Below the noise floor none is taken.
-    Unless `here`, it is to hold on scenes that were not studied, too: upper is then a one-sided 95% prediction interval over
-    the scenes, in logarithms, three times the largest error if there is one scene alone. Of problems only those studied count.
+    A setting qualifies if the upper bound of its error (upper) is within the accuracy on every target, and if the same holds
+    for all tighter tolerances of its family, which excludes settings that are accurate by coincidence. None qualifies for an
+    accuracy below the noise floor. With `here` the upper bound holds for the scenes studied. Without, it also covers other
+    scenes: it is the one-sided 95 % prediction bound of the logarithm of the error over the scenes, or three times the
+    largest error if there is only one scene. Problems always count by themselves alone.
     """
     if not 0 < accuracy < math.inf:
         raise ValueError(f"accuracy is {accuracy}: give a positive number, 1e-3 say")

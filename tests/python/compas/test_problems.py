@@ -159,7 +159,7 @@ def test_loads_balance_at_the_support():
 
 
 def test_moments_of_wedges_are_about_the_centre_of_mass():
-    """Of a wedge the middle of the surface, which compas_dem takes, is another point."""
+    """In a wedge the mean of the surface, the point that compas_dem takes, differs from the centre of mass."""
     corners = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]]
     wedge = Mesh.from_vertices_and_faces(corners, [[0, 3, 2, 1], [0, 1, 4], [3, 5, 2], [0, 4, 5, 3], [1, 2, 5, 4]])
     problem, live = problem_of(model_of([wedge], [0]))

@@ -7,6 +7,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.sinking import WINDOW, Sinking
 
 ROCK = cn.Material("rock", density=1000.0)
 SHEET = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
@@ -286,7 +287,7 @@ def test_an_overlap_that_comes_at_once_is_told():
 
 @pytest.mark.parametrize("speed", [10.0, 60.0])
 def test_a_fast_impact_is_no_leap(speed):
-    """It overlaps by what it moves in a step at most."""
+    """Its overlap is at most its displacement in a step."""
     scene = cn.Scene(3)
     velocity = [[0, 0, -speed, 0, 9.0, 0]]
     scene.add(cn.cylinders([[0, 0, 0.5]], 0.1, 0.4, ROCK, axis=(1, 0, 1), velocity=velocity), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
@@ -320,3 +321,16 @@ def test_springs_too_soft_for_their_load_are_told():
     sim = cn.Simulation(scene, 1e-4, cn.SmoothDEM())
     words = caught(lambda: [sim.step() for _ in range(1500)])
     assert len(words) == 1 and "springs are too soft for what they carry" in words[0]
+
+
+def test_only_overlap_that_keeps_growing_is_told():
+    """A window whose overlap falls takes back a rise: overlap that swings is no sinking, overlap that grows three times is."""
+    swings = [0.1 + 0.01 * (k // 2) + 0.02 * (k % 2) for k in range(24)]
+
+    def told(levels):
+        sinking = Sinking()
+        return [sinking.look(level, 0.0) for level in levels for _ in range(WINDOW)]
+
+    assert not any(told(swings))
+    grown = told([0.1, 0.11, 0.12])
+    assert grown[-1] == (0.0, 3 * WINDOW) and not any(grown[:-1])

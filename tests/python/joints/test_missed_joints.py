@@ -54,7 +54,7 @@ def test_a_step_that_misses_a_joint_is_not_converged(spin):
         else:
             missed += 1
             assert "joint" in info["hint"] and "dt of at most" in info["hint"] and info["joint_error"] > 1e-4
-        assert info["joint_gap"] <= found * (1 + 1e-6) + 1e-12 and found <= 1.5 * info["joint_gap"] + 1e-12  # of both axes
+        assert info["joint_gap"] <= found * (1 + 1e-6) + 1e-12 and found <= 1.5 * info["joint_gap"] + 1e-12  # the resultant
         assert info["joint_error"] == pytest.approx(info["joint_gap"] / 0.1, rel=1e-9)
     assert missed > 20
 
@@ -75,7 +75,7 @@ def test_the_warning_names_a_joint_and_a_step_that_holds_it():
 
 @pytest.mark.parametrize("dt", [2e-3, DT, 2.5e-4])
 def test_light_bars_under_a_heavy_one_are_held(dt):
-    """Their swings are faster than the first of these steps by 16 and more, which missed joints by centimetres."""
+    """Bars swing at least 16 times faster than the longest of these steps, in which joints opened by centimetres."""
     sim = pendulum(dt)
     for _ in range(round(0.35 / dt)):
         assert sim.step()["status"] == "converged"

@@ -135,7 +135,7 @@ def plastic(hard):
 
 
 def j2_plasticity():
-    """Both hardenings, along an axis and in shear."""
+    """Isotropic and kinematic hardening together, in uniaxial stress and in shear."""
     law = {**ELASTIC, "yield_stress": 0.05, "isotropic": 0.1, "kinematic": 0.2}
     e, yields, p, stress = plastic(0.3)
     r = found("j2_plasticity", law, [e, -e / 2, -e / 2, 0, 0, 0])
