@@ -1,74 +1,178 @@
-"""Smooth DEM beside LIGGGHTS and YADE: CPU microseconds a particle and step, one thread, same machine, same time, same scene.
+"""Smooth DEM beside LAMMPS, LIGGGHTS and YADE: CPU microseconds a particle and step on one core, the same scene, in turn.
 
-Dense spheres in a box (d 10 mm +-10 %, density 2500, E 1e7, nu .3, e .5, mu .5, dt 5e-5 s), at rest or with gravity tilted by 60
-degrees. Each round runs the codes one after the other; what a code needs to start is taken away as the time of a short run. Needs
-the packings in the folder CAIRN_REFERENCE_DATA, and liggghts and yade on the path; a code that is not there is left out.
+Dense spheres in a box (d 10 mm +-10 %, density 2500, E 1e7, nu .3, e .5, mu .5, dt 5e-5 s), at rest or flowing under gravity tilted by
+60 degrees, and clumps of three that have settled. A round runs the codes one after the other; a ratio is that of one round. Beside
+the times stand contacts a particle, kinetic energy and mean overlap at the end, which have to agree before times compare.
 
-    python benchmarks/smooth_dem.py [--rounds 3] [--steps 200] [--output benchmarks/results/smooth_dem.csv]
+    python benchmarks/smooth_dem.py [--rounds 3] [--steps 400] [--cases "10k settled,..."] [--output benchmarks/results/smooth_dem.csv]
+    python benchmarks/smooth_dem.py --spheres 60 --rounds 1 --steps 20      small packings made here, in a second
+
+The packings are read from the folder CAIRN_REFERENCE_DATA, or made by smooth DEM where it is not there (a minute for 10,000).
+LAMMPS's gran/hertz/history has a dashpot of its own kind, set to the same force as the others' at the mean overlap.
 """
 
 import argparse
 import csv
 import gzip
 import os
-import resource
-import shutil
-import statistics
-import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
+import peers
 
 FOLDER = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[1] / ".." / "shared")) / "scenes"
-CASES = [("50k settled", "dense50k", 0.0), ("10k settled", "dense10k", 0.0), ("10k flowing", "dense10k", 60.0)]
-DT, YOUNG, POISSON, RESTITUTION, FRICTION, DENSITY = 5e-5, 1e7, 0.3, 0.5, 0.5, 2500.0
-
-
-def packing(name):
-    """Centres and radii (n, 4) [m], and the width of their box, whose corner is at the origin."""
-    with gzip.open(FOLDER / f"{name}.xyzr.gz") as file:
-        grains = np.loadtxt(file)
-    width = np.mean([(grains[:, k] - grains[:, 3]).min() + (grains[:, k] + grains[:, 3]).max() for k in (0, 1)])
-    return grains, round(float(width), 3)
+CASES = {  # packing, angle of gravity [degrees], steps before the clock starts
+    "10k settled": ("dense10k", 0.0, 20),
+    "10k flowing": ("dense10k", 60.0, 600),
+    "50k settled": ("dense50k", 0.0, 20),
+    "clumps of three": ("clumps", 0.0, 20),
+}
+DT, YOUNG, POISSON, RESTITUTION, FRICTION, DENSITY, DIAMETER = 5e-5, 1e7, 0.3, 0.5, 0.5, 2500.0, 0.01
+SKINS = {"lammps": 5e-4, "liggghts": 5e-4}  # half and twice of it are as fast, within the noise
+COLUMNS = ("case", "code", "us_per_particle_step", "least", "most", "times_cairn", "least_ratio", "most_ratio", "contacts_a_particle",
+           "kinetic_J", "overlap_of_radius")  # fmt: skip
+OFFSETS = 0.4 * DIAMETER * np.array([[1.0, 0.0, 0.0], [-0.5, 0.75**0.5, 0.0], [-0.5, -(0.75**0.5), 0.0]])
 
 
 def gravity(angle):
     return 9.81 * np.array([np.sin(np.radians(angle)), 0.0, -np.cos(np.radians(angle))])
 
 
-def run_cairn(name, angle, steps, energy):
-    """CPU seconds of the steps and their contacts; called in a process of its own."""
-    import time
+def box_of(grains):
+    """Width of the box of a packing, whose corner is at the origin."""
+    width = np.mean([(grains[:, k] - grains[:, 3]).min() + (grains[:, k] + grains[:, 3]).max() for k in (0, 1)])
+    return round(float(width), 3)
 
+
+def packing(name, count=None):
+    """Centres and radii (n, 4) [m] of a packing; `count` makes a small one."""
+    path = FOLDER / f"{name}.xyzr.gz"
+    if count is None and path.exists():
+        with gzip.open(path) as file:
+            return np.loadtxt(file)
+    count = count or {"dense10k": 10000, "dense50k": 50000}[name]
+    rng = np.random.default_rng(1)
+    edge = max(2, round((count / 2) ** (1 / 3)))
+    grid = np.array([(i, j, k) for k in range(-(-count // edge**2)) for j in range(edge) for i in range(edge)], float)[:count]
+    centers = (grid + 0.5 + rng.uniform(-0.04, 0.04, grid.shape)) * 1.2 * DIAMETER
+    grains = np.c_[centers, 0.5 * DIAMETER * rng.uniform(0.9, 1.1, count)]
+    sim = simulation(grains, 1.2 * DIAMETER * edge, 0.0, "hertz", 0.7)
+    sim.run(until=max(0.1, 3 * np.sqrt(2 * centers[:, 2].max() / 9.81)), progress=False)
+    return np.c_[sim.bodies.position[:count], grains[:, 3]]
+
+
+def simulation(grains, width, angle, law, local_damping=0.0, clumps=None):
+    """Of Cairn, a thread: spheres, or clumps given by their places and rotations."""
     import cairn as cn
 
-    grains, width = packing(name)
     rock = cn.Material("rock", density=DENSITY)
     scene = cn.Scene(3, gravity=gravity(angle))
-    scene.add(cn.spheres(grains[:, :3], grains[:, 3], rock), cn.wall((0, 0, 0), (0, 0, 1), rock))
+    if clumps is None:
+        scene.add(cn.spheres(grains[:, :3], grains[:, 3], rock))
+    else:
+        body = cn.pre.clump(OFFSETS, np.full(3, DIAMETER / 2), DENSITY)
+        scene.add(cn.clumps(clumps[0], body.offsets, body.radii, body.mass, body.inertia, rock, rotation=clumps[1]))
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), rock))
     for normal in ((1, 0, 0), (0, 1, 0)):
         scene.add(cn.wall((0, 0, 0), normal, rock), cn.wall((width, width, 0), -np.array(normal), rock))
-    scene.interact(rock, rock, cn.HertzMindlin(young=YOUNG, poisson=POISSON, restitution=RESTITUTION, mu=FRICTION))
-    sim = cn.Simulation(scene, DT, cn.SmoothDEM(threads=1, energy=energy), overlap="ignore")
-    for _ in range(20):
+    words = dict(young=YOUNG, poisson=POISSON, restitution=RESTITUTION, mu=FRICTION)
+    scene.interact(rock, rock, cn.HertzMindlin(**words) if law == "hertz" else cn.granular("hertz", damping="tsuji", **words))
+    return cn.Simulation(scene, DT, cn.SmoothDEM(threads=1, energy=False, local_damping=local_damping), overlap="ignore")
+
+
+def poses(centers):
+    """Centres and quaternions of clumps from the centres of their spheres (m, 3, 3), in the principal axes that cn.pre.clump has."""
+    import cairn as cn
+
+    body = cn.pre.clump(OFFSETS, np.full(3, DIAMETER / 2), DENSITY)
+    middle = centers.mean(1)
+    turns = []
+    for own in centers - middle[:, None]:  # the turn that takes the offsets to the spheres (Kabsch)
+        u, _, vt = np.linalg.svd(body.offsets.T @ own)
+        turn = (u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt).T
+        w = 0.5 * np.sqrt(max(0.0, 1 + np.trace(turn)))
+        axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+        if w < 1e-3:
+            values, vectors = np.linalg.eigh(turn + turn.T)
+            turns.append(np.r_[w, vectors[:, -1]])
+        else:
+            turns.append(np.r_[w, axis / (4 * w)])
+    return middle, np.array(turns)
+
+
+def child(folder, angle, warm, steps, law):
+    """Runs Cairn in a process of its own: prints CPU seconds, saves the last state."""
+    given = np.load(Path(folder) / "state.npz")
+    clumps = (given["places"], given["turns"]) if "places" in given else None
+    sim = simulation(given["grains"], float(given["width"]), angle, law, clumps=clumps)
+    for _ in range(warm):
         sim.step()
     start = time.process_time()
     for _ in range(steps):
-        info = sim.step()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print("result", time.process_time() - start, info["contacts"], info["neighbour_lists"], round(peak))
+        sim.step()
+    print("result", time.process_time() - start)
+    # energies are not kept in the timed run
+    bodies, count = sim.bodies, len(given["grains"]) if clumps is None else len(clumps[0])
+    v, w = bodies.velocity[:count, :3], bodies.velocity[:count, 3:]
+    if clumps is None:
+        mass = DENSITY * 4 / 3 * np.pi * given["grains"][:, 3] ** 3
+        kinetic = 0.5 * np.sum(mass * (np.sum(v**2, 1) + 0.4 * given["grains"][:, 3] ** 2 * np.sum(w**2, 1)))
+        centers, owner = bodies.position[:count], np.arange(count)
+    else:
+        kinetic = 0.5 * np.sum(DENSITY * 4 / 3 * np.pi * (DIAMETER / 2) ** 3 * 3 * np.sum(v**2, 1))
+        import cairn as cn
+
+        body = cn.pre.clump(OFFSETS, np.full(3, DIAMETER / 2), DENSITY)
+        q = bodies.rotation[:count]
+        s, axis = q[:, :1, None], q[:, None, 1:]
+        arm = np.broadcast_to(body.offsets, (count, 3, 3))
+        twice = 2 * np.cross(np.broadcast_to(axis, arm.shape), arm)
+        centers = (bodies.position[:count, None] + arm + s * twice + np.cross(np.broadcast_to(axis, arm.shape), twice)).reshape(-1, 3)
+        owner = np.repeat(np.arange(count), 3)
+    np.savez(Path(folder) / "cairn.npz", centers=centers, owner=owner, kinetic=kinetic)
 
 
-LIGGGHTS = """atom_style granular
-atom_modify map array
-boundary f f f
+def state(centers, radii, owner, kinetic):
+    """Contacts a particle, kinetic energy [J] and mean overlap over the radius."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(centers).query_pairs(2.01 * radii.max(), output_type="ndarray")
+    pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
+    i, j = pairs.T
+    overlap = radii[i] + radii[j] - np.linalg.norm(centers[i] - centers[j], axis=1)
+    touching = overlap > 0
+    return 2 * touching.sum() / len(centers), float(kinetic), float(np.mean(overlap[touching] / radii[i][touching]))
+
+
+def run_cairn(scene, warm, steps, angle, folder, law):
+    np.savez(folder / "state.npz", **scene)
+    command = [sys.executable, str(Path(__file__).resolve()), "--child", str(folder), str(angle), str(warm), str(steps), law]
+    text = peers.call(command, Path.cwd())
+    last = np.load(folder / "cairn.npz")
+    return peers.rows_of(text)[0][0], state(last["centers"], scene["grains"][:, 3], last["owner"], last["kinetic"])
+
+
+HEAD = """boundary f f f
 newton off
-communicate single vel yes
 units si
-read_data {data}
-neighbor 0.001 bin
+"""
+RUN = """timestep {dt}
+fix integrate all {integrator}
+thermo 100000
+run {warm}
+shell sh stamp.sh begin
+run {steps} pre no
+shell sh stamp.sh end
+dump last all custom 1 last.dump id x y z vx vy vz omegax omegay omegaz radius {more}
+dump_modify last sort id
+run 0
+"""
+LIGGGHTS = (
+    "atom_style granular\natom_modify map array\ncommunicate single vel yes\n" + HEAD + """{bodies}
+neighbor {skin} bin
 neigh_modify delay 0
 fix m1 all property/global youngsModulus peratomtype {young}
 fix m2 all property/global poissonsRatio peratomtype {poisson}
@@ -76,22 +180,28 @@ fix m3 all property/global coefficientRestitution peratomtypepair 1 {restitution
 fix m4 all property/global coefficientFriction peratomtypepair 1 {friction}
 pair_style gran model hertz tangential history
 pair_coeff * *
-timestep {dt}
 fix g all gravity 9.81 vector {gx} 0.0 {gz}
 fix x0 all wall/gran model hertz tangential history primitive type 1 xplane 0.0
 fix x1 all wall/gran model hertz tangential history primitive type 1 xplane {width}
 fix y0 all wall/gran model hertz tangential history primitive type 1 yplane 0.0
 fix y1 all wall/gran model hertz tangential history primitive type 1 yplane {width}
 fix z0 all wall/gran model hertz tangential history primitive type 1 zplane 0.0
-fix integrate all nve/sphere
-thermo 1000
-run {steps}
 """
-
-YADE = """import gzip, resource, time
-import numpy as np
+)
+LAMMPS = (
+    "atom_style sphere\natom_modify map array\ncomm_modify mode single vel yes\n" + HEAD + """read_data {data}
+neighbor {skin} bin
+neigh_modify delay 0 every 1 check yes
+{pair}
+fix g all gravity 9.81 vector {gx} 0.0 {gz}
+fix x all wall/gran {wall} xplane 0.0 {width}
+fix y all wall/gran {wall} yplane 0.0 {width}
+fix z all wall/gran {wall} zplane 0.0 NULL
+"""
+)
+YADE = """import numpy as np, time
 from yade import *
-grains = np.loadtxt("{data}")
+grains = np.loadtxt("grains.txt")
 rock = FrictMat(young={young}, poisson={poisson}, frictionAngle=np.arctan({friction}), density={density})
 O.materials.append(rock)
 O.bodies.append([utils.sphere(g[:3], g[3]) for g in grains])
@@ -107,130 +217,196 @@ O.engines = [
     NewtonIntegrator(damping=0, gravity=({gx}, 0, {gz})),
 ]
 O.dt = {dt}
-O.run(20, True)
+O.run({warm}, True)
 start = time.process_time()
 O.run({steps}, True)
-spent = time.process_time() - start
-contacts = sum(1 for i in O.interactions if i.isReal)
-print("result", spent, contacts, 0, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, flush=True)
+print("result", time.process_time() - start, utils.kineticEnergy(), flush=True)
+np.savetxt("last.txt", [list(O.bodies[k].state.pos) for k in range(len(grains))])
 """
 
 
-def child(command, **options):
-    """Output, CPU seconds and exit of a command on one thread."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(
-        command, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"}, check=False, **options
-    )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return done.stdout, spent, done
-
-
-def result(text, done):
-    for line in text.splitlines():
-        if line.startswith("result"):
-            return [float(word) for word in line.split()[1:]]
-    raise RuntimeError(f"no result: {text[-500:]} {done.stderr[-500:]}")
-
-
-def words(width, angle, steps, data):
+def numbers(scene, warm, steps, angle):
     pull = gravity(angle)
-    return {
-        "data": data, "young": YOUNG, "poisson": POISSON, "restitution": RESTITUTION, "friction": FRICTION, "dt": DT,
-        "density": DENSITY, "width": width, "steps": steps, "gx": pull[0], "gz": pull[2],
-    }  # fmt: skip
+    return dict(young=YOUNG, poisson=POISSON, restitution=RESTITUTION, friction=FRICTION, dt=DT, density=DENSITY,
+                width=float(scene["width"]), warm=warm, steps=steps, gx=pull[0], gz=pull[2])  # fmt: skip
 
 
-def time_cairn(name, angle, steps, folder, energy):
-    command = [sys.executable, __file__, "--child", name, str(angle), str(steps), str(int(energy))]
-    text, _, done = child(command)
-    return result(text, done)
-
-
-def time_liggghts(name, angle, steps, folder):
-    """The short run of 20 steps is taken away."""
-    grains, width = packing(name)
-    data = folder / f"{name}.data"
-    rows = [f"{i + 1} 1 {2 * r} {DENSITY} {x} {y} {z}" for i, (x, y, z, r) in enumerate(grains)]
-    top = 2 * grains[:, 2].max()
+def data_file(scene, path, liggghts):
+    """Spheres for read_data; the columns of the two programs differ in nothing but their order's name."""
+    grains, width = scene["grains"], float(scene["width"])
+    top = 2 * grains[:, 2].max() + 0.1
+    rows = [f"{i + 1} 1 {2 * r!r} {DENSITY} {x!r} {y!r} {z!r}" for i, (x, y, z, r) in enumerate(grains.tolist())]
     box = f"-0.001 {width + 0.001} xlo xhi\n-0.001 {width + 0.001} ylo yhi\n-0.001 {top} zlo zhi"
-    data.write_text(f"packing\n\n{len(rows)} atoms\n1 atom types\n{box}\n\nAtoms\n\n" + "\n".join(rows) + "\n")
-    spent = []
-    for count in (20, 20 + steps):
-        script = folder / "in.liggghts"
-        script.write_text(LIGGGHTS.format(**words(width, angle, count, data.name)))
-        text, seconds, done = child(["liggghts", "-in", script.name], cwd=folder)
-        if done.returncode:
-            raise RuntimeError(text[-500:] + done.stderr[-500:])
-        spent.append(seconds)
-    return [spent[1] - spent[0], float("nan"), 0, 0]
+    path.write_text(f"packing\n\n{len(rows)} atoms\n1 atom types\n{box}\n\nAtoms\n\n" + "\n".join(rows) + "\n")
 
 
-def time_yade(name, angle, steps, folder):
-    grains, width = packing(name)
-    np.savetxt(folder / f"{name}.txt", grains)
-    script = folder / "case.py"
-    script.write_text(YADE.format(**words(width, angle, steps, f"{name}.txt")))
-    text, _, done = child(["yade", "-n", "-x", "-j1", script.name], cwd=folder)
-    return result(text, done)
+def dumped(path, radii):
+    last = peers.last_dump(path)
+    mass = DENSITY * 4 / 3 * np.pi * last["radius"] ** 3
+    spin = sum(last[f"omega{k}"] ** 2 for k in "xyz")
+    kinetic = 0.5 * np.sum(mass * (sum(last[f"v{k}"] ** 2 for k in "xyz") + 0.4 * last["radius"] ** 2 * spin))
+    return state(np.c_[last["x"], last["y"], last["z"]], radii, np.arange(len(radii)), kinetic)
 
 
-def codes():
-    found = {
-        "cairn": lambda *a: time_cairn(*a, energy=False),
-        "cairn with energies": lambda *a: time_cairn(*a, energy=True),
-    }
-    if shutil.which("liggghts"):
-        found["liggghts 3.8"] = time_liggghts
-    if shutil.which("yade"):
-        found["yade 2023.02a"] = time_yade
-    return found
+def run_liggghts(scene, warm, steps, angle, folder):
+    if "places" in scene:
+        return run_multisphere(scene, warm, steps, angle, folder)
+    data_file(scene, folder / "grains.data", True)
+    words = numbers(scene, warm, steps, angle)
+    text = LIGGGHTS.format(bodies="read_data grains.data", skin=SKINS["liggghts"], **words)
+    spent, _ = peers.run_input("liggghts", text + RUN.format(integrator="nve/sphere", more="", **words), folder)
+    return spent, dumped(folder / "last.dump", scene["grains"][:, 3])
+
+
+def run_lammps(scene, warm, steps, angle, folder, law):
+    data_file(scene, folder / "grains.data", False)
+    words = numbers(scene, warm, steps, angle)
+    if law == "hertz":
+        radius, delta = DIAMETER / 4, float(scene["overlap"])  # of a pair: effective radius, mean overlap [m]
+        modulus, mass = YOUNG / (2 * (1 - POISSON**2)), DENSITY * np.pi / 12 * DIAMETER**3
+        share = -np.log(RESTITUTION) / np.hypot(np.log(RESTITUTION), np.pi)
+        dashpot = 2 * np.sqrt(5 / 6) * share * np.sqrt(2 * modulus * np.sqrt(radius * delta) * mass) / (mass * np.sqrt(radius * delta))
+        shear = 2 * YOUNG / ((1 + POISSON) * (2 - POISSON))
+        wall = f"hertz/history {4 / 3 * modulus:.9g} {shear:.9g} {dashpot:.9g} {0.5 * dashpot:.9g} {FRICTION} 1"
+        pair = f"pair_style gran/{wall}\npair_coeff * *"
+    else:
+        own = f"hertz/material {YOUNG} {RESTITUTION} {POISSON} tangential mindlin NULL 1.0 {FRICTION} damping tsuji"
+        pair, wall = f"pair_style granular\npair_coeff * * {own}", f"granular {own}"
+    text = LAMMPS.format(data="grains.data", skin=SKINS["lammps"], pair=pair, wall=wall, **words)
+    spent, _ = peers.run_input("lmp", text + RUN.format(integrator="nve/sphere", more="", **words), folder)
+    return spent, dumped(folder / "last.dump", scene["grains"][:, 3])
+
+
+def run_yade(scene, warm, steps, angle, folder):
+    np.savetxt(folder / "grains.txt", scene["grains"])
+    (folder / "case.py").write_text(YADE.format(**numbers(scene, warm, steps, angle)))
+    spent, kinetic = peers.rows_of(peers.call(["yade", "-n", "-x", "-j1", "case.py"], folder))[0]
+    radii = scene["grains"][:, 3]
+    return spent, state(np.loadtxt(folder / "last.txt"), radii, np.arange(len(radii)), kinetic)
+
+
+MULTISPHERE = """variable top equal {top}
+region reg block 0.0 {width} 0.0 {width} 0.0 {top} units box
+region whole block -0.001 {high} -0.001 {high} -0.001 {above} units box
+create_box 1 whole
+"""
+INSERT = """fix template all particletemplate/multisphere 15485863 atom_type 1 density constant {density} nspheres 3 ntry 1000000 spheres &
+ file clump.txt scale 1.0 type 1
+fix sizes all particledistribution/discrete 15485867 1 template 1.0
+fix insert all insert/pack seed 32452843 distributiontemplate sizes maxattempt 500 insert_every once overlapcheck yes all_in yes &
+ vel constant 0. 0. 0. particles_in_region {count} region reg
+timestep {dt}
+fix integrate all multisphere
+thermo 100000
+run 1
+unfix insert
+run {settle}
+dump first all custom 1 first.dump id id_multisphere x y z vx vy vz omegax omegay omegaz radius
+dump_modify first sort id
+run 0
+undump first
+"""
+
+
+def clumps_of(dump):
+    """Centres of the spheres of each clump (m, 3, 3), and their velocities."""
+    order = np.argsort(dump["id_multisphere"], kind="stable")
+    x = np.c_[dump["x"], dump["y"], dump["z"]][order].reshape(-1, 3, 3)
+    return x, np.c_[dump["vx"], dump["vy"], dump["vz"]][order].reshape(-1, 3, 3)
+
+
+def run_multisphere(scene, warm, steps, angle, folder):
+    """LIGGGHTS drops the clumps, waits until they rest, and runs its timed steps from there; Cairn then begins with the same places."""
+    count, width = int(scene["count"]), float(scene["width"])
+    np.savetxt(folder / "clump.txt", np.c_[OFFSETS, np.full(3, DIAMETER / 2)])
+    words = numbers(scene, warm, steps, angle)
+    top = count * 3 * np.pi / 6 * DIAMETER**3 / width**2 / 0.2
+    body = MULTISPHERE.format(top=top, width=width, high=width + 0.001, above=top + 0.01)
+    settle = round(3 * np.sqrt(2 * top / 9.81) / DT)
+    insert = INSERT.format(count=count, settle=settle, **words)
+    end = RUN.split("\n", 3)[3].format(more="id_multisphere", **words)
+    spent, _ = peers.run_input("liggghts", LIGGGHTS.format(bodies=body, skin=SKINS["liggghts"], **words) + insert + end, folder)
+    first, last = (clumps_of(peers.last_dump(folder / f"{name}.dump")) for name in ("first", "last"))
+    scene["places"], scene["turns"] = poses(first[0])
+    kinetic = 0.5 * np.sum(3 * DENSITY * np.pi / 6 * DIAMETER**3 * np.sum(last[1].mean(1) ** 2, 1))
+    owner = np.repeat(np.arange(count), 3)
+    return spent, state(last[0].reshape(-1, 3), scene["grains"][:, 3], owner, kinetic)
+
+
+def codes(case):
+    """(name, function, share of the steps) of each code that is there, Cairn's first; clumps are dropped by LIGGGHTS."""
+    there = peers.found(("liggghts",) if case == "clumps of three" else ("lmp", "liggghts", "yade"))
+    cairn = [("cairn", lambda *a: run_cairn(*a, law="hertz"), 1.0)]
+    if case == "clumps of three":
+        return [("liggghts", run_liggghts, 1.0), *cairn] if there else []
+    rows = [*cairn]
+    if "lmp" in there:
+        rows.append(("lammps gran/hertz/history", lambda *a: run_lammps(*a, law="hertz"), 1.0))
+    if "liggghts" in there:
+        rows.append(("liggghts hertz", run_liggghts, 1.0))
+    rows.append(("cairn granular, tsuji", lambda *a: run_cairn(*a, law="granular"), 1.0))
+    if "lmp" in there:
+        rows.append(("lammps granular mindlin, tsuji", lambda *a: run_lammps(*a, law="granular"), 1.0))
+    if "yade" in there:
+        rows.append(("yade", run_yade, 0.1))
+    return rows
+
+
+def scene_of(name, spheres):
+    """What a case begins with: grains (n, 4), width of the box, mean overlap [m]; for clumps their number."""
+    if name == "clumps":
+        count = (spheres or 10000) // 3
+        width = round(1.2 * DIAMETER * max(4, round((count * 1.5) ** (1 / 3))), 4)
+        return {"grains": np.c_[np.zeros((3 * count, 3)), np.full(3 * count, DIAMETER / 2)], "width": width, "count": count,
+                "places": np.zeros((count, 3)), "turns": np.zeros((count, 4))}  # fmt: skip
+    grains = packing(name, spheres)
+    width = box_of(grains) if spheres is None else round(1.2 * DIAMETER * max(2, round((spheres / 2) ** (1 / 3))), 4)
+    radii = grains[:, 3]
+    return {"grains": grains, "width": width, "overlap": state(grains[:, :3], radii, np.arange(len(radii)), 0.0)[2] * DIAMETER / 2}
+
+
+def run_case(case, rounds, steps, spheres):
+    """Rows of a case."""
+    name, angle, warm = CASES[case]
+    scene, runs = scene_of(name, spheres), codes(case)
+    times, last = {code: [] for code, _, _ in runs}, {}
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(rounds):
+            for code, run, share in runs:
+                if share < 1 and times[code]:
+                    continue  # a code ten times as slow: once
+                few = max(2, round(share * steps))
+                spent, last[code] = run(scene, max(2, round(share * min(warm, steps * 3))), few, angle, Path(folder))
+                times[code].append(1e6 * spent / few / len(scene["grains"]))
+    for code, figures in times.items():
+        own = times["cairn granular, tsuji" if "tsuji" in code and "cairn granular, tsuji" in times else "cairn"]
+        share = peers.ratio(own[: len(figures)], figures)
+        contacts, kinetic, overlap = last[code]
+        yield [case, code, f"{np.median(figures):.4f}", f"{min(figures):.4f}", f"{max(figures):.4f}", f"{share[0]:.2f}",
+               f"{share[1]:.2f}", f"{share[2]:.2f}", f"{contacts:.3f}", f"{kinetic:.3e}", f"{overlap:.2e}"]  # fmt: skip
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--steps", type=int, default=200)
-    parser.add_argument("--cases", default=",".join(case for case, _, _ in CASES))
+    parser.add_argument("--steps", type=int, default=400)
+    parser.add_argument("--cases", default=",".join(CASES))
+    parser.add_argument("--spheres", type=int, help="packings of so many spheres made here, instead of those of the folder")
     parser.add_argument("--output", type=Path)
-    parser.add_argument("--child", nargs=4)
+    parser.add_argument("--child", nargs=5)
     given = parser.parse_args()
     if given.child:
-        name, angle, steps, energy = given.child
-        run_cairn(name, float(angle), int(steps), energy == "1")
+        folder, angle, warm, steps, law = given.child
+        child(folder, float(angle), int(warm), int(steps), law)
         return
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for case, name, angle in CASES:
-            if case not in given.cases.split(","):
-                continue
-            count = len(packing(name)[0])
-            times = {code: [] for code in codes()}
-            for _ in range(given.rounds):
-                for code, run in codes().items():
-                    steps = given.steps // 4 if code.startswith("yade") else given.steps
-                    spent, contacts, lists, peak = run(name, angle, steps, Path(folder))
-                    times[code].append((spent / steps / count * 1e6, contacts, lists, peak))
-            for code, runs in times.items():
-                figures = [t[0] for t in runs]
-                rows.append(
-                    {
-                        "case": case,
-                        "code": code,
-                        "us_per_particle_step": f"{statistics.median(figures):.4f}",
-                        "least": f"{min(figures):.4f}",
-                        "most": f"{max(figures):.4f}",
-                        "contacts": runs[-1][1],
-                        "peak_MB": runs[-1][3],
-                    }
-                )
-                print(rows[-1], flush=True)
+    for case in given.cases.split(","):
+        for row in run_case(case, given.rounds, given.steps, given.spheres):
+            print(*row, sep=", ", flush=True)
+            rows.append(row)
     if given.output:
-        with open(given.output, "w", newline="") as file:
-            writer = csv.DictWriter(file, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
+        with open(given.output, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
 
 
 if __name__ == "__main__":
