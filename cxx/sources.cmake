@@ -4,6 +4,9 @@ set(CAIRN_LAYERS
   strategies ranks plugs api
 )
 set(CAIRN_CXX_SOURCES
+  contactors/curved_surfaces.cpp
+  contactors/face_outline.cpp
+  contactors/shape_surface.cpp
   api/contacts.cpp
   api/controls.cpp
   api/files.cpp

@@ -17,13 +17,9 @@ constexpr double rounding = 1e-9;
 // The radius round the centre of a sphere or the axis of a capsule; of other shapes, which meet no triangle from
 // behind, below 0.
 double FarSides::round_layer(std::int32_t contactor) const {
-  switch (Shape(scene_.contactors->shape.values[contactor])) {
-  case Shape::sphere: return scene_.contactors->radius.values[contactor];
-  case Shape::capsule:
-    return scene_.contactors->hulls
-        .offset[scene_.contactors->hulls.first_face[scene_.contactors->hull.values[contactor]]];
-  default: return -1;
-  }
+  const ShapeInfo& shape = scene_.shape(contactor);
+  const bool has_axis = shape.hull == Hulls::Form::axial && !shape.faced;
+  return shape.ball() || has_axis ? scene_.contactors->size(contactor) : -1;
 }
 
 // True if contact j is with a nearer point of the surface than contact i, behind whose triangle the centre or the axis
@@ -45,8 +41,7 @@ bool FarSides::is_far_side_of(const Candidates& out, std::int64_t i, std::int64_
 // others 0.
 double FarSides::along_its_edge(const Candidates& out, std::int64_t i) const {
   const std::int32_t edge = out.contactor_b[i];
-  if (scene_.mapped->place[std::size_t(edge)] < 0 || Shape(scene_.contactors->shape.values[edge]) != Shape::segment)
-    return 0;
+  if (scene_.mapped->place[std::size_t(edge)] < 0 || !scene_.shape(edge).bar()) return 0;
   const double* e = &scene_.direction[3 * std::int64_t(edge)]; // the body on its left
   return out.normal[2 * i] * e[1] - out.normal[2 * i + 1] * e[0];
 }

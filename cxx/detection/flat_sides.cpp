@@ -9,13 +9,10 @@
 namespace cairn::detection {
 
 int FlatSides::count(std::int32_t c) const {
-  switch (Shape(scene_.contactors->shape.values[c])) {
-  case Shape::segment: return scene_.mapped->place[std::size_t(c)] >= 0 ? 1 : 0; // others have round ends
-  case Shape::facet: return 1;
-  case Shape::polygon:
-  case Shape::polyhedron: return scene_.contactors->hulls.faces(scene_.contactors->hull.values[c]);
-  default: return 0;
-  }
+  const ShapeInfo& shape = scene_.shape(c);
+  if (shape.bar()) return scene_.mapped->place[std::size_t(c)] >= 0 ? 1 : 0; // others have round ends
+  if (shape.facet()) return 1;
+  return shape.corners() ? scene_.contactors->hulls.faces(scene_.contactors->hull.values[c]) : 0;
 }
 
 // An edge of a mesh in the plane, whose bar lies inside the body by its thickness.
@@ -84,10 +81,9 @@ void FlatSides::view_face(std::int32_t c, int face, FlatSide& s) const {
 
 void FlatSides::view(std::int32_t c, int face, FlatSide& s) const {
   s.corner.clear();
-  const auto shape = Shape(scene_.contactors->shape.values[c]);
-  if (shape == Shape::segment) return view_edge(c, s);
+  if (scene_.shape(c).bar()) return view_edge(c, s);
   scene_.normal_of(c, face, s.normal);
-  if (shape == Shape::facet)
+  if (scene_.shape(c).facet())
     view_facet(c, s);
   else
     view_face(c, face, s);

@@ -115,8 +115,7 @@ bool NodesOnSides::hides(const OrderedPairs& pairs, const Candidates& out, std::
     double inward[3];
     if (way_inward(node, inward) && std::abs(out.gap[i]) <= hair && dot(normal, inward, scene_.dim) < -on_rim * hair)
       return dot(lies, inward, scene_.dim) > on_rim * hair;
-    const auto shape = Shape(scene_.contactors->shape.values[met]);
-    if (met == on || shape == Shape::segment || shape == Shape::facet) return false; // of one surface
+    if (met == on || scene_.shape(met).bar() || scene_.shape(met).facet()) return false; // of one surface
   }
   double x[3] = {0, 0, 0}, at[3] = {0, 0, 0}, way[3] = {0, 0, 0}, height = out.gap[j];
   for (int c = 0; c < scene_.dim; ++c) height -= lies[c] * out.gap[i] * normal[c];

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "flat_sides.hpp"
-#include "pair_kinds.hpp"
 #include "pair_list.hpp"
 
 namespace cairn::detection {
@@ -21,7 +20,7 @@ HeldNode met_node(const Candidates& out, int dim, std::int64_t i);
 template <class F>
 bool each_pair_of(const OrderedPairs& pairs, std::int32_t node, F&& f) {
   std::int64_t begin = 0;
-  for (int kind = 0; kind < kinds; ++kind) {
+  for (int kind = 0; kind < int(pairs.kind_end.size()); ++kind) {
     const std::int64_t end = pairs.kind_end[std::size_t(kind)];
     const auto first = std::lower_bound(pairs.a.begin() + begin, pairs.a.begin() + end, node) - pairs.a.begin();
     for (std::int64_t p = first; p < end && pairs.a[p] == node; ++p)

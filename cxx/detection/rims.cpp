@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "../base/vectors.hpp"
+#include "pair_kinds.hpp"
 
 namespace cairn::detection {
 

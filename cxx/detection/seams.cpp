@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../contactors/shapes.hpp"
 #include "cairn/seams.h"
 #include "detection_grid.hpp"
 
