@@ -4,6 +4,9 @@ set(CAIRN_LAYERS
   strategies ranks plugs api
 )
 set(CAIRN_CXX_SOURCES
+  contactors/curved_surfaces.cpp
+  contactors/face_outline.cpp
+  contactors/shape_surface.cpp
   api/contacts.cpp
   api/controls.cpp
   api/files.cpp
@@ -108,14 +111,23 @@ set(CAIRN_CXX_SOURCES
   contacts/warm_start.cpp
   strategies/nscd/bonds.cpp
   detection/detection_grid.cpp
-  detection/contacts_left_out.cpp
+  detection/broad_phase.cpp
+  detection/contacts_of_nodes.cpp
+  detection/corners_on_edges.cpp
+  detection/declared_pairs.cpp
+  detection/dropped_contacts.cpp
+  detection/edge_rows.cpp
   detection/far_sides.cpp
+  detection/flat_sides.cpp
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/nodes_along_sides.cpp
   detection/nodes_on_sides.cpp
+  detection/placed_scene.cpp
   detection/rims.cpp
   detection/seams.cpp
+  detection/spare_contacts.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp

@@ -82,7 +82,7 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
 
 // True for triangles of a rigid body and sides of a mesh: they form a surface, named by its body or mesh.
 bool AnchoredContacts::is_of_surface(std::int32_t side) const {
-  return in_.body(side) >= 0 ? Shape(*in_.contactors->shape[side]) == Shape::facet : in_.meshes->turns(side);
+  return in_.body(side) >= 0 ? info(Shape(*in_.contactors->shape[side])).facet() : in_.meshes->turns(side);
 }
 
 std::int32_t AnchoredContacts::surface_of(std::int32_t side) const {

@@ -140,7 +140,7 @@ void ContactMatcher::follow_across_facets() {
   const auto is_lost = [&](std::int64_t c) {
     const std::int64_t i = system_.candidate[c];
     return place[c] < 0 && i >= 0 && in_.candidates->feature[i] < names_of_facets &&
-           *in_.contactors->shape[in_.candidates->contactor_b[i]] == std::int16_t(Shape::facet);
+           info(Shape(*in_.contactors->shape[in_.candidates->contactor_b[i]])).facet();
   };
   std::int64_t lost = 0;
   for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
@@ -157,7 +157,7 @@ void ContactMatcher::follow_across_facets() {
   auto* owner = scratch_.take<std::int32_t>(known);
   std::fill_n(owner, known, -1);
   for (std::int64_t c = 0; c < in_.contactors->count; ++c)
-    if (*in_.contactors->shape[c] == std::int16_t(Shape::facet) && memory_.has_seen(*in_.contactors->id[c]))
+    if (info(Shape(*in_.contactors->shape[c])).facet() && memory_.has_seen(*in_.contactors->id[c]))
       owner[*in_.contactors->id[c]] = in_.body(std::int32_t(c));
   auto* taken = scratch_.take<std::uint8_t>(std::int64_t(memory_.keys.size()));
   std::fill_n(taken, memory_.keys.size(), 0);
@@ -182,8 +182,8 @@ void ContactMatcher::follow_bonds_across_sides() {
   if (memory_.state_components == 0) return;
   const auto n = std::int64_t(system_.candidate.size());
   const auto is_side = [&](std::int64_t contactor) {
-    const auto shape = Shape(*in_.contactors->shape[contactor]);
-    return in_.dim() == 3 ? shape == Shape::facet : shape == Shape::segment && in_.body(std::int32_t(contactor)) < 0;
+    const ShapeInfo& shape = info(Shape(*in_.contactors->shape[contactor]));
+    return in_.dim() == 3 ? shape.facet() : shape.bar() && in_.body(std::int32_t(contactor)) < 0;
   };
   const auto holds = [&](std::int64_t at) { return memory_.states[at * std::int64_t(memory_.state_components)] > 0; };
   auto* taken = scratch_.take<std::uint8_t>(std::int64_t(memory_.keys.size()));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../base/vectors.hpp"
+#include "../contactors/shape_surface.hpp"
 #include "../contactors/shapes.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "body_axes.hpp"
@@ -12,8 +13,8 @@
 
 namespace cairn {
 
-// Radius at the contact of a capsule or an ellipsoid: that of an equally curved ball [m], 0 where neither side has a
-// round end. Other superquadrics are flat or sharp where their box has sides and edges.
+// Radius at the contact of bodies with round ends: that of an equally curved ball [m], 0 where neither side has one, or
+// one is flat or sharp there.
 double ContactAreas::cap_radius(std::int64_t i) const {
   const Candidates& c = *in_.candidates;
   double radius[2] = {0, 0};
@@ -21,19 +22,15 @@ double ContactAreas::cap_radius(std::int64_t i) const {
   double wide = 0;
   for (int side = 0; side < 2; ++side) {
     const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i];
-    const auto shape = Shape(*in_.contactors->shape[contactor]);
-    if (info(shape).hollow()) hollow = true, wide = *in_.contactors->radius[contactor];
-    if (shape != Shape::capsule && shape != Shape::superquadric) continue;
-    const Hulls& hulls = in_.contactors->hulls;
-    const double* size = &hulls.offset[std::size_t(hulls.first_face[*in_.contactors->hull[contactor]])];
-    radius[side] = *size;
-    round = true;
-    if (shape == Shape::capsule) continue;
-    if (size[3] != 1 || size[4] != 1) return 0;
-    double normal[3], square = 0;
+    if (info(Shape(*in_.contactors->shape[contactor])).hollow())
+      hollow = true, wide = *in_.contactors->radius[contactor];
+    const ShapeSurface& surface = surface_of(Shape(*in_.contactors->shape[contactor]));
+    if (!surface.round_end) continue;
+    double normal[3];
     to_body_axes(*in_.bodies, 3, in_.body(contactor), &c.normal[3 * i], normal);
-    for (int k = 0; k < 3; ++k) square += size[k] * size[k] * normal[k] * normal[k];
-    radius[side] = size[0] * size[1] * size[2] / square; // of Gauss's curvature
+    radius[side] = surface.round_end(data_of(*in_.contactors, contactor), normal);
+    if (!(radius[side] > 0)) return 0;
+    round = true;
   }
   if (!round) return 0;
   const double one = std::max(radius[0], radius[1]), other = std::min(radius[0], radius[1]);
@@ -46,7 +43,7 @@ double ContactAreas::cap_radius(std::int64_t i) const {
 double ContactAreas::face_area(std::int64_t i) const {
   const Candidates& c = *in_.candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
-  const bool surface = Shape(*in_.contactors->shape[cb]) == Shape::facet;
+  const bool surface = info(Shape(*in_.contactors->shape[cb])).facet();
   const double* normal = &c.normal[3 * i];
   const auto of_same_face = [&](std::int64_t j) {
     if (c.contactor_b[j] == cb) return !surface || dot(&c.normal[3 * j], normal) > flat_faces;
@@ -56,7 +53,7 @@ double ContactAreas::face_area(std::int64_t i) const {
   };
   const auto may_be = [&](std::int64_t j) { // of the same pair, or of the same body and triangles of a surface
     return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.image[j] == c.image[i] &&
-           (c.contactor_b[j] == cb || (surface && Shape(*in_.contactors->shape[c.contactor_b[j]]) == Shape::facet));
+           (c.contactor_b[j] == cb || (surface && info(Shape(*in_.contactors->shape[c.contactor_b[j]])).facet()));
   };
   std::int64_t first = i;
   while (may_be(first - 1)) --first;
@@ -82,7 +79,7 @@ double ContactAreas::shared_face(std::int64_t i) const {
   const FaceView view{&c.normal[3 * i], &c.point[3 * i], *in_.contactors->radius[ca], c.gap[i]};
   if (!see_face(in_, view, ca, -1, unshifted, one) || !see_face(in_, view, cb, 1, shift, other)) return 0;
   double sum = shared_area(one, other);
-  if (Shape(*in_.contactors->shape[cb]) != Shape::facet) return sum;
+  if (!info(Shape(*in_.contactors->shape[cb])).facet()) return sum;
   const double whole = one.area(); // triangles with numbers near its own are near it: they are asked first
   const double size = *in_.contactors->radius[ca];
   double at[3];
@@ -100,7 +97,7 @@ double ContactAreas::shared_face(std::int64_t i) const {
   };
   const auto is_next = [&](std::int64_t k) {
     return k >= 0 && k < in_.contactors->count && in_.body(std::int32_t(k)) == in_.body(cb) &&
-           Shape(*in_.contactors->shape[k]) == Shape::facet;
+           info(Shape(*in_.contactors->shape[k])).facet();
   };
   bool more = in_.contactors->offset.active;
   for (std::int64_t step = 1; more && sum < whole * (1 - area_rounding); ++step) {
@@ -111,51 +108,17 @@ double ContactAreas::shared_face(std::int64_t i) const {
   return sum;
 }
 
-namespace {
-
-// The plane across the normal of a contact, from its point, in the axes of a body.
-struct SeenFrom {
-  double normal[3], tangents[2][3], centre[3]; // of the contactor
-  std::array<double, 3> place(const double* vertex) const {
-    return {centre[0] + vertex[0], centre[1] + vertex[1], centre[2] + vertex[2]};
-  }
-  std::array<double, 2> corner(const double* vertex) const {
-    const auto x = place(vertex);
-    return {dot(tangents[0], x.data()), dot(tangents[1], x.data())};
-  }
-};
-
-// The face of a polyhedron that looks along sense times the normal.
-bool see_polyhedron(const Hulls& hulls, std::int32_t hull, const SeenFrom& view, int sense, FaceOutline& face) {
-  const double* vertex = &hulls.vertex[3 * std::size_t(hulls.first_vertex[hull])];
-  double best = 0;
-  std::int32_t which = -1;
-  for (std::int32_t f = hulls.first_face[hull]; f < hulls.first_face[hull + 1]; ++f)
-    if (const double look = sense * dot(&hulls.normal[3 * std::size_t(f)], view.normal); look > best)
-      best = look, which = f;
-  if (!(best > flat_faces)) return false;
-  for (std::int32_t k = hulls.first_corner[which]; k < hulls.first_corner[which + 1]; ++k)
-    face.corner.push_back(view.corner(vertex + 3 * (std::ptrdiff_t(hulls.corner_vertex[k]) - 1)));
-  const std::ptrdiff_t first = hulls.corner_vertex[hulls.first_corner[which]] - 1;
-  face.height = dot(view.normal, view.place(vertex + 3 * first).data());
-  face.turn_left();
-  return true;
-}
-
-} // namespace
-
 // Outline of the face of a contactor that looks along sense times a normal, projected across it; false where no face
 // lies flat there.
 bool see_face(const AssemblyInput& in, const FaceView& from, std::int32_t contactor, int sense, const double* shift,
               FaceOutline& face) {
-  const Hulls& hulls = in.contactors->hulls;
-  const auto shape = Shape(*in.contactors->shape[contactor]);
+  const ShapeSurface& surface = surface_of(Shape(*in.contactors->shape[contactor]));
   face.clear();
-  face.endless = shape == Shape::plane;
-  if (face.endless) return true;
-  if (shape != Shape::polyhedron && shape != Shape::facet && shape != Shape::cylinder) return false;
-  const std::int32_t carrier = in.body(contactor), hull = *in.contactors->hull[contactor];
-  SeenFrom view;
+  if (!surface.face) return false;
+  const std::int32_t carrier = in.body(contactor);
+  FaceSight view;
+  view.size = from.size;
+  view.gap = from.gap;
   double* const n = view.normal;
   double* const t = view.tangents[0];
   tangent_of(from.normal, t);
@@ -165,22 +128,7 @@ bool see_face(const AssemblyInput& in, const FaceView& from, std::int32_t contac
   for (int k = 0; k < 3; ++k) view.centre[k] = in.bodies->position[carrier][k] + shift[k] - from.point[k];
   to_body_axes(*in.bodies, 3, carrier, view.centre, view.centre);
   for (int k = 0; k < 3 && in.contactors->offset.active; ++k) view.centre[k] += in.contactors->offset[contactor][k];
-  if (shape == Shape::polyhedron) return see_polyhedron(hulls, hull, view, sense, face);
-  const double* vertex = &hulls.vertex[3 * std::size_t(hulls.first_vertex[hull])];
-  const double* m = &hulls.normal[3 * std::size_t(hulls.first_face[hull])];
-  const double along = sense * dot(m, n);
-  if (shape == Shape::cylinder) { // its vertices are the ends of its axis
-    if (!(std::abs(along) > flat_faces)) return false;
-    face.centre = view.corner(vertex + (along > 0 ? 3 : 0));
-    face.radius = hulls.offset[std::size_t(hulls.first_face[hull])];
-    face.height = dot(n, view.place(vertex + (along > 0 ? 3 : 0)).data());
-    return true;
-  }
-  if (!(along > flat_faces)) return false;
-  if (std::abs(dot(m, view.place(vertex).data())) > as_high * from.size + std::abs(from.gap)) return false;
-  for (int k = 0; k < 3; ++k) face.corner.push_back(view.corner(vertex + 3 * std::ptrdiff_t(k)));
-  face.turn_left();
-  return true;
+  return surface.face(data_of(*in.contactors, contactor), view, sense, face);
 }
 
 } // namespace cairn

@@ -17,14 +17,6 @@ double cross_of(const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[
 double dot_of(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1]; }
 Point between(const Point& from, const Point& to) { return {to[0] - from[0], to[1] - from[1]}; }
 
-// From the first corner: far from the origin the terms of the usual sum would hide the area.
-double signed_area(const std::vector<Point>& corner) {
-  double twice = 0;
-  for (std::size_t i = 2; i < corner.size(); ++i)
-    twice += cross_of(between(corner[0], corner[i - 1]), between(corner[0], corner[i]));
-  return twice / 2;
-}
-
 // Part of a convex polygon on the left of the line through two points.
 void cut_by_line(const std::vector<Point>& from, const Point& start, const Point& end, std::vector<Point>& to) {
   to.clear();
@@ -91,16 +83,6 @@ double shared_by_disks(const FaceOutline& a, const FaceOutline& b) {
 
 } // namespace
 
-void FaceOutline::clear() {
-  corner.clear();
-  radius = 0;
-  endless = false;
-}
-
-void FaceOutline::turn_left() {
-  if (signed_area(corner) < 0) std::reverse(corner.begin(), corner.end());
-}
-
 double area_of_points(const double* point, int count, const double* normal) {
   if (count < 3) return 0;
   struct Corner {
@@ -129,8 +111,6 @@ double area_of_points(const double* point, int count, const double* normal) {
   }
   return twice > area_rounding * furthest ? twice / 2 : 0; // none of points on a line
 }
-
-double FaceOutline::area() const { return is_disk() ? std::numbers::pi * radius * radius : signed_area(corner); }
 
 // With the shares f the point inside has (1 - f) / 2 of each corner, and edges are cut as their ends have shares: areas
 // then are the shares, and no part has a dent.

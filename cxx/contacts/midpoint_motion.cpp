@@ -10,7 +10,7 @@
 
 #include "../base/vectors.hpp"
 #include "../contactors/shapes.hpp"
-#include "../detection/detection_workspace.hpp"
+#include "../detection/pair_kinds.hpp"
 #include "../laws/bond_laws.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/side_names.hpp"

@@ -1,14 +1,11 @@
 // A round body on a closed surface thinner than itself reaches the far side of it from behind. Its nearest point there
 // is no contact, since the near side lies between. The same holds for the edges of a thin mesh in the plane, whose bars
 // reach through half of it.
-#include <cmath>
+#include "far_sides.hpp"
+
 #include <cstdint>
 
-#include "detection_workspace.hpp"
-
-namespace cairn {
-
-using namespace detection;
+namespace cairn::detection {
 
 namespace {
 
@@ -19,19 +16,15 @@ constexpr double rounding = 1e-9;
 
 // The radius round the centre of a sphere or the axis of a capsule; of other shapes, which meet no triangle from
 // behind, below 0.
-double InteractionHandler::Workspace::round_layer(std::int32_t contactor) const {
-  switch (Shape(contactors->shape.values[contactor])) {
-  case Shape::sphere: return contactors->radius.values[contactor];
-  case Shape::capsule:
-    return contactors->hulls.offset[contactors->hulls.first_face[contactors->hull.values[contactor]]];
-  default: return -1;
-  }
+double FarSides::round_layer(std::int32_t contactor) const {
+  const ShapeInfo& shape = scene_.shape(contactor);
+  const bool has_axis = shape.hull == Hulls::Form::axial && !shape.faced;
+  return shape.ball() || has_axis ? scene_.contactors->size(contactor) : -1;
 }
 
 // True if contact j is with a nearer point of the surface than contact i, behind whose triangle the centre or the axis
 // lies, and their normals are opposite.
-bool InteractionHandler::Workspace::is_far_side_of(const Candidates& out, std::int64_t i, std::int64_t j,
-                                                   double layer) const {
+bool FarSides::is_far_side_of(const Candidates& out, std::int64_t i, std::int64_t j, double layer) const {
   const double *normal = &out.normal[3 * i], *other = &out.normal[3 * j];
   double cosine = 0, square = 0;
   for (int k = 0; k < 3; ++k) {
@@ -46,42 +39,40 @@ bool InteractionHandler::Workspace::is_far_side_of(const Candidates& out, std::i
 
 // Cosine between the normal of a contact with an edge of a mesh in the plane and that of the edge, out of the body; of
 // others 0.
-double InteractionHandler::Workspace::along_its_edge(const Candidates& out, std::int64_t i) const {
+double FarSides::along_its_edge(const Candidates& out, std::int64_t i) const {
   const std::int32_t edge = out.contactor_b[i];
-  if (mapped->place[std::size_t(edge)] < 0 || Shape(contactors->shape.values[edge]) != Shape::segment) return 0;
-  const double* e = &direction[3 * std::int64_t(edge)]; // the body on its left
+  if (scene_.mapped->place[std::size_t(edge)] < 0 || !scene_.shape(edge).bar()) return 0;
+  const double* e = &scene_.direction[3 * std::int64_t(edge)]; // the body on its left
   return out.normal[2 * i] * e[1] - out.normal[2 * i + 1] * e[0];
 }
 
-void InteractionHandler::Workspace::leave_far_sides(Candidates& out) {
-  if (dim == 3 ? !contactors->hull.active : !mapped) return;
-  const auto on_facet = [&](std::int64_t i) {
-    return Shape(contactors->shape.values[out.contactor_b[i]]) == Shape::facet;
-  };
-  const auto is_far = [&](std::int64_t i) {
-    const double layer = dim == 3 && out.gap[i] < 0 && on_facet(i) ? round_layer(out.contactor_a[i]) : -1;
-    if (dim == 3 ? layer < 0 || !(out.gap[i] + layer < 0) : !(along_its_edge(out, i) < against)) return false;
-    for (const int way : {-1, 1})
-      for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way) {
-        if (out.image[j] != out.image[i] || carrier[out.contactor_b[j]] != carrier[out.contactor_b[i]]) continue;
-        if (dim == 3 ? on_facet(j) && is_far_side_of(out, i, j, layer) : along_its_edge(out, j) > -against) return true;
-      }
-    return false;
-  };
-  bool any = false;
-  for (std::int64_t i = 0; i < out.count; ++i) {
-    if (!is_far(i)) continue;
-    if (!any) left.assign(std::size_t(out.count), 0);
-    any = true;
-    left[std::size_t(i)] = 1;
-  }
-  if (!any) return;
-  if (!declared.empty()) {
-    put_declared_in_order();
-    for (std::int64_t i = 0; i < out.count; ++i)
-      if (left[std::size_t(i)] && is_declared(out, i)) left[std::size_t(i)] = 0;
-  }
-  leave_out(out);
+// True if contact i is with the far side: another contact of A with the same carrier is with the near side.
+bool FarSides::is_far(const Candidates& out, std::int64_t i) const {
+  const bool space = scene_.dim == 3;
+  const auto on_facet = [&](std::int64_t j) { return scene_.shape(out.contactor_b[j]).facet(); };
+  const double layer = space && out.gap[i] < 0 && on_facet(i) ? round_layer(out.contactor_a[i]) : -1;
+  if (space ? layer < 0 || !(out.gap[i] + layer < 0) : !(along_its_edge(out, i) < against)) return false;
+  for (const int way : {-1, 1})
+    for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way) {
+      if (out.image[j] != out.image[i] || scene_.carrier[out.contactor_b[j]] != scene_.carrier[out.contactor_b[i]])
+        continue;
+      if (space ? on_facet(j) && is_far_side_of(out, i, j, layer) : along_its_edge(out, j) > -against) return true;
+    }
+  return false;
 }
 
-} // namespace cairn
+void FarSides::drop(DeclaredPairs& declared, DroppedContacts& dropped, Candidates& out) const {
+  if (scene_.dim == 3 ? !scene_.contactors->hull.active : !scene_.mapped) return;
+  bool any = false;
+  for (std::int64_t i = 0; i < out.count; ++i) {
+    if (!is_far(out, i)) continue;
+    if (!any) dropped.begin(out);
+    any = true;
+    dropped[i] = 1;
+  }
+  if (!any) return;
+  dropped.spare(declared, scene_, out);
+  dropped.remove(out, scene_.dim);
+}
+
+} // namespace cairn::detection

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "../base/cell.hpp"
-#include "../contactors/shapes.hpp"
+#include "../contactors/contactor.hpp"
 #include "../laws/law_rules.hpp"
 
 namespace cairn::detection {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "../base/call.hpp"
-#include "../detection/detection_workspace.hpp"
+#include "../detection/pair_kinds.hpp"
 #include "../solvers/problems/problem_monitor.hpp"
 #include "cairn/plug.h"
 

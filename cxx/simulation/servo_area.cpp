@@ -62,8 +62,7 @@ double extent_of_walls(const Simulation& s, const double* along, std::int64_t wa
   const int dim = s.scene.dim;
   double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;
   for (std::int64_t k = 0; k < c.count; ++k) {
-    const Shape shape = Shape(*c.shape[k]);
-    if (*c.body[k] < 0 || (shape != Shape::half_plane && shape != Shape::plane)) continue;
+    if (*c.body[k] < 0 || !info(Shape(*c.shape[k])).half_space()) continue;
     double normal[3] = {}, offset[3] = {}, cosine = 0, at = 0;
     to_space_axes(b, dim, *c.body[k], c.direction[k], normal);
     if (c.offset.active) to_space_axes(b, dim, *c.body[k], c.offset[k], offset);

@@ -218,7 +218,7 @@ void NestedMeshes::find_shells() {
   const Bodies& b = s_.scene.bodies;
   for (std::int32_t i = 0; i < std::int32_t(c.count); ++i) {
     const std::int32_t body = *c.body[i];
-    if (Shape(*c.shape[i]) != Shape::facet || body < 0) continue;
+    if (!info(Shape(*c.shape[i])).facet() || body < 0) continue;
     const auto [at, fresh] = shells_.try_emplace(body);
     Shell& shell = at->second;
     if (std::find(shell.material.begin(), shell.material.end(), *c.material[i]) == shell.material.end())
