@@ -14,8 +14,8 @@ void make_corner(SurfaceCurvature& out);
 void make_edge(const CurvatureView& view, const double* along, SurfaceCurvature& out);
 // Curved across a direction alone, `along` itself being straight.
 void bend_across(const CurvatureView& view, const double* along, double curvature, SurfaceCurvature& out);
-// A point of a round body that is not the lowest stands for a rim or a face there, as a corner; as an end of its line
-// where the surface is straight along `line` and it is off along that.
+// Marks a contact point apart from the lowest point of a round body as sharp, since it lies on a rim or a face: an edge
+// (1) if it is displaced along the direction `line` in which the surface is straight, a corner (2) otherwise.
 void mark_off(const CurvatureView& view, const double lowest[3], const double* line, SurfaceCurvature& out);
 
 // Principal values of a symmetric matrix of a plane (11, 12, 22) and the unit vector along which the first is.
