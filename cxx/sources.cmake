@@ -163,14 +163,19 @@ set(CAIRN_CXX_SOURCES
   plugs/plug.cpp
   networks/conduction.cpp
   couplings/coupling.cpp
-  couplings/electrical.cpp
-  couplings/growth.cpp
+  couplings/contact_spots.cpp
+  couplings/current_step.cpp
+  couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp
   couplings/network.cpp
-  couplings/thermal.cpp
+  couplings/network_branches.cpp
+  couplings/network_unknowns.cpp
+  couplings/oxide_films.cpp
+  couplings/thermal_growth.cpp
+  couplings/thermal_loads.cpp
   scene/cell_boundaries.cpp
   scene/frames.cpp
   scene/joint_parts.cpp

@@ -13,8 +13,8 @@
 
 namespace cairn {
 
-// Radius at the contact of bodies with round ends: that of an equally curved ball [m], 0 where neither side has one, or
-// one is flat or sharp there.
+// Radius at the contact of bodies with round ends: that of an equally curved ball [m], 0 where no side is round, or one
+// is flat or sharp there.
 double ContactAreas::cap_radius(std::int64_t i) const {
   const Candidates& c = *in_.candidates;
   double radius[2] = {0, 0};

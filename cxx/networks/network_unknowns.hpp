@@ -1,0 +1,24 @@
+// Unknowns of a network, one of each rigid body and each node of a mesh, by the order of the scene.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "network_input.hpp"
+
+namespace cairn {
+
+class Simulation;
+
+struct NetworkUnknowns {
+  std::int64_t order = -1;            // of the scene; -1: number them anew
+  std::vector<std::int32_t> material; // -1: none, as of nodes, and of marks of joints in the world
+  std::vector<double> capacity, mass; // lumped capacity of nodes, mass of rigid bodies; infinite: a reservoir
+  std::vector<std::vector<std::int32_t>> source_body; // of each source
+  std::vector<std::int32_t> fixed_a, fixed_b;         // ends of the branches that are given
+
+  // Numbers them when the order of the scene changed; materials that the scene has got since are added to the input.
+  void place(const Simulation& s, NetworkInput& in);
+  std::int64_t bytes() const;
+};
+
+} // namespace cairn
