@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FILES = {
     "core_f90/contact_laws/newton_restitution.f90": "kernels/test_kernels.py scenes/test_features.py",
     "core_f90/contact_laws/mohr_coulomb.f90": "kernels/test_kernels_laws.py bonds/test_joint_faces.py",
-    "core_f90/contact_laws/capillary.f90": "kernels/test_kernels_laws.py laws/test_released_energy.py",
+    "core_f90/contact_laws/capillary.f90": "kernels/test_kernels_attraction.py laws/test_granular_laws.py",
     "core_f90/contact_laws/rods.f90": "laws/test_rods.py",
     "core_f90/contact_laws/unilateral_contact.f90": "laws/test_contact_variants.py laws/test_laws_in_scenes.py",
     "core_f90/contact_laws/hertz_mindlin.f90": "kernels/test_kernels_laws.py strategies/test_smooth_dem.py",
@@ -50,7 +50,7 @@ FILES = {
     "cxx/solvers/sweeps/solid_self_stress.cpp": "bonds/test_rings_of_bonds.py",
     "cxx/networks/conduction.cpp": "networks/test_thermal.py networks/test_electrical.py",
     "cxx/soe/banded.cpp": "solvers/test_soe.py",
-    "cxx/contactors/hull_shapes.cpp": "detection/test_hull_gaps.py detection/test_shapes.py",
+    "cxx/contactors/hull_shapes.cpp": "detection/test_hull_gaps.py detection/test_surfaces.py",
     "cxx/couplings/thermal.cpp": "networks/test_thermal.py networks/test_thermal_closed_forms.py",
     "cxx/solvers/nlgs/extrapolation.cpp": "solvers/test_extrapolated_sweeps.py",
     "cxx/solvers/nlgs/velocity_error.cpp": "solvers/test_accuracy.py",
