@@ -1,5 +1,5 @@
-"""Cost of a step outside of the solver, in units of a sweep: CSV, rows for a dense scene of disks and one of spheres, in
-plain sweeps and in extrapolated ones.
+"""Cost of a step outside of the solver, in units of a sweep: CSV, rows for dense scenes of disks and spheres, with plain
+and with extrapolated sweeps.
 
     script/bench step [--count 20000] [--steps 30]
 

@@ -20,7 +20,7 @@ def told(name, text):
 
 
 def prose(story):
-    """The text of an example as a page has it: paragraphs run on, what is set in stays as it is."""
+    """Text of an example for its page: lines of a paragraph are joined, indented blocks keep theirs."""
     parts = []
     for part in re.split(r"\n\s*\n", story):
         set_in = part.startswith("    ") or re.search(r"^\w[\w ]*:  ", part)

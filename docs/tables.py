@@ -139,7 +139,7 @@ def law_parameters(laws):
 
 
 def calls(text):
-    """The public procedures of a Fortran module: comment, head and arguments of each, without what it does."""
+    """Public procedures of a Fortran module: comment, head and arguments of each, without the body."""
     public = set(re.findall(r"\w+", " ".join(re.findall(r"^ *public *:: *(.*)$", text, re.M))))
     body = text.partition("\ncontains\n")[2]
     head = re.compile(r"((?:^ *!>.*\n)*)^ *((?:[\w()*]+ )*(?:subroutine|function) (\w+)\b(?:.*&\n)*.*)\n", re.M)

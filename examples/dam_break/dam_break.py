@@ -1,7 +1,7 @@
 """A dam breaks against an obstacle: a column of water falls, runs along the bed and strikes a block that may slide.
 
-Engineers ask what a surge does to what stands in its way. Water is a meshless fluid, in the same step as the contact of the block
-with the bed: it pushes the block once its thrust exceeds friction, and piles up in front of it.
+Engineers ask for the load of a surge on structures in its way. Water is a meshless fluid, in the same step as the contact of the
+block with the bed: it pushes the block once its thrust exceeds friction, and piles up in front of it.
 
 Run it:  python dam_break.py              1,600 particles, half a minute
          python dam_break.py --full       6,400 particles

@@ -27,7 +27,7 @@ public:
     const double moved = std::sqrt(change / s_.free.energy), size = std::sqrt(error.square);
     least_ratio_ = std::min(least_ratio_, size / moved);
     on_ = s_.report.iterations < s_.options.max_iterations / 4 && moved > 0 &&
-          least_ratio_ * moved > std::max(policy().associated_near * s_.aim(), policy().associated_beside * size);
+          least_ratio_ * moved > policy().associated_near * s_.aim();
     if (on_) return false;
     s_.changed = true;
     s_.ratio = 0;

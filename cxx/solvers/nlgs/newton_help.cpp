@@ -159,11 +159,9 @@ private:
 
   bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
-  // Sweeps before the first help. Few contacts get an active set after 64 sweeps, which is exact where masses are
-  // alike.
+  // Sweeps before the first help.
   std::int64_t first_patience() const {
     if (heavy_on_light()) return policy().newton_patience_uneven;
-    if (system_.dim * contacts() <= NewtonHelp::few_unknowns()) return policy().newton_patience_few;
     return system_.dim == 2 ? policy().newton_patience_plane : policy().newton_patience;
   }
 

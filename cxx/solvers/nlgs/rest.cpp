@@ -63,8 +63,8 @@ public:
   // Sets velocities to zero if each body is slower than a share of the speed that loads alone would give it, so that
   // the residual does no work: under unchanged impulses bodies would topple, slowly at first.
   void close() override {
-    if (!helped() || s_.system.rest == nullptr || s_.report.error > small() ||
-        !resting(s_.system, s_.velocity_free, small()))
+    if (!helped() || s_.system.rest == nullptr || s_.report.error > policy().rest_least ||
+        !resting(s_.system, s_.velocity_free, policy().rest_least))
       return;
     for (cairn_record& record : s_.system.record) std::fill_n(record.x, s_.system.dim == 2 ? 3 : 6, 0.0);
     s_.system.keeps_velocity = true;
@@ -79,7 +79,7 @@ private:
   bool come_to_rest(double error_square) {
     const int most = policy().rest_attempts, free = policy().rest_free_attempts;
     if (!helped() || !memory_) return false;
-    if (error_square <= small() * small()) {
+    if (error_square <= policy().rest_least * policy().rest_least) {
       RestMemory& rest = *std::exchange(memory_, nullptr);
       rest.attempts = std::max(0, rest.attempts - 1);
       return false;
@@ -92,9 +92,6 @@ private:
     s_.report.solver = s_.help->name();
     return true;
   }
-
-  // Largest relative error in the energy norm that counts as rest.
-  double small() const { return std::max(policy().rest_share * s_.options.tolerance, policy().rest_least); }
 
   NlgsState& s_;
   RestMemory* memory_ = nullptr; // null: this step is not solved to rounding, or not once more

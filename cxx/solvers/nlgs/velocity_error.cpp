@@ -146,27 +146,24 @@ Verdict VelocityError::judge(StepError& error) {
 }
 
 bool VelocityError::holds(double& error_square) {
-  const int most = policy().velocity_corrections;
-  // ratios of sweeps: until the next correction, and until a small value is believed; by the estimate, a value far
-  // below the accuracy is believed at the next
-  const double patience = policy().velocity_patience, to_confirm = policy().velocity_confirm,
-               far = policy().velocity_far;
+  // ratios of sweeps: until the next correction, and until a small value is believed
+  const double patience = policy().velocity_patience, to_confirm = policy().velocity_confirm;
   const int iterations = s_.report.iterations;
   bool taken = iterations >= next_newton_;
-  for (int k = 0; k < most && taken && !tiny_ && worth_asking(iterations); ++k) {
+  while (taken && !tiny_ && worth_asking(iterations)) { // ends: what is taken divides the square of the error by 16
     next_newton_ = int(std::min(patience * iterations, 1e9));
     const double change = newton_.find(iterations);
     alone_ = std::isnan(change);
     if (alone_) break;
     const bool small = change <= accuracy_ * s_.system.speed();
-    const bool smaller = value_ * far <= accuracy_ && change * far <= accuracy_ * s_.system.speed();
-    const bool again = small && small_since_ > 0 && iterations >= (smaller ? patience : to_confirm) * small_since_;
+    const bool again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
     if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
     taken = newton_.take(error_square, s_.error_square);
     value_ = std::fmax(value_, change / s_.system.speed()); // which may be no number yet
     if (small && (taken || again)) return s_.proven = true;
     taken = taken || (!small && solve_on(error_square));
     if (taken) look(std::sqrt(error_square));
+    taken = taken && error_square > 0;
   }
   if (tiny_) value_ = bound_;
   s_.proven = tiny_;

@@ -89,13 +89,12 @@ void Auto::weigh_newton() {
 // unreliable: the less work was done compared to Newton's, and the more digits are to come compared to those done, the
 // earlier sweeps end. In 3D half of Newton's cost is compared without regard to digits; and once as much was done, the
 // rate of the last quarter counts, so that errors that stand still predict no end however fast they fell before.
-// Between turns of Newton's method sweeps end where they predict more than half of the last turn.
+// Between turns of Newton's method sweeps take a tenth of the work of the last turn.
 bool Auto::leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_come) const {
   constexpr double largest = 0.9;
-  const double patience = policy().problem_patience, trial = policy().problem_trial, again = policy().problem_again,
-               few = policy().problem_few;
+  const double patience = policy().problem_patience, trial = policy().problem_trial, few = policy().problem_few;
   const auto done = double(sweeps);
-  if (turn_ > 0) return done >= std::max(patience, trial * turn_) && to_come > again * turn_;
+  if (turn_ > 0) return done >= std::max(patience, trial * turn_);
   if (done < patience) return false;
   const auto foretells = [done](double more, double newton) { return more > newton * std::max(1.0, newton / done); };
   const double newton = few * iteration_ * std::sqrt(iteration_), half = 0.5 * newton;
