@@ -31,6 +31,8 @@ public:
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
     const bool last = iterations >= options_.max_iterations;
+    // sweeps over nodes of meshes that zones join cost as much as passes, and seldom end by themselves
+    if (zones_ && !given_up_ && !system_.condensed.empty()) return possible();
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const double passes = failures_ > 0 ? policy().passes_price_failed : policy().passes_price;
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);

@@ -33,13 +33,25 @@ private:
   void move(double step);
   void multiply();
   void renew_multipliers();
+  bool stands_free(const SolidSystem::Contact& contact) const;
+  void begin_inside(double barrier);
+  void bear_inside(const double* u, double* multiplier, int n, int c, double rho, double distance, double mu,
+                   double barrier, double* bears, double* answer) const;
+  void linearise_inside(double barrier, Stiffness by);
+  double room_of_step() const;
+  double mean_inside(double step) const;
+  void correct_inside(double barrier, double mean);
+  void move_inside(double step);
+  // Passes of interior points: how many; lowers `error_square` to the error of the impulses that were kept.
+  int go_inside(double& error_square, double wanted_square, const std::function<double()>& measure, bool& reached);
 
   SolidSystem& solid_;
   std::vector<std::size_t> place_; // where the columns of each batch begin
   std::vector<double> velocity_, moving_, bears_, change_, multiplier_, presses_, pressed_, shift_; // columns
   std::vector<double> u_, target_, none_;                                                           // of a batch
   std::vector<double> stiffness_; // of contacts, laid out as the responses of the system
-  double slack_ = 0;              // of velocities that count as none, times the root of the mass of a contact
+  bool meshes_ = false;
+  double slack_ = 0; // of velocities that count as none, times the root of the mass of a contact
   double stays_[36];
   double spring_[6 * 128], pull_[6 * 128], fall_[6 * 128], rise_[6 * 128], still_[6 * 128], mu_[128],
       beta_[128]; // of a batch
