@@ -36,7 +36,10 @@ COLUMNS = ("case", "size", "strategy", "grains", "step_s", "of_published", "step
 
 @dataclass
 class Size:
-    """`scale`: container over the published one; `coarse`: grains over the published ones; `softer`: moduli of smooth DEM."""
+    """`scale`: container over the published one (of the penetration its width: a narrower bed is deeper).
+
+    `coarse`: grains over the published ones; `softer`: divides the moduli of smooth DEM.
+    """
 
     scale: float
     coarse: float
@@ -49,7 +52,7 @@ SIZES = {
     "full": {"silo": Size(1, 1, 1, 5.0, 5e-4), "penetration": Size(1, 1, 1, 0.1, 1e-4), "drum": Size(1, 1, 1, 5.0, 5e-4)},
     "reduced": {
         "silo": Size(0.2, 1, 100, 0.5, 5e-4),
-        "penetration": Size(1, 3, 10, 0.1, 1e-4),
+        "penetration": Size(0.7, 3, 10, 0.06, 1e-4),
         "drum": Size(1, 3, 500, 1.2, 5e-4),
     },
     "tiny": {
@@ -157,15 +160,15 @@ class Silo:
 
 
 class Penetration:
-    """A ball of steel of 20 mm falls at 5 m/s into a bed of grains in a cylinder."""
+    """A ball of steel of 20 mm enters a bed of grains in a cylinder at 5 m/s."""
 
     materials = (M1, STEEL)
 
     def __init__(self, size, rng):
         self.size, self.d = size, 0.002 * size.coarse
-        self.count, self.ball = round(25000 / size.coarse**3), 0.01
-        inside = lambda x: np.hypot(x[:, 0], x[:, 1]) < 0.05 - 0.55 * self.d
-        self.start = lattice(self.count, 1.1 * self.d, inside, 0.6 * self.d, 0.05, rng)
+        self.count, self.ball, self.radius = round(25000 / size.coarse**3), 0.01, 0.05 * size.scale
+        inside = lambda x: np.hypot(x[:, 0], x[:, 1]) < self.radius - 0.55 * self.d
+        self.start = lattice(self.count, 1.1 * self.d, inside, 0.6 * self.d, self.radius, rng)
         self.start = settled(self.scene(), self.materials, 0.25)[: self.count]
         near = np.hypot(self.start[:, 0], self.start[:, 1]) < self.ball + self.d
         self.surface = self.start[near, 2].max() + self.d / 2
@@ -176,7 +179,7 @@ class Penetration:
         if ball is not None:
             scene.add(cn.spheres([[0, 0, ball]], self.ball, STEEL, velocity=(0, 0, -5, 0, 0, 0)))
         scene.add(cn.wall((0, 0, 0), (0, 0, 1), STEEL))
-        scene.add(cn.tube((0, 0, 0), (0, 0, 1), 0.05, STEEL))
+        scene.add(cn.tube((0, 0, 0), (0, 0, 1), self.radius, STEEL))
         return scene
 
     def figures(self, sim):
@@ -326,7 +329,7 @@ def plot(curves, rows, path):
             ax.plot([float(r[x]) for r in own], [float(r[y]) for r in own], style, lw=1.8, label=label)
         ax.set(xlabel=across, ylabel=up)
         ax.set_title(f"{name}, {told[0]['grains']} grains" if told else name, fontsize=11)
-        ax.legend(fontsize=8.5)
+        ax.legend(fontsize=9, loc="upper center", bbox_to_anchor=(0.5, -0.16), frameon=False)
         ax.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
 

@@ -1,4 +1,4 @@
-"""Other programs that benchmarks run beside Cairn: where they are, their CPU time between two marks of an input, their state.
+"""Runs of other programs beside Cairn: search on the path, CPU time between two marks of an input, and the last state.
 
 LAMMPS (`lmp`), LIGGGHTS (`liggghts`) and YADE (`yade`) are looked for on the path; LMGC90 is the wheel compas_lmgc90, in this
 Python or in the one that the variable CAIRN_LMGC90_PYTHON names. What is missing is left out with a word. Times are CPU seconds
@@ -26,7 +26,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def found(names):
-    """Those of the programs that are on the path, with a word about the others."""
+    """Names of the programs on the path; prints a word about the others."""
     there = [name for name in names if shutil.which(name)]
     for name in names:
         if name not in there:

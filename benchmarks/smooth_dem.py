@@ -66,7 +66,7 @@ def packing(name, count=None):
 
 
 def simulation(grains, width, angle, law, local_damping=0.0, clumps=None):
-    """Of Cairn, a thread: spheres, or clumps given by their places and rotations."""
+    """Simulation by Cairn on one thread: spheres, or clumps given by their places and rotations."""
     import cairn as cn
 
     rock = cn.Material("rock", density=DENSITY)
@@ -352,7 +352,7 @@ def codes(case):
 
 
 def scene_of(name, spheres):
-    """What a case begins with: grains (n, 4), width of the box, mean overlap [m]; for clumps their number."""
+    """Start of a case: grains (n, 4), width of the box, mean overlap [m]; for clumps their number."""
     if name == "clumps":
         count = (spheres or 10000) // 3
         width = round(1.2 * DIAMETER * max(4, round((count * 1.5) ** (1 / 3))), 4)

@@ -1,4 +1,4 @@
-"""The benchmarks beside other programs, at their smallest: they run, leave out what is not there, and compare equal states."""
+"""Smallest forms of the benchmarks beside other programs: they run, leave out missing programs, and compare equal states."""
 
 import importlib.util
 import shutil
@@ -71,3 +71,13 @@ def test_clumps_from_the_places_of_their_spheres(load):
     places, turns = module.poses(spheres)
     again = turned(turns, np.broadcast_to(own, (50, 3, 3))) + places[:, None]
     assert again == pytest.approx(spheres, abs=1e-9 * module.DIAMETER)
+
+
+def test_a_panel_of_two_courses_beside_what_is_there(load, monkeypatch, capsys):
+    """Before it cracks, its force at an equal way does not depend on the step; without LMGC90 it says so."""
+    monkeypatch.delenv("CAIRN_LMGC90_PYTHON", raising=False)
+    load("peers")
+    table = load("masonry_peers").main(["--courses=2", "--columns=1", "--way=1e-4"])
+    force = {row[0]: float(row[6]) for row in table}
+    assert force["cairn"] == pytest.approx(force["cairn, fine"], rel=0.05) and force["cairn"] > 0.1
+    assert ("lmgc90" in force) != ("LMGC90 is left out" in capsys.readouterr().out)
