@@ -1,14 +1,15 @@
-"""The three cases on which the community compares its DEM codes, by smooth DEM and by NSCD on the same scene: curves and CPU time.
+"""The three cases on which the community compares its DEM codes, by smooth DEM and by NSCD on the same scene.
 
-Silo, penetration and drum of Dosta et al., Comput. Phys. Commun. 296 (2024) 109066. Default: reduced forms, minutes of one core. Full: the
-published numbers of bodies and steps, hours to days. Each begins with a packing of its own, made by NSCD.
+Silo, penetration and drum of Dosta et al., Comput. Phys. Commun. 296 (2024) 109066. Default: reduced forms, minutes of one core.
+Full: the published numbers of bodies and steps, hours to days. Each begins with a packing of its own, made by NSCD.
 
     python benchmarks/community.py [silo|penetration|drum ...] [--size reduced|full|tiny] [--plot docs/images/community.png]
 
-Writes benchmarks/results/community.csv, a row for each run, and community_curves.csv. Smooth DEM is Hertz-Mindlin with the restitution of
-each pair; a reduced form softens all moduli by a factor, and takes a step longer by its root, as is usual; coarser grains lengthen it
-in proportion. NSCD has rigid grains, Newton's restitution and Coulomb's friction at default settings, and a step of 150 to 700 of
-the published one. `cpu_s_published` is CPU time of a step times the number of steps of the published length.
+Writes benchmarks/results/community.csv, a row for each run, and community_curves.csv. Smooth DEM is Hertz-Mindlin with the
+restitution of each pair; a reduced form softens all moduli by a factor, and takes a step longer by its root, as is usual;
+coarser grains lengthen it in proportion. NSCD has rigid grains, Newton's restitution and Coulomb's friction at default
+settings, and a step of 200 to 650 of the published one. `cpu_s_published`: CPU time of a step times the number of steps of the
+published length (for coarser grains, in proportion longer).
 """
 
 import argparse
@@ -29,13 +30,16 @@ M1, M2, STEEL = (cn.Material(*row) for row in (("M1", 2500.0), ("M2", 2000.0), (
 YOUNG = {M1: 1e9, M2: 0.5e9, STEEL: 210e9}
 PAIRS = {(M1, M1): (0.5, 0.3), (M1, M2): (0.45, 0.2), (M1, STEEL): (0.4, 0.2), (M2, M2): (0.4, 0.4),
          (M2, STEEL): (0.4, 0.2), (STEEL, STEEL): (0.4, 0.2)}  # restitution, friction  # fmt: skip
-COLUMNS = ("case", "size", "strategy", "grains", "step_s", "of_published", "steps", "converged", "cpu_s", "ms_a_step",
-           "cpu_s_published", "figure", "value")  # fmt: skip
+COLUMNS = ("case", "size", "strategy", "grains", "step_s", "of_published", "steps", "converged", "overlap",
+           "cpu_s", "ms_a_step", "cpu_s_published", "figure", "value")  # fmt: skip
 
 
 @dataclass
 class Size:
-    """`scale`: container over the published one; `coarse`: grains over the published ones; `softer`: moduli of smooth DEM."""
+    """`scale`: container over the published one (of the penetration its width: a narrower bed is deeper).
+
+    `coarse`: grains over the published ones; `softer`: divides the moduli of smooth DEM.
+    """
 
     scale: float
     coarse: float
@@ -47,9 +51,9 @@ class Size:
 SIZES = {
     "full": {"silo": Size(1, 1, 1, 5.0, 5e-4), "penetration": Size(1, 1, 1, 0.1, 1e-4), "drum": Size(1, 1, 1, 5.0, 5e-4)},
     "reduced": {
-        "silo": Size(0.3, 1, 100, 0.6, 5e-4),
-        "penetration": Size(1, 2, 10, 0.1, 1e-4),
-        "drum": Size(1, 2.5, 500, 2.0, 5e-4),
+        "silo": Size(0.2, 1, 100, 0.5, 5e-4),
+        "penetration": Size(0.7, 3, 10, 0.06, 1e-4),
+        "drum": Size(1, 3, 500, 1.2, 5e-4),
     },
     "tiny": {
         "silo": Size(0.12, 1, 1e4, 0.1, 1e-3),
@@ -60,9 +64,13 @@ SIZES = {
 PUBLISHED_STEP = {"silo": 1.5e-6, "penetration": 5e-7, "drum": 8e-7}
 
 
+def pairs_of(materials):
+    return {pair: row for pair, row in PAIRS.items() if set(pair) <= set(materials)}
+
+
 def laws(scene, materials, smooth, softer=1.0):
     """Hertz-Mindlin or Newton and Coulomb, for all pairs of the materials."""
-    there = {pair: row for pair, row in PAIRS.items() if set(pair) <= set(materials)}
+    there = pairs_of(materials)
     if smooth:
         words = {pair: {"restitution": e, "mu": mu} for pair, (e, mu) in there.items()}
         own = {m: cn.HertzMindlin(young=YOUNG[m] / softer, poisson=0.2, **words[m, m]) for m in materials}
@@ -89,7 +97,8 @@ def lattice(count, pitch, inside, low, reach, rng):
 
 def settled(scene, materials, until, dt=1e-3):
     """Positions after grains have fallen for so long [s], by NSCD."""
-    laws(scene, materials, smooth=False)
+    for pair, (_, mu) in pairs_of(materials).items():
+        scene.interact(*pair, cn.Coulomb(mu=mu))
     sim = cn.Simulation(scene, dt)
     sim.run(until=until, progress=False)
     return sim.bodies.position.copy()
@@ -110,7 +119,7 @@ class Silo:
         scene = self.scene()
         scene.add(cn.wall((0, 0, 0), (0, 0, 1), STEEL))
         fall = np.sqrt(2 * self.start[:, 2].max() / GRAVITY)
-        self.start = settled(scene, self.materials, 2 * fall + 0.1)[: self.count]
+        self.start = settled(scene, self.materials, 2 * fall + 0.05)[: self.count]
 
     def scene(self):
         scene = cn.Scene(3, gravity=(0, 0, -GRAVITY))
@@ -133,7 +142,7 @@ class Silo:
         return -np.cross(b - a, c - a)[:2] @ a[:2]
 
     def figures(self, sim):
-        """Share that is left in the silo, and kinetic energy over that of all grains at a metre a second."""
+        """Share that is left in the silo; grains far below are taken out."""
         here = sim.bodies.position[sim.bodies.id < self.count]
         left = np.count_nonzero(here[:, 2] > 0)
         out = sim.bodies.id[(sim.bodies.id < self.count) & (sim.bodies.position[:, 2] < -10 * self.d)]
@@ -151,16 +160,16 @@ class Silo:
 
 
 class Penetration:
-    """A ball of steel of 20 mm falls at 5 m/s into a bed of grains in a cylinder."""
+    """A ball of steel of 20 mm enters a bed of grains in a cylinder at 5 m/s."""
 
     materials = (M1, STEEL)
 
     def __init__(self, size, rng):
         self.size, self.d = size, 0.002 * size.coarse
-        self.count, self.ball = round(25000 / size.coarse**3), 0.01
-        inside = lambda x: np.hypot(x[:, 0], x[:, 1]) < 0.05 - 0.55 * self.d
-        self.start = lattice(self.count, 1.1 * self.d, inside, 0.6 * self.d, 0.05, rng)
-        self.start = settled(self.scene(), self.materials, 0.3)[: self.count]
+        self.count, self.ball, self.radius = round(25000 / size.coarse**3), 0.01, 0.05 * size.scale
+        inside = lambda x: np.hypot(x[:, 0], x[:, 1]) < self.radius - 0.55 * self.d
+        self.start = lattice(self.count, 1.1 * self.d, inside, 0.6 * self.d, self.radius, rng)
+        self.start = settled(self.scene(), self.materials, 0.25)[: self.count]
         near = np.hypot(self.start[:, 0], self.start[:, 1]) < self.ball + self.d
         self.surface = self.start[near, 2].max() + self.d / 2
 
@@ -170,7 +179,7 @@ class Penetration:
         if ball is not None:
             scene.add(cn.spheres([[0, 0, ball]], self.ball, STEEL, velocity=(0, 0, -5, 0, 0, 0)))
         scene.add(cn.wall((0, 0, 0), (0, 0, 1), STEEL))
-        scene.add(cn.tube((0, 0, 0), (0, 0, 1), 0.05, STEEL))
+        scene.add(cn.tube((0, 0, 0), (0, 0, 1), self.radius, STEEL))
         return scene
 
     def figures(self, sim):
@@ -194,18 +203,19 @@ class Drum:
         self.radii = np.repeat([coarse / 2, fine / 2], self.counts)
         parts, low = [], -0.1
         for number, d in zip(self.counts, (coarse, fine), strict=True):
-            inside = lambda x, d=d: ((np.hypot(x[:, 0], x[:, 2]) < 0.1 - 0.6 * d) & (np.abs(x[:, 1]) < 0.03 - 0.53 * d))
+            inside = lambda x, d=d: (np.hypot(x[:, 0], x[:, 2]) < 0.1 - 0.6 * d) & (np.abs(x[:, 1]) < 0.03 - 0.53 * d)
             parts.append(lattice(number, 1.1 * d, inside, low, 0.1, rng))
             low = parts[-1][:, 2].max() + 1.2 * d
         self.start = np.concatenate(parts)
-        self.start = settled(self.scene(), self.materials, 0.4)[: self.count]
+        self.start = settled(self.scene(), self.materials, 0.3)[: self.count]
 
     def scene(self, spin=0.0):
         scene, split = cn.Scene(3, gravity=(0, 0, -GRAVITY)), self.counts[0]
         scene.add(cn.spheres(self.start[:split], self.radii[:split], M2), cn.spheres(self.start[split:], self.radii[split:], M1))
         turn = (0, 0, 0, 0, spin, 0)
         scene.add(cn.tube((0, 0, 0), (0, 1, 0), 0.1, STEEL, velocity=turn))
-        scene.add(cn.wall((0, -0.03, 0), (0, 1, 0), STEEL, velocity=turn), cn.wall((0, 0.03, 0), (0, -1, 0), STEEL, velocity=turn))
+        for side in (-1, 1):
+            scene.add(cn.wall((0, 0.03 * side, 0), (0, -side, 0), STEEL, velocity=turn))
         return scene
 
     def figures(self, sim):
@@ -214,7 +224,8 @@ class Drum:
         volume = self.radii**3
         mass = volume * np.repeat([2000.0, 2500.0], self.counts)
         cell = np.unique(np.floor(x[:, [0, 2]] / 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
-        all_of, fine_of = (np.bincount(cell, weights=volume * own) for own in (np.ones(len(x)), np.arange(len(x)) >= self.counts[0]))
+        fine = np.arange(len(x)) >= self.counts[0]
+        all_of, fine_of = np.bincount(cell, weights=volume), np.bincount(cell, weights=volume * fine)
         share = fine_of.sum() / all_of.sum()
         spread = np.sum(all_of * (fine_of / all_of - share) ** 2) / all_of.sum()
         return 1 - spread / (share * (1 - share)), 1e3 * float(mass @ x[:, 2] / mass.sum())
@@ -240,22 +251,37 @@ def run(case, name, size_name, smooth):
     sim = cn.Simulation(scene, dt, strategy, overlap="ignore")
     points = 60 if size_name != "tiny" else 6
     every = max(1, round(size.until / dt / points))
-    curve, cpu, steps, converged = [(0.0, *case.figures(sim))], 0.0, 0, 0
+    curve, cpu, steps, converged, overlap = [(0.0, *case.figures(sim))], 0.0, 0, 0, 0.0
     while steps < round(size.until / dt):
         begin = time.process_time()
-        for _ in range(every):
-            converged += sim.step()["status"] == "converged"
+        if smooth:
+            sim.run(steps=every, progress=False)
+        else:
+            for _ in range(every):
+                info = sim.step()
+                converged += info["status"] == "converged"
+                overlap = max(overlap, info["penetration"])
         cpu += time.process_time() - begin
         steps += every
         curve.append((sim.time, *case.figures(sim)))
     figure, value = case.result(curve)
     published = size.until / PUBLISHED_STEP[name] / (size.coarse if smooth else 1)
     return curve, {
-        "case": name, "size": size_name, "strategy": "smooth DEM" if smooth else "NSCD", "grains": case.count, "step_s": f"{dt:.3g}",
-        "of_published": f"{dt / PUBLISHED_STEP[name]:.0f}", "steps": steps, "converged": "" if smooth else f"{converged / steps:.4f}",
-        "cpu_s": f"{cpu:.2f}", "ms_a_step": f"{1e3 * cpu / steps:.3f}",
-        "cpu_s_published": f"{cpu / steps * published:.0f}" if smooth else "", "figure": figure, "value": f"{value:.4g}",
-    }  # fmt: skip
+        "case": name,
+        "size": size_name,
+        "strategy": "smooth DEM" if smooth else "NSCD",
+        "grains": case.count,
+        "step_s": f"{dt:.3g}",
+        "of_published": f"{dt / PUBLISHED_STEP[name]:.0f}",
+        "steps": steps,
+        "converged": "" if smooth else f"{converged / steps:.4f}",
+        "overlap": "" if smooth else f"{overlap:.4f}",
+        "cpu_s": f"{cpu:.2f}",
+        "ms_a_step": f"{1e3 * cpu / steps:.3f}",
+        "cpu_s_published": f"{cpu / steps * published:.0f}" if smooth else "",
+        "figure": figure,
+        "value": f"{value:.4g}",
+    }
 
 
 def compare(name, size_name, rng=1):
@@ -303,7 +329,7 @@ def plot(curves, rows, path):
             ax.plot([float(r[x]) for r in own], [float(r[y]) for r in own], style, lw=1.8, label=label)
         ax.set(xlabel=across, ylabel=up)
         ax.set_title(f"{name}, {told[0]['grains']} grains" if told else name, fontsize=11)
-        ax.legend(fontsize=8.5)
+        ax.legend(fontsize=9, loc="upper center", bbox_to_anchor=(0.5, -0.16), frameon=False)
         ax.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
 

@@ -1,8 +1,8 @@
-"""Other programs that benchmarks run beside Cairn: where they are, their CPU time between two places of an input, their last state.
+"""Runs of other programs beside Cairn: search on the path, CPU time between two marks of an input, and the last state.
 
-LAMMPS (`lmp`), LIGGGHTS (`liggghts`) and YADE (`yade`) are looked for on the path; LMGC90 is the wheel compas_lmgc90, in this Python or in the
-one that the variable CAIRN_LMGC90_PYTHON names. What is missing is left out with a word. Times are CPU seconds of the peer's first
-thread as the kernel of Linux counts them, so that programs that run at the same time disturb them little.
+LAMMPS (`lmp`), LIGGGHTS (`liggghts`) and YADE (`yade`) are looked for on the path; LMGC90 is the wheel compas_lmgc90, in this
+Python or in the one that the variable CAIRN_LMGC90_PYTHON names. What is missing is left out with a word. Times are CPU seconds
+of a peer's first thread as Linux counts them, so that programs that run at the same time disturb them little.
 """
 
 import importlib.util
@@ -26,7 +26,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def found(names):
-    """Those of the programs that are on the path, with a word about the others."""
+    """Names of the programs on the path; prints a word about the others."""
     there = [name for name in names if shutil.which(name)]
     for name in names:
         if name not in there:
@@ -54,7 +54,7 @@ def call(command, folder, environment=None):
 
 
 def run_input(program, text, folder):
-    """Runs an input of LAMMPS or LIGGGHTS: CPU seconds between its lines `shell sh stamp.sh begin` and `... end`, and its output."""
+    """CPU seconds of LAMMPS or LIGGGHTS between the lines `shell sh stamp.sh begin` and `... end` of an input, and the output."""
     folder = Path(folder)
     (folder / "stamp.sh").write_text(STAMP)
     script = folder / f"in.{program}"

@@ -1,14 +1,15 @@
 """Smooth DEM beside LAMMPS, LIGGGHTS and YADE: CPU microseconds a particle and step on one core, the same scene, in turn.
 
-Dense spheres in a box (d 10 mm +-10 %, density 2500, E 1e7, nu .3, e .5, mu .5, dt 5e-5 s), at rest or flowing under gravity tilted by
-60 degrees, and clumps of three that have settled. A round runs the codes one after the other; a ratio is that of one round. Beside
-the times stand contacts a particle, kinetic energy and mean overlap at the end, which have to agree before times compare.
+Dense spheres in a box (d 10 mm +-10 %, density 2500, E 1e7, nu .3, e .5, mu .5, dt 5e-5 s), at rest or flowing under gravity
+tilted by 60 degrees, and clumps of three that have settled. A round runs the codes one after the other; a ratio is that of one
+round. Beside the times stand contacts a particle, kinetic energy and mean overlap at the end, which have to agree before times
+compare. A code that is not on the path is left out.
 
-    python benchmarks/smooth_dem.py [--rounds 3] [--steps 400] [--cases "10k settled,..."] [--output benchmarks/results/smooth_dem.csv]
-    python benchmarks/smooth_dem.py --spheres 60 --rounds 1 --steps 20      small packings made here, in a second
+    python benchmarks/smooth_dem.py [--rounds 3] [--steps 400] [--cases "10k settled,..."] [--output FILE.csv]
+    python benchmarks/smooth_dem.py --spheres 60 --rounds 1 --steps 20      small packings made here, in seconds
 
-The packings are read from the folder CAIRN_REFERENCE_DATA, or made by smooth DEM where it is not there (a minute for 10,000).
-LAMMPS's gran/hertz/history has a dashpot of its own kind, set to the same force as the others' at the mean overlap.
+The packings are read from the folder CAIRN_REFERENCE_DATA, or made by smooth DEM where it is not there (minutes for 10,000).
+The dashpot of LAMMPS's gran/hertz/history is of another kind, set to the same force as the others' at the mean overlap.
 """
 
 import argparse
@@ -32,8 +33,8 @@ CASES = {  # packing, angle of gravity [degrees], steps before the clock starts
 }
 DT, YOUNG, POISSON, RESTITUTION, FRICTION, DENSITY, DIAMETER = 5e-5, 1e7, 0.3, 0.5, 0.5, 2500.0, 0.01
 SKINS = {"lammps": 5e-4, "liggghts": 5e-4}  # half and twice of it are as fast, within the noise
-COLUMNS = ("case", "code", "us_per_particle_step", "least", "most", "times_cairn", "least_ratio", "most_ratio", "contacts_a_particle",
-           "kinetic_J", "overlap_of_radius")  # fmt: skip
+COLUMNS = ("case", "code", "us_per_particle_step", "least", "most", "times_cairn", "least_ratio", "most_ratio",
+           "contacts_a_particle", "kinetic_J", "overlap_of_radius")  # fmt: skip
 OFFSETS = 0.4 * DIAMETER * np.array([[1.0, 0.0, 0.0], [-0.5, 0.75**0.5, 0.0], [-0.5, -(0.75**0.5), 0.0]])
 
 
@@ -65,7 +66,7 @@ def packing(name, count=None):
 
 
 def simulation(grains, width, angle, law, local_damping=0.0, clumps=None):
-    """Of Cairn, a thread: spheres, or clumps given by their places and rotations."""
+    """Simulation by Cairn on one thread: spheres, or clumps given by their places and rotations."""
     import cairn as cn
 
     rock = cn.Material("rock", density=DENSITY)
@@ -84,23 +85,15 @@ def simulation(grains, width, angle, law, local_damping=0.0, clumps=None):
 
 
 def poses(centers):
-    """Centres and quaternions of clumps from the centres of their spheres (m, 3, 3), in the principal axes that cn.pre.clump has."""
+    """Centres and quaternions of clumps, in the principal axes of cn.pre.clump, from the centres of their spheres (m, 3, 3)."""
     import cairn as cn
+    from cairn.pre.mass_properties import quaternions
 
     body = cn.pre.clump(OFFSETS, np.full(3, DIAMETER / 2), DENSITY)
     middle = centers.mean(1)
-    turns = []
-    for own in centers - middle[:, None]:  # the turn that takes the offsets to the spheres (Kabsch)
-        u, _, vt = np.linalg.svd(body.offsets.T @ own)
-        turn = (u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt).T
-        w = 0.5 * np.sqrt(max(0.0, 1 + np.trace(turn)))
-        axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-        if w < 1e-3:
-            values, vectors = np.linalg.eigh(turn + turn.T)
-            turns.append(np.r_[w, vectors[:, -1]])
-        else:
-            turns.append(np.r_[w, axis / (4 * w)])
-    return middle, np.array(turns)
+    u, _, vt = np.linalg.svd(np.einsum("mi,nmj->nij", body.offsets, centers - middle[:, None]))  # Kabsch (1976)
+    u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
+    return middle, quaternions(np.swapaxes(u @ vt, 1, 2))
 
 
 def child(folder, angle, warm, steps, law):
@@ -129,8 +122,9 @@ def child(folder, angle, warm, steps, law):
         q = bodies.rotation[:count]
         s, axis = q[:, :1, None], q[:, None, 1:]
         arm = np.broadcast_to(body.offsets, (count, 3, 3))
-        twice = 2 * np.cross(np.broadcast_to(axis, arm.shape), arm)
-        centers = (bodies.position[:count, None] + arm + s * twice + np.cross(np.broadcast_to(axis, arm.shape), twice)).reshape(-1, 3)
+        axis = np.broadcast_to(axis, arm.shape)
+        twice = 2 * np.cross(axis, arm)
+        centers = (bodies.position[:count, None] + arm + s * twice + np.cross(axis, twice)).reshape(-1, 3)
         owner = np.repeat(np.arange(count), 3)
     np.savez(Path(folder) / "cairn.npz", centers=centers, owner=owner, kinetic=kinetic)
 
@@ -171,7 +165,9 @@ dump_modify last sort id
 run 0
 """
 LIGGGHTS = (
-    "atom_style granular\natom_modify map array\ncommunicate single vel yes\n" + HEAD + """{bodies}
+    "atom_style granular\natom_modify map array\ncommunicate single vel yes\n"
+    + HEAD
+    + """{bodies}
 neighbor {skin} bin
 neigh_modify delay 0
 fix m1 all property/global youngsModulus peratomtype {young}
@@ -189,7 +185,9 @@ fix z0 all wall/gran model hertz tangential history primitive type 1 zplane 0.0
 """
 )
 LAMMPS = (
-    "atom_style sphere\natom_modify map array\ncomm_modify mode single vel yes\n" + HEAD + """read_data {data}
+    "atom_style sphere\natom_modify map array\ncomm_modify mode single vel yes\n"
+    + HEAD
+    + """read_data {data}
 neighbor {skin} bin
 neigh_modify delay 0 every 1 check yes
 {pair}
@@ -265,7 +263,8 @@ def run_lammps(scene, warm, steps, angle, folder, law):
         radius, delta = DIAMETER / 4, float(scene["overlap"])  # of a pair: effective radius, mean overlap [m]
         modulus, mass = YOUNG / (2 * (1 - POISSON**2)), DENSITY * np.pi / 12 * DIAMETER**3
         share = -np.log(RESTITUTION) / np.hypot(np.log(RESTITUTION), np.pi)
-        dashpot = 2 * np.sqrt(5 / 6) * share * np.sqrt(2 * modulus * np.sqrt(radius * delta) * mass) / (mass * np.sqrt(radius * delta))
+        patch = np.sqrt(radius * delta)
+        dashpot = 2 * np.sqrt(5 / 6) * share * np.sqrt(2 * modulus * patch * mass) / (mass * patch)
         shear = 2 * YOUNG / ((1 + POISSON) * (2 - POISSON))
         wall = f"hertz/history {4 / 3 * modulus:.9g} {shear:.9g} {dashpot:.9g} {0.5 * dashpot:.9g} {FRICTION} 1"
         pair = f"pair_style gran/{wall}\npair_coeff * *"
@@ -290,8 +289,8 @@ region reg block 0.0 {width} 0.0 {width} 0.0 {top} units box
 region whole block -0.001 {high} -0.001 {high} -0.001 {above} units box
 create_box 1 whole
 """
-INSERT = """fix template all particletemplate/multisphere 15485863 atom_type 1 density constant {density} nspheres 3 ntry 1000000 spheres &
- file clump.txt scale 1.0 type 1
+INSERT = """fix template all particletemplate/multisphere 15485863 atom_type 1 &
+ density constant {density} nspheres 3 ntry 1000000 spheres file clump.txt scale 1.0 type 1
 fix sizes all particledistribution/discrete 15485867 1 template 1.0
 fix insert all insert/pack seed 32452843 distributiontemplate sizes maxattempt 500 insert_every once overlapcheck yes all_in yes &
  vel constant 0. 0. 0. particles_in_region {count} region reg
@@ -316,7 +315,7 @@ def clumps_of(dump):
 
 
 def run_multisphere(scene, warm, steps, angle, folder):
-    """LIGGGHTS drops the clumps, waits until they rest, and runs its timed steps from there; Cairn then begins with the same places."""
+    """LIGGGHTS drops the clumps, waits until they rest and runs timed steps; Cairn then begins where these began."""
     count, width = int(scene["count"]), float(scene["width"])
     np.savetxt(folder / "clump.txt", np.c_[OFFSETS, np.full(3, DIAMETER / 2)])
     words = numbers(scene, warm, steps, angle)
@@ -353,7 +352,7 @@ def codes(case):
 
 
 def scene_of(name, spheres):
-    """What a case begins with: grains (n, 4), width of the box, mean overlap [m]; for clumps their number."""
+    """Start of a case: grains (n, 4), width of the box, mean overlap [m]; for clumps their number."""
     if name == "clumps":
         count = (spheres or 10000) // 3
         width = round(1.2 * DIAMETER * max(4, round((count * 1.5) ** (1 / 3))), 4)
@@ -362,7 +361,8 @@ def scene_of(name, spheres):
     grains = packing(name, spheres)
     width = box_of(grains) if spheres is None else round(1.2 * DIAMETER * max(2, round((spheres / 2) ** (1 / 3))), 4)
     radii = grains[:, 3]
-    return {"grains": grains, "width": width, "overlap": state(grains[:, :3], radii, np.arange(len(radii)), 0.0)[2] * DIAMETER / 2}
+    overlap = state(grains[:, :3], radii, np.arange(len(radii)), 0.0)[2]
+    return {"grains": grains, "width": width, "overlap": overlap * DIAMETER / 2}
 
 
 def run_case(case, rounds, steps, spheres):

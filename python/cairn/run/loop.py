@@ -23,7 +23,7 @@ log = logging.getLogger("cairn.run")
 logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the application configures logging
 TAKEN = "probe {!r} bears the name of a column that every history has: give it another"
 ROUNDING = 1e-3  # of a step: what a sum of many steps may miss of the time that it is to be
-SOLVED = ("converged", "no_contacts")
+SOLVED = ("converged", "no_contacts", "explicit")  # explicit schemes have nothing to solve
 ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # suffixes of run files, which are HDF5
 
 

@@ -353,3 +353,13 @@ def test_local_damping_takes_a_share_of_the_force_along_the_motion():
     assert fallen == pytest.approx(-(1 - share) * g * h * steps, rel=2 * share / steps)  # the first half step begins at rest
     assert risen == pytest.approx(2 - (1 + share) * g * h * steps, rel=2 * share / steps)
     assert sim.energy["dissipated_bulk"] > 0
+
+
+def test_steps_are_no_warnings_in_the_log(caplog):
+    """An explicit step has nothing to converge."""
+    rock = cn.Material("rock", density=2500.0)
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.spheres([[0, 0, 1]], 1.0, rock), cn.wall((0, 0, 0), (0, 0, 1), rock))
+    scene.interact(rock, rock, cn.HertzMindlin(young=1e7))
+    cn.Simulation(scene, 1e-5, cn.SmoothDEM()).run(steps=3, progress=False)
+    assert not [record for record in caplog.records if record.name.startswith("cairn")]
