@@ -95,12 +95,12 @@ void Network::place(const Simulation& s) {
 }
 
 // Adds the capillary attraction to the contact force, since it presses the spot as well.
-void Network::attract(const Simulation& s) {
+void Network::attract(Simulation& s) {
   bool any = false;
   for (int e = 0; e < s.laws.entries(); ++e) any |= law_infos()[std::size_t(s.laws.entry(e).law)].attracts;
   if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
   fit(drawn_, std::size_t(s.candidates.count));
-  s.interactions.attraction(drawn_.data());
+  s.strategy().read(s, "attraction", 1, drawn_.data());
   for (std::int64_t i = 0; i < s.candidates.count; ++i) force_[i] += drawn_[i];
 }
 
@@ -134,9 +134,9 @@ void Network::gather(Simulation& s, double h) {
   if (needs_bond) {
     for (auto* v : {&intact_, &area_}) v->assign(n, 0.0);
     // smooth contacts keep no bonds, and impacts of a flight none
-    if (s.contacts_known && s.strategy().has(contact_field_info("beta")) && s.interactions.count() == c.count) {
-      s.interactions.law_state("beta", intact_.data());
-      s.interactions.law_state("area", area_.data());
+    if (s.contacts_known && s.strategy().has(contact_field_info("beta"))) {
+      s.strategy().read(s, "state.beta", 1, intact_.data());
+      s.strategy().read(s, "state.area", 1, area_.data());
     }
   }
   if (!film || !(film->sliding < infinite)) return;

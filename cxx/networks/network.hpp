@@ -157,7 +157,7 @@ private:
   double coupling(const Simulation& s) const;
   void place(const Simulation& s);
   void gather(Simulation& s, double h);
-  void attract(const Simulation& s);
+  void attract(Simulation& s);
   void conduct(const Simulation& s, const double* temperature, std::vector<double>& out);
   void recall_films(const Simulation& s);
   void remember_films(const Simulation& s);
