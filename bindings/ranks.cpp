@@ -59,8 +59,8 @@ void bind_ranks(py::module_& m) {
       },
       py::arg("path"), py::arg("communicator") = py::none());
   m.def("over_ranks", [](Simulation& s, const std::shared_ptr<cairn::Exchange>& exchange, bool once_a_sweep) {
-    s.use(cairn::over_ranks(s.strategy().fresh(), exchange,
-                            once_a_sweep ? cairn::Rhythm::sweep : cairn::Rhythm::colour));
+    s.use(
+        cairn::over_ranks(s.strategy().fresh(), exchange, once_a_sweep ? cairn::Rhythm::sweep : cairn::Rhythm::colour));
     s.strategy().check_laws(s);
   });
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });

@@ -50,9 +50,7 @@ int32_t cairn_simulation_ranks(cairn_simulation* simulation, int32_t* rank, int3
 }
 
 int32_t cairn_simulation_gather(cairn_simulation* simulation, cairn_error* error) {
-  return guarded(error, [&] {
-    ranked(simulation, "cairn_simulation_gather").gather(simulation->simulation);
-  });
+  return guarded(error, [&] { ranked(simulation, "cairn_simulation_gather").gather(simulation->simulation); });
 }
 
 } // extern "C"

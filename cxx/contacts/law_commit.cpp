@@ -130,7 +130,8 @@ void LawCommit::commit_batch(const cairn_schedule& schedule, std::size_t which, 
                       .driven_normal = along ? driven : 0};
     sums_[which].add(one);
     if (system_.colours > 0)
-      std::ranges::copy(std::bit_cast<std::array<double, 8>>(one), &system_.law_energy[8 * (std::size_t(b.first) + std::size_t(lane))]);
+      std::ranges::copy(std::bit_cast<std::array<double, 8>>(one),
+                        &system_.law_energy[8 * (std::size_t(b.first) + std::size_t(lane))]);
   }
 }
 

@@ -103,7 +103,7 @@ private:
   std::int64_t order_seen_ = -1;
   std::int64_t seen_ = 0, began_ = 0; // ids of contactors below these bond no more, after a step and in it
   Cell cell_then_;                    // when bodies were given to ranks
-  ContactMemory pending_; // of contacts before the next partition, where it came from elsewhere
+  ContactMemory pending_;             // of contacts before the next partition, where it came from elsewhere
   bool has_pending_ = false;
   Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;

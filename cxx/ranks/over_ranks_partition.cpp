@@ -318,8 +318,7 @@ void OverRanks::leave_contacts_of_others(Part& part) {
   began_ = s.scene.next_contactor_id;
   if (exchange_->ranks() == 1 || since_partition_ > 0 || !s.laws_keep()) return;
   ContactMemory m = part.strategy->memory(s);
-  const auto rows =
-      rows_where(s, m, [&](std::int32_t one, std::int32_t two) { return owns_contact(part, one, two); });
+  const auto rows = rows_where(s, m, [&](std::int32_t one, std::int32_t two) { return owns_contact(part, one, two); });
   if (rows.size() < m.keys.size()) part.strategy->restore(*part.simulation, rows_of(m, rows));
 }
 

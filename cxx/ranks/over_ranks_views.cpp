@@ -6,9 +6,9 @@
 
 #include "../base/call.hpp"
 #include "../networks/network.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "../simulation/controls.hpp"
 #include "../simulation/probes.hpp"
-#include "../simulation/contact_fields.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_nscd.hpp"
 #include "ranked_smooth.hpp"
@@ -22,8 +22,8 @@ struct KeptField {
   int in_plane, in_space;
 };
 constexpr KeptField kept_fields[] = {
-    {"impulse", 2, 3},    {"impulse_local", 2, 3}, {"moment", 1, 3}, {"relative_velocity", 2, 3},
-    {"dissipated", 1, 1}, {"beta", 1, 1},          {"stored", 1, 1}, {"released", 1, 1},
+    {"impulse", 2, 3},    {"impulse_local", 2, 3}, {"moment", 1, 3},    {"relative_velocity", 2, 3},
+    {"dissipated", 1, 1}, {"beta", 1, 1},          {"stored", 1, 1},    {"released", 1, 1},
     {"attraction", 1, 1}, {"state.beta", 1, 1},    {"state.area", 1, 1}};
 constexpr std::size_t of_networks = 8; // the first that networks alone read
 
@@ -292,9 +292,7 @@ bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t tw
   const std::int32_t a = *c.body[one], b = *c.body[two];
   const auto roams = [&](std::int32_t body) { return !everywhere_[std::size_t(part.bodies[std::size_t(body)])]; };
   const auto fixed = [&](std::int32_t body) { return part.fixed[std::size_t(body)] != 0; };
-  const auto jointed = [&](std::int32_t body) {
-    return jointed_[std::size_t(part.bodies[std::size_t(body)])] != 0;
-  };
+  const auto jointed = [&](std::int32_t body) { return jointed_[std::size_t(part.bodies[std::size_t(body)])] != 0; };
   std::int32_t owner = *c.id[one] < *c.id[two] ? a : b;
   if (jointed(a) != jointed(b))
     owner = jointed(a) ? a : b;

@@ -1,5 +1,7 @@
-// Joints over ranks: one rank has all of them. It seats them, finds their drift and stiffens their bodies, and all ranks
-// solve again for what it finds.
+// Joints over ranks: one rank has all of them. It seats them, finds their drift and stiffens their bodies, and all
+// ranks solve again for what it finds.
+#include <algorithm>
+
 #include "../solvers/sweeps/contact_system.hpp"
 #include "ranked_nscd.hpp"
 
@@ -20,6 +22,24 @@ void RankedNscd::seat_joints(Simulation& s) {
   });
 }
 
+namespace {
+
+// Velocities of a part are those of all ranks; joints find theirs by the impulses of the part alone, which are all that
+// act on their bodies.
+class KeptVelocities {
+public:
+  explicit KeptVelocities(Part& part) : system_(part.simulation->interactions.system()), record_(system_.record) {}
+  KeptVelocities(const KeptVelocities&) = delete;
+  KeptVelocities& operator=(const KeptVelocities&) = delete;
+  ~KeptVelocities() { std::copy(record_.begin(), record_.end(), system_.record.begin()); }
+
+private:
+  ContactSystem& system_;
+  Array<cairn_record> record_;
+};
+
+} // namespace
+
 class ContactsOfRanks final : public JointedContacts {
 public:
   explicit ContactsOfRanks(RankedNscd& ranks) : ranks_(ranks) {
@@ -30,6 +50,7 @@ public:
   JointMiss miss(double least) override {
     double told[] = {0, 0, 0, 0, -1}; // others tell the least that there is
     if (part_) {
+      const KeptVelocities kept(*part_);
       const JointMiss own = part_->simulation->interactions.miss_of_joints(part_->simulation->scene.bodies, least);
       told[0] = own.gap;
       told[1] = own.error;
@@ -47,8 +68,12 @@ public:
     if (part_) part_->simulation->interactions.correct_joints(share);
   }
   bool ease(bool settled) override {
-    return ranks_.any_rank(part_ && part_->simulation->interactions.ease_joints(part_->simulation->scene.bodies,
-                                                                                settled));
+    bool eased = false;
+    if (part_) {
+      const KeptVelocities kept(*part_);
+      eased = part_->simulation->interactions.ease_joints(part_->simulation->scene.bodies, settled);
+    }
+    return ranks_.any_rank(eased);
   }
   std::string name(std::int64_t contact) override {
     Packer mine;

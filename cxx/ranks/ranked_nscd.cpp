@@ -362,8 +362,8 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
     }
   }
   std::copy(work.begin(), work.end(), sums + body_terms);
-  const bool laws_tell = std::ranges::any_of(
-      s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
+  const bool laws_tell =
+      std::ranges::any_of(s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
   for (Part& part : parts_) {
     if (part.has_joints) {
       const WorkBeside beside = of(part).work_beside(*part.simulation);
@@ -379,8 +379,8 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
   double value[std::size(sums)];
   for (std::size_t k = 0; k < std::size(sums); ++k) value[k] = sums[k].value();
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size,
-              of_jumps, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over, driven_rest,
-              driven_normal] = value;
+              of_jumps, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over,
+              driven_rest, driven_normal] = value;
   const double normal = -0.5 * w_normal - taken_normal + driven_normal,
                friction = -0.5 * w_rest - taken_rest + driven_rest, by_laws = driven_rest + driven_normal,
                stored_change = taken_normal + taken_rest - released;

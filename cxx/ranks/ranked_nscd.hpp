@@ -12,7 +12,9 @@ public:
   using OverRanks::OverRanks;
   const StepReport& step(Simulation& s, double h) override;
   std::vector<std::string_view> stages(const Simulation& s) const override;
-  std::unique_ptr<Strategy> fresh() const override { return std::make_unique<RankedNscd>(model_->fresh(), exchange_, rhythm_); }
+  std::unique_ptr<Strategy> fresh() const override {
+    return std::make_unique<RankedNscd>(model_->fresh(), exchange_, rhythm_);
+  }
   void check_scene(const Simulation& s) const override;
 
 private:
@@ -38,7 +40,7 @@ private:
 
   std::vector<ColourShare> shares_;
   ColourLinks links_;
-  SweepExchange once_; // a sweep, in the place of these
+  SweepExchange once_;           // a sweep, in the place of these
   std::int64_t colours_of_ = -1; // the partition that they were chosen in
 };
 

@@ -32,6 +32,13 @@ void RankedSmooth::changed(Simulation& s, bool places) {
   if (places) forces_known_ = false;
 }
 
+// Bodies have the forces of the step before; pairs remember theirs without moments.
+void RankedSmooth::restore(Simulation& s, ContactMemory memory) {
+  const bool known = s.scene.bodies.contact_force.active && !memory.keys.empty();
+  OverRanks::restore(s, std::move(memory));
+  forces_known_ = known;
+}
+
 // Way of a body in the next step [m]: half a kick, then a drift.
 double RankedSmooth::next_way(const Part& part, std::int64_t body, double h) const {
   const Scene& scene = part.simulation->scene;
@@ -138,7 +145,8 @@ void RankedSmooth::add_forces(Part& part, std::vector<ExactSum>& on_all, const s
     if (dim == 2) out[2] = arm[0] * out[1] - arm[1] * out[0];
     for (int k = 0; k < 3 && dim == 3; ++k)
       out[3 + k] = arm[(k + 1) % 3] * out[(k + 2) % 3] - arm[(k + 2) % 3] * out[(k + 1) % 3];
-    for (int k = 0; k < turns && !moment.empty(); ++k) out[dim + k] += sign * moment[pair * std::size_t(turns) + std::size_t(k)];
+    for (int k = 0; k < turns && !moment.empty(); ++k)
+      out[dim + k] += sign * moment[pair * std::size_t(turns) + std::size_t(k)];
   };
   std::int64_t& own = contacts_[std::size_t(part.rank)];
   own = 0;

@@ -291,7 +291,12 @@ int RankedSweeps::sweeps_to_check(double square, double wanted) {
 
 // Projected over-relaxation where sweeps are not extrapolated (Cryer 1971), less where an error did not fall.
 void RankedSweeps::relax(double square) {
-  if (once_) return once_->follow(square);
+  if (once_) {
+    constexpr double half = 0.5; // below it, what sweeps of ranks do apart is more than what extrapolation is made for
+    once_->follow(square);
+    extrapolates_ = extrapolates_ && once_->share() > half;
+    return;
+  }
   constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   if (extrapolates_) return;
   if (!relaxes_ && iterations_ >= plain_sweeps) {
