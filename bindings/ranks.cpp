@@ -52,11 +52,15 @@ void bind_ranks(py::module_& m) {
            })
       .def("abort", [](cairn::Exchange& e, int code) { e.abort(code); });
   m.def("virtual_ranks", [](int ranks) { return std::shared_ptr<cairn::Exchange>(cairn::virtual_ranks(ranks)); });
-  m.def("mpi_ranks", [](const std::string& path, std::int64_t communicator) {
-    return std::shared_ptr<cairn::Exchange>(cairn::mpi_ranks(path, communicator));
-  });
-  m.def("over_ranks", [](Simulation& s, const std::shared_ptr<cairn::Exchange>& exchange) {
-    s.use(cairn::over_ranks(s.strategy().fresh(), exchange));
+  m.def(
+      "mpi_ranks",
+      [](const std::string& path, std::optional<std::int64_t> communicator) { // None: MPI_COMM_WORLD
+        return std::shared_ptr<cairn::Exchange>(cairn::mpi_ranks(path, communicator.value_or(cairn::mpi_world)));
+      },
+      py::arg("path"), py::arg("communicator") = py::none());
+  m.def("over_ranks", [](Simulation& s, const std::shared_ptr<cairn::Exchange>& exchange, bool once_a_sweep) {
+    s.use(
+        cairn::over_ranks(s.strategy().fresh(), exchange, once_a_sweep ? cairn::Rhythm::sweep : cairn::Rhythm::colour));
     s.strategy().check_laws(s);
   });
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });

@@ -113,7 +113,7 @@ py::dict scheme_of(const std::string& name, const std::vector<double>& parameter
 
 void use(Simulation& s, const py::dict& d) {
   if (const auto* ranked = dynamic_cast<const cairn::OverRanks*>(&s.strategy()))
-    return s.use(cairn::over_ranks(strategy_of(d), ranked->shared_exchange()));
+    return s.use(cairn::over_ranks(strategy_of(d), ranked->shared_exchange(), ranked->rhythm()));
   s.use(strategy_of(d));
 }
 

@@ -18,6 +18,7 @@ set(CAIRN_CXX_SOURCES
   api/motions.cpp
   api/networks.cpp
   api/problems.cpp
+  api/ranks.cpp
   api/scene.cpp
   api/simulation.cpp
   api/solids.cpp
@@ -245,11 +246,13 @@ set(CAIRN_CXX_SOURCES
   ranks/mpi_ranks.cpp
   ranks/part.cpp
   ranks/partition.cpp
+  ranks/ranked_joints.cpp
   ranks/ranked_nscd.cpp
   ranks/over_ranks_partition.cpp
   ranks/over_ranks_views.cpp
   ranks/ranked_smooth.cpp
   ranks/ranked_sweeps.cpp
+  ranks/sweep_exchange.cpp
   ranks/virtual_ranks.cpp
   base/expression.cpp
   simulation/contact_fields.cpp

@@ -12,6 +12,7 @@ module cairn
   use cairn_solids
   use cairn_motions
   use cairn_controls
+  use cairn_ranks
   use cairn_transforms
   use cairn_networks
   use cairn_problems

@@ -4,6 +4,8 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "../laws/law_info.hpp"
@@ -36,6 +38,7 @@ void LawCommit::commit() {
   if (!classes_.laws_commit || batches == 0) return;
   const cairn_schedule schedule = system_.schedule(threads);
   fit(sums_, system_.batches.size());
+  if (system_.colours > 0) system_.law_energy.assign(8 * system_.candidate.size(), 0.0);
   brittle_.share();
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
   for (int k = 0; k < batches; ++k) commit_batch(schedule, std::size_t(k), omp_get_thread_num());
@@ -52,6 +55,17 @@ void LawCommit::commit() {
     energy_.normal += c.driven_normal;
     energy_.driven += c.driven_tangential + c.driven_normal;
   }
+}
+
+void LawCommit::Sums::add(const Sums& one) {
+  stored += one.stored;
+  taken_normal += one.taken_normal;
+  taken_tangential += one.taken_tangential;
+  released += one.released;
+  created += one.created;
+  turned_over += one.turned_over;
+  driven_tangential += one.driven_tangential;
+  driven_normal += one.driven_normal;
 }
 
 void LawCommit::commit_batch(const cairn_schedule& schedule, std::size_t which, int thread) {
@@ -99,20 +113,25 @@ void LawCommit::commit_batch(const cairn_schedule& schedule, std::size_t which, 
     const double driven = outside < 0 ? 0 : b.state[outside * n + lane]; // by a motor, by a pressure
     const double taken = e[n] + e[2 * n] - driven, given = 0.5 * b.scale[lane];
     const bool along = coordinate < 0 || params[coordinate * n + lane] == 1;
-    (along ? sums_[which].driven_normal : sums_[which].driven_tangential) += driven;
     for (int k = 0; k < 4 && law.plugged(); ++k)
       if (!std::isfinite(e[k * n])) plugged_.note(std::int32_t(which), lane, k, "energy", e[k * n]);
-    sums_[which].stored += e[0];
-    sums_[which].taken_normal += e[n];
-    sums_[which].taken_tangential += e[2 * n];
-    sums_[which].released += e[3 * n];
     if (released >= 0) {
       double& since = b.state[released * n + lane];
       since += e[3 * n] - (since - before[released * n + lane]);
     }
     // what a spring gives back is not made from nothing
-    sums_[which].created += std::max(0.0, given + taken) - std::max(0.0, given);
-    sums_[which].turned_over += std::abs(given + taken) + std::abs(taken) - std::abs(given);
+    const Sums one = {.stored = e[0],
+                      .taken_normal = e[n],
+                      .taken_tangential = e[2 * n],
+                      .released = e[3 * n],
+                      .created = std::max(0.0, given + taken) - std::max(0.0, given),
+                      .turned_over = std::abs(given + taken) + std::abs(taken) - std::abs(given),
+                      .driven_tangential = along ? 0 : driven,
+                      .driven_normal = along ? driven : 0};
+    sums_[which].add(one);
+    if (system_.colours > 0)
+      std::ranges::copy(std::bit_cast<std::array<double, 8>>(one),
+                        &system_.law_energy[8 * (std::size_t(b.first) + std::size_t(lane))]);
   }
 }
 

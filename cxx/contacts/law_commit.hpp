@@ -19,8 +19,9 @@ public:
 
 private:
   void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
-  struct Sums { // per batch [J]
+  struct Sums { // of a contact, or of a batch [J]
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
+    void add(const Sums& one);
   };
   const AssemblyInput& in_;
   const ContactClasses& classes_;

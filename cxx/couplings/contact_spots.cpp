@@ -34,7 +34,7 @@ void ContactSpots::attract(Simulation& s) {
   for (int e = 0; e < s.laws.entries(); ++e) any |= law_infos()[std::size_t(s.laws.entry(e).law)].attracts;
   if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
   fit(drawn_, std::size_t(s.candidates.count));
-  s.interactions.attraction(drawn_.data());
+  s.strategy().read(s, "attraction", 1, drawn_.data());
   for (std::int64_t i = 0; i < s.candidates.count; ++i) force[i] += drawn_[i];
 }
 
@@ -43,9 +43,8 @@ void ContactSpots::gather_bonds(Simulation& s) {
   for (auto* v : {&intact_, &area_}) v->assign(std::size_t(s.candidates.count), 0.0);
   // smooth contacts keep no bonds, and impacts of a flight none
   if (!s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
-  if (s.interactions.count() != s.candidates.count) return;
-  s.interactions.law_state("beta", intact_.data());
-  s.interactions.law_state("area", area_.data());
+  s.strategy().read(s, "state.beta", 1, intact_.data());
+  s.strategy().read(s, "state.area", 1, area_.data());
 }
 
 void ContactSpots::gather_sliding(Simulation& s) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -110,7 +111,8 @@ private:
 // Ranks in turns in this process; one rank is the serial form.
 std::unique_ptr<Exchange> virtual_ranks(int ranks);
 // One rank a process of MPI, by the library at `path` (cairn_mpi), which is loaded now. communicator: as Fortran has it
-// (MPI_Fint); below 0: MPI_COMM_WORLD. Throws Error if there is no such library.
+// (MPI_Fint), the same for all ranks of a process. Throws Error if there is no such library.
+inline constexpr std::int64_t mpi_world = std::numeric_limits<std::int64_t>::min(); // MPI_COMM_WORLD
 std::unique_ptr<Exchange> mpi_ranks(const std::string& path, std::int64_t communicator);
 
 } // namespace cairn

@@ -33,7 +33,9 @@ class MpiRanks final : public Exchange {
 public:
   MpiRanks(const std::string& path, std::int64_t communicator) : calls_(load(path)) {
     std::int32_t rank = 0;
-    check(calls_.open(communicator, &rank, &ranks_));
+    if (const std::int32_t code = calls_.open(communicator, &rank, &ranks_))
+      throw Error("MPI cannot be opened for ranks, code " + std::to_string(code) +
+                  ": give a communicator of it, the same to all simulations of a process");
     local_ = {rank};
   }
   std::string name() const override { return "mpi"; }

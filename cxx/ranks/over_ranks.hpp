@@ -12,9 +12,13 @@
 
 namespace cairn {
 
+// When ranks tell each other what contacts changed: after each colour, with the same bits for every number of ranks, or
+// once a sweep, which is faster where messages are slow.
+enum class Rhythm { colour, sweep };
+
 class OverRanks : public Strategy {
 public:
-  OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange);
+  OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange, Rhythm rhythm = Rhythm::colour);
 
   std::vector<Option> options() override { return model_->options(); }
   void check_options() const override { model_->check_options(); }
@@ -37,18 +41,20 @@ public:
   // Contacts of all ranks become readable on each, until the next step. All ranks call it.
   void gather(Simulation& s);
   const std::shared_ptr<Exchange>& shared_exchange() const { return exchange_; }
+  Rhythm rhythm() const { return rhythm_; }
   std::vector<std::int32_t> owners(const Simulation& s) const; // of bodies, in the order of insertion
   // Bytes that each rank of this process holds.
   std::vector<std::int64_t> bytes_of_ranks() const;
 
 protected:
-  void begin(Simulation& s, int renumber_every);
+  void begin(Simulation& s, double h, double end_share, int renumber_every);
   bool must_partition(const Simulation& s) const;
   // margin: what a body adds to the gap up to which it meets others, besides its way [m].
   void partition(Simulation& s, double margin);
   // Largest way of an own body since the partition, and what `more` adds for it; over all ranks.
   double farthest(const std::vector<std::vector<double>>& more);
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
+  void leave_contacts_of_others(Part& part);
   // The field of ghosts from their owners.
   void follow_ghosts(Field<double> Bodies::*field);
   // f(part) of each rank of this process. One that fails ends the step on all of them.
@@ -64,15 +70,19 @@ protected:
   }
   virtual void undo() {}
   virtual std::int64_t own_contacts(const Part& part) const { return part.simulation->candidates.count; }
+  // Networks of heat and current, on all ranks alike: their contacts are gathered first.
+  void advance_networks(Simulation& s, double h);
   // The state of all bodies to the whole, and the report of the step.
   void collect(Simulation& s);
   [[noreturn]] static void refuse(const std::string& what);
 
   std::unique_ptr<Strategy> model_; // settings
   std::shared_ptr<Exchange> exchange_;
+  Rhythm rhythm_ = Rhythm::colour;
   std::vector<Part> parts_;
   std::vector<std::int32_t> owner_; // by internal number of the whole
-  std::vector<std::uint8_t> everywhere_, fixed_;
+  std::vector<std::uint8_t> everywhere_, fixed_, jointed_;
+  int joint_rank_ = -1; // that has all joints, and contacts of their bodies; -1: there are none
   double reach_ = 0, reach_factor_ = 1;
   bool anew_ = true, both_remember_ = false; // ranks of both bodies need what their contact remembers
   int colours_ = 0;
@@ -84,11 +94,16 @@ private:
   std::vector<std::int64_t> costs(const Simulation& s) const;
   int heir(const Simulation& s, const ContactKey& key) const;
   void give_memory(const Simulation& s, const std::vector<ContactMemory>& memory);
+  void add_held(const Simulation& s, const Surroundings& around, const std::vector<ContactMemory>& memory,
+                std::vector<std::vector<std::int32_t>>& ghosts);
+  void keep_joints_together(const Simulation& s, const std::vector<double>& radius);
   void link_ghosts();
   void show(Simulation& s);
 
-  std::int64_t order_seen_ = -1, seen_ = 0;
-  ContactMemory pending_; // of contacts before the next partition, where it came from elsewhere
+  std::int64_t order_seen_ = -1;
+  std::int64_t seen_ = 0, began_ = 0; // ids of contactors below these bond no more, after a step and in it
+  Cell cell_then_;                    // when bodies were given to ranks
+  ContactMemory pending_;             // of contacts before the next partition, where it came from elsewhere
   bool has_pending_ = false;
   Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
@@ -99,6 +114,7 @@ private:
 };
 
 // The strategy over ranks; throws Error naming it if it does not run over them.
-std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange);
+std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange,
+                                     Rhythm rhythm = Rhythm::colour);
 
 } // namespace cairn

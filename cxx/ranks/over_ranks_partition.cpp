@@ -55,11 +55,26 @@ bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& e
   return false;
 }
 
+// 1: a joint holds the body, and contacts move it.
+std::vector<std::uint8_t> jointed_bodies(const Simulation& s, const std::vector<std::uint8_t>& fixed) {
+  std::vector<std::uint8_t> jointed(fixed.size(), 0);
+  const Contactors& c = s.scene.contactors;
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const int material = *c.material[k], entry = s.laws.find(material, material);
+    if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].joins) continue;
+    const auto body = std::size_t(*c.body[k]);
+    jointed[body] = !fixed[body];
+  }
+  return jointed;
+}
+
 // Some rows of a memory.
 ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& rows) {
   ContactMemory some;
   some.h = m.h;
   some.contactors_seen = m.contactors_seen;
+  some.seen_besides = m.seen_besides;
+  some.joints_came = m.joints_came;
   some.impulse_components = m.impulse_components;
   some.state_components = m.state_components;
   for (const std::size_t i : rows) {
@@ -69,49 +84,71 @@ ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& ro
     };
     copy(m.impulses, m.impulse_components, some.impulses);
     copy(m.states, m.state_components, some.states);
+    if (!m.anchors.empty()) some.anchors.push_back(m.anchors[i]);
   }
   return some;
+}
+
+// Rows of a memory whose contactors are both there, and for which f(one, two) is true.
+template <class F>
+std::vector<std::size_t> rows_where(const Simulation& s, const ContactMemory& m, F&& f) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < m.keys.size(); ++i) {
+    const std::int32_t one = s.contactor(m.keys[i].contactor_a), two = s.contactor(m.keys[i].contactor_b);
+    if (one >= 0 && two >= 0 && f(one, two)) rows.push_back(i);
+  }
+  return rows;
 }
 
 // Memory of contacts on own bodies. Contacts between ghosts began later here than at their owners.
 ContactMemory own_memory(const Part& part) {
   const Simulation& s = *part.simulation;
+  const auto own = [&](std::int32_t contactor) {
+    return part.own[std::size_t(*s.scene.contactors.body[contactor])] != 0;
+  };
   const ContactMemory m = part.strategy->memory(s);
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < m.keys.size(); ++i)
-    for (const std::int64_t id : {m.keys[i].contactor_a, m.keys[i].contactor_b})
-      if (const std::int32_t contactor = s.contactor(id); contactor >= 0 &&
-                                                          part.own[std::size_t(*s.scene.contactors.body[contactor])] &&
-                                                          (rows.empty() || rows.back() != i))
-        rows.push_back(i);
-  return rows_of(m, rows);
+  ContactMemory of_own =
+      rows_of(m, rows_where(s, m, [&](std::int32_t one, std::int32_t two) { return own(one) || own(two); }));
+  of_own.joints_came = m.joints_came && part.has_joints; // joints between ghosts came, too
+  return of_own;
 }
 
 void pack(const ContactMemory& m, Packer& packer) {
   packer.put(m.h);
   packer.put(m.contactors_seen);
+  packer.put(std::int32_t(m.joints_came));
   packer.put(m.impulse_components);
   packer.put(m.state_components);
+  packer.put_all(std::span<const std::int64_t>(m.seen_besides));
   packer.put_all(std::span<const ContactKey>(m.keys));
   packer.put_all(std::span<const double>(m.impulses));
   packer.put_all(std::span<const double>(m.states));
+  packer.put_all(std::span<const Anchor>(m.anchors));
 }
 
 void add_packed(const Bytes& bytes, ContactMemory& to) {
   Unpacker from(bytes);
+  const auto append = [](auto& all, const auto& some) { all.insert(all.end(), some.begin(), some.end()); };
   while (from.more()) {
     to.h = from.get<double>();
     to.contactors_seen = std::max(to.contactors_seen, from.get<std::int64_t>());
+    to.joints_came = from.get<std::int32_t>() != 0 || to.joints_came;
     const int impulses = from.get<int>(), states = from.get<int>();
+    if (const auto besides = from.get_all<std::int64_t>(); !besides.empty()) to.seen_besides = besides;
     const auto keys = from.get_all<ContactKey>();
     const auto r = from.get_all<double>(), x = from.get_all<double>();
+    const auto anchors = from.get_all<Anchor>();
     if (to.keys.empty()) to.impulse_components = impulses, to.state_components = states;
     if (keys.empty()) continue;
     if (impulses != to.impulse_components || states != to.state_components)
       throw Error("ranks disagree about what contacts remember");
-    to.keys.insert(to.keys.end(), keys.begin(), keys.end());
-    to.impulses.insert(to.impulses.end(), r.begin(), r.end());
-    to.states.insert(to.states.end(), x.begin(), x.end());
+    const bool anchored = !to.anchors.empty() || !anchors.empty(); // ranks without a bond have none
+    if (anchored) to.anchors.resize(to.keys.size());
+    append(to.keys, keys);
+    append(to.impulses, r);
+    append(to.states, x);
+    append(to.anchors, anchors);
+    if (anchored) to.anchors.resize(to.keys.size());
   }
 }
 
@@ -125,6 +162,7 @@ void put_in_order(ContactMemory& m) {
   m.keys = sorted.keys;
   m.impulses = sorted.impulses;
   m.states = sorted.states;
+  m.anchors = sorted.anchors;
 }
 
 } // namespace
@@ -161,6 +199,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   for (std::size_t i = 0; i < cost.size(); ++i) // their contacts are where the others are
     if (everywhere_[i]) cost[i] = cost_of_body;
   owner_ = cut_curve(cost, ranks);
+  keep_joints_together(s, radius);
 
   double widest = 0, fastest = 0, middle = 0;
   std::int64_t roaming = 0;
@@ -186,10 +225,11 @@ void OverRanks::partition(Simulation& s, double margin) {
   around.owner = owner_.data();
   around.cell = s.scene.cell;
   around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  const auto ghosts = find_ghosts(around, exchange_->local());
+  auto ghosts = find_ghosts(around, exchange_->local());
 
   std::vector<ContactMemory> memory;
   for (const Part& part : parts_) memory.push_back(own_memory(part));
+  add_held(s, around, memory, ghosts);
   parts_.clear();
   for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
     const int rank = exchange_->local()[l];
@@ -203,14 +243,83 @@ void OverRanks::partition(Simulation& s, double margin) {
       part.owner.push_back(owner_[std::size_t(body)]);
       part.fixed.push_back(fixed_[std::size_t(body)]);
     }
+    part.has_joints = rank == joint_rank_;
   }
   give_memory(s, memory);
   link_ghosts();
   order_seen_ = s.scene.order_version();
   anew_ = false;
+  cell_then_ = s.scene.cell;
   since_partition_ = 0;
   imbalance_ = 1;
   ++partitions_;
+}
+
+// Bodies that joints hold, and their contacts, are on one rank, which projects joints and stiffens their bodies as a
+// whole.
+void OverRanks::keep_joints_together(const Simulation& s, const std::vector<double>& radius) {
+  jointed_ = jointed_bodies(s, fixed_);
+  const auto first = std::find(jointed_.begin(), jointed_.end(), 1);
+  joint_rank_ = first == jointed_.end() ? -1 : owner_[std::size_t(first - jointed_.begin())];
+  for (std::size_t i = 0; i < jointed_.size() && joint_rank_ >= 0; ++i) {
+    if (!jointed_[i]) continue;
+    if (!std::isfinite(radius[i]))
+      refuse("a joint holds body " + std::to_string(*s.scene.bodies.id[std::int64_t(i)]) + ", which has no bound");
+    owner_[i] = joint_rank_;
+    everywhere_[i] = 0;
+  }
+}
+
+// Bodies that a law holds together meet however far apart they are: each is a ghost where the other one is. ghosts: of
+// the local ranks, rising. All ranks call it.
+void OverRanks::add_held(const Simulation& s, const Surroundings& around, const std::vector<ContactMemory>& memory,
+                         std::vector<std::vector<std::int32_t>>& ghosts) {
+  if (!s.laws_keep()) return;
+  std::vector<std::array<std::int64_t, 2>> apart; // ids of bodies
+  const auto look = [&](const ContactMemory& m) {
+    const auto held = [&](std::size_t row) {
+      return m.state_components > 0 && m.states[row * std::size_t(m.state_components)] > 0 &&
+             m.states[row * std::size_t(m.state_components)] < no_state;
+    };
+    for (std::size_t row = 0; row < m.keys.size(); ++row) {
+      const std::int32_t one = s.contactor(m.keys[row].contactor_a), two = s.contactor(m.keys[row].contactor_b);
+      if (!held(row) || one < 0 || two < 0) continue;
+      const std::int32_t a = *s.scene.contactors.body[one], b = *s.scene.contactors.body[two];
+      if (!everywhere_[std::size_t(a)] && !everywhere_[std::size_t(b)] && !near(around, a, b))
+        apart.push_back({*s.scene.bodies.id[a], *s.scene.bodies.id[b]});
+    }
+  };
+  for (const ContactMemory& m : memory) look(m);
+  Packer mine;
+  mine.put_all(std::span<const std::array<std::int64_t, 2>>(apart));
+  apart.clear();
+  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+    Unpacker from(bytes);
+    const auto some = from.get_all<std::array<std::int64_t, 2>>();
+    apart.insert(apart.end(), some.begin(), some.end());
+  }
+  look(pending_); // of a restart: whole on all ranks
+  for (const auto& [first, second] : apart) {
+    const std::int32_t a = s.scene.internal(first), b = s.scene.internal(second);
+    for (std::size_t l = 0; l < ghosts.size(); ++l)
+      for (const auto& [own, other] : {std::pair(a, b), std::pair(b, a)})
+        if (owner_[std::size_t(own)] == exchange_->local()[l] && owner_[std::size_t(other)] != owner_[std::size_t(own)])
+          ghosts[l].push_back(other);
+  }
+  for (auto& of_rank : ghosts) {
+    std::sort(of_rank.begin(), of_rank.end());
+    of_rank.erase(std::unique(of_rank.begin(), of_rank.end()), of_rank.end());
+  }
+}
+
+// Bonds that began between ghosts are those of their owners.
+void OverRanks::leave_contacts_of_others(Part& part) {
+  const Simulation& s = *part.simulation;
+  began_ = s.scene.next_contactor_id;
+  if (exchange_->ranks() == 1 || since_partition_ > 0 || !s.laws_keep()) return;
+  ContactMemory m = part.strategy->memory(s);
+  const auto rows = rows_where(s, m, [&](std::int32_t one, std::int32_t two) { return owns_contact(part, one, two); });
+  if (rows.size() < m.keys.size()) part.strategy->restore(*part.simulation, rows_of(m, rows));
 }
 
 // The rank that owns the contact of a key now; -1: a contactor is gone.
@@ -219,7 +328,9 @@ int OverRanks::heir(const Simulation& s, const ContactKey& key) const {
   if (one < 0 || two < 0) return -1;
   const auto a = std::size_t(*s.scene.contactors.body[one]), b = std::size_t(*s.scene.contactors.body[two]);
   std::size_t owner = key.contactor_a < key.contactor_b ? a : b;
-  if (everywhere_[a] != everywhere_[b])
+  if (jointed_[a] != jointed_[b])
+    owner = jointed_[a] ? a : b;
+  else if (everywhere_[a] != everywhere_[b])
     owner = everywhere_[a] ? b : a;
   else if (fixed_[a] != fixed_[b])
     owner = fixed_[a] ? b : a;
@@ -239,6 +350,10 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
     std::erase(ranks, -1);
     return ranks;
   };
+  double joints_came[] = {0}; // as the rank that has them knows
+  for (const ContactMemory& m : memory)
+    if (m.joints_came) joints_came[0] = 1;
+  if (!memory.empty()) exchange_->largest(joints_came);
   std::vector<std::vector<Parcel>> out;
   for (const ContactMemory& m : memory) {
     std::map<int, std::vector<std::size_t>> rows;
@@ -256,7 +371,12 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     ContactMemory own;
     for (const Parcel& parcel : in[l]) add_packed(parcel.bytes, own);
-    if (!memory.empty()) own.h = memory[0].h, own.contactors_seen = seen_;
+    if (!memory.empty()) {
+      own.h = memory[0].h;
+      own.contactors_seen = std::max(seen_, began_); // bonds of a step that is cut anew began already
+      own.seen_besides = memory[0].seen_besides;
+      own.joints_came = joints_came[0] > 0;
+    }
     if (!pending_.keys.empty()) {
       std::vector<std::size_t> rows;
       for (std::size_t i = 0; i < pending_.keys.size(); ++i) {
@@ -353,7 +473,7 @@ std::vector<std::int64_t> OverRanks::bytes_of_ranks() const {
   std::vector<std::int64_t> out;
   for (const Part& part : parts_) {
     const auto [bodies, contacts] = part.simulation->bytes();
-    out.push_back(bodies + contacts);
+    out.push_back(bodies + contacts + std::int64_t(part.simulation->scene.contactors.hulls.bytes()));
   }
   return out;
 }

@@ -7,6 +7,9 @@
 #include "../base/call.hpp"
 #include "../networks/network.hpp"
 #include "../simulation/contact_fields.hpp"
+#include "../simulation/controls.hpp"
+#include "../simulation/probes.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "ranked_nscd.hpp"
 #include "ranked_smooth.hpp"
 
@@ -19,7 +22,10 @@ struct KeptField {
   int in_plane, in_space;
 };
 constexpr KeptField kept_fields[] = {
-    {"impulse", 2, 3}, {"impulse_local", 2, 3}, {"moment", 1, 3}, {"relative_velocity", 2, 3}, {"dissipated", 1, 1}};
+    {"impulse", 2, 3},    {"impulse_local", 2, 3}, {"moment", 1, 3},    {"relative_velocity", 2, 3},
+    {"dissipated", 1, 1}, {"beta", 1, 1},          {"stored", 1, 1},    {"released", 1, 1},
+    {"attraction", 1, 1}, {"state.beta", 1, 1},    {"state.area", 1, 1}};
+constexpr std::size_t of_networks = 8; // the first that networks alone read
 
 } // namespace
 
@@ -28,6 +34,7 @@ struct OverRanks::Shown {
   std::vector<double> gap, normal, point;
   std::vector<double> field[std::size(kept_fields)];
   std::vector<std::int32_t> status;
+  bool networks = false; // what they read is there
 
   template <class F>
   void each_numbers(int dim, F&& f) {
@@ -35,7 +42,7 @@ struct OverRanks::Shown {
     f(normal, dim);
     f(point, dim);
     for (std::size_t k = 0; k < std::size(kept_fields); ++k)
-      f(field[k], dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space);
+      if (k < of_networks || networks) f(field[k], dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space);
   }
 };
 
@@ -43,36 +50,34 @@ void OverRanks::refuse(const std::string& what) {
   throw Error(what + ", which does not run over ranks: leave out ranks, or that");
 }
 
-OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange)
-    : model_(std::move(model)), exchange_(std::move(exchange)) {
+OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange, Rhythm rhythm)
+    : model_(std::move(model)), exchange_(std::move(exchange)), rhythm_(rhythm) {
   name = model_->name + " over ranks";
 }
 
 void OverRanks::check_scene(const Simulation& s) const {
   model_->check_scene(s);
   if (!s.meshes.empty()) refuse("the scene has the mesh '" + s.meshes.meshes[0].model.name + "'");
-  if (s.networks) refuse("the scene has a network of heat or current");
+  if (s.networks && s.networks->repeats()) refuse("steps are repeated with the temperatures at their end (coupling)");
   if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
   if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
-  if (s.scene.has(Need::belts)) refuse("surfaces of bodies move along them");
-  if (s.scene.has(Need::thermal) || s.scene.has(Need::growing)) refuse("bodies have temperatures");
-  for (const double g : s.scene.cell.velocity_gradient)
-    if (s.scene.cell.any() && (g < 0 || g > 0)) refuse("the periodic cell changes its shape");
+  if (s.scene.has(Need::growing)) refuse("bodies grow with their temperature");
+  if (s.controls && s.controls->has_cell()) refuse("rates or stresses drive the periodic cell");
 }
 
 void OverRanks::check_laws(const Simulation& s) const {
   model_->check_laws(s);
-  if (!s.laws.curves().empty()) refuse("a parameter of a law depends on temperature");
   for (int e = 0; e < s.laws.entries(); ++e) {
     const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
-    if (law.joins) refuse("the scene has joints");
+    if (law.joins && s.laws.entry(e).params[joint_pulley] > 0) refuse("the scene has ropes over pulleys");
     if (law.plugged()) refuse("law " + law.name + " is of a user's library");
   }
 }
 
-void OverRanks::begin(Simulation& s, int renumber_every) {
+void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
   check_scene(s);
   check_laws(s);
+  s.apply_controls(h, end_share, false);
   before_ = exchange_->traffic;
   shown_.reset();
   s.contacts_known = false;
@@ -96,6 +101,7 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   model_ = same.model_->fresh();
   name = model_->name + " over ranks";
   exchange_ = same.exchange_;
+  rhythm_ = same.rhythm_;
   restore(s, std::move(kept));
   has_pending_ = any;
   return true;
@@ -123,6 +129,7 @@ void OverRanks::view(Simulation& s) {
   if (s.contacts_known) return;
   if (!shown_) {
     auto shown = std::make_shared<Shown>();
+    shown->networks = s.networks != nullptr;
     for (Part& part : parts_) {
       Simulation& own = *part.simulation;
       part.strategy->view(own);
@@ -142,9 +149,10 @@ void OverRanks::view(Simulation& s) {
       append(shown->normal, c.normal, s.scene.dim);
       append(shown->point, c.point, s.scene.dim);
       for (std::size_t k = 0; k < std::size(kept_fields); ++k) {
+        if (k >= of_networks && !shown->networks) break;
         const int n = s.scene.dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space;
         std::vector<double> numbers(std::size_t(n * c.count));
-        if (has_contact_field(own, kept_fields[k].name))
+        if (k >= of_networks || has_contact_field(own, kept_fields[k].name))
           part.strategy->read(own, kept_fields[k].name, n, numbers.data());
         append(shown->field[k], numbers, n);
       }
@@ -199,6 +207,7 @@ void OverRanks::gather(Simulation& s) {
   mine.put_all(std::span<const std::int32_t>(shown_->status));
   shown_->each_numbers(s.scene.dim, [&](auto& numbers, int) { mine.put_all(std::span<const double>(numbers)); });
   auto all = std::make_shared<Shown>();
+  all->networks = shown_->networks;
   for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
     Unpacker from(bytes);
     const auto append = [](auto& to, const auto& some) { to.insert(to.end(), some.begin(), some.end()); };
@@ -208,6 +217,12 @@ void OverRanks::gather(Simulation& s) {
   }
   shown_ = std::move(all);
   show(s);
+}
+
+void OverRanks::advance_networks(Simulation& s, double h) {
+  if (!s.networks) return;
+  gather(s);
+  s.advance_networks(h);
 }
 
 void OverRanks::read(Simulation& s, std::string_view field, int components, double* out) {
@@ -258,7 +273,17 @@ double OverRanks::farthest(const std::vector<std::vector<double>>& more) {
     }
   }
   exchange_->largest(longest);
-  return longest[0];
+  const Cell& cell = parts_[0].simulation->scene.cell; // images come nearer where it changes its shape
+  double changed = 0;
+  for (int k = 0; k < 3; ++k) {
+    double square = 0;
+    for (int d = 0; d < 3; ++d) {
+      const double change = cell.vectors[d + 3 * k] - cell_then_.vectors[d + 3 * k];
+      square += change * change;
+    }
+    changed += std::sqrt(square);
+  }
+  return longest[0] + changed / 2;
 }
 
 // A contact is owned where the contactor with the smaller id is, or the one that is not everywhere.
@@ -267,8 +292,11 @@ bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t tw
   const std::int32_t a = *c.body[one], b = *c.body[two];
   const auto roams = [&](std::int32_t body) { return !everywhere_[std::size_t(part.bodies[std::size_t(body)])]; };
   const auto fixed = [&](std::int32_t body) { return part.fixed[std::size_t(body)] != 0; };
+  const auto jointed = [&](std::int32_t body) { return jointed_[std::size_t(part.bodies[std::size_t(body)])] != 0; };
   std::int32_t owner = *c.id[one] < *c.id[two] ? a : b;
-  if (roams(a) != roams(b))
+  if (jointed(a) != jointed(b))
+    owner = jointed(a) ? a : b;
+  else if (roams(a) != roams(b))
     owner = roams(a) ? a : b;
   else if (fixed(a) != fixed(b))
     owner = fixed(a) ? b : a;
@@ -302,6 +330,7 @@ void OverRanks::collect(Simulation& s) {
     for (const Part& part : parts_) pack_own(part, mine);
     for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s);
   }
+  s.scene.cell = parts_[0].simulation->scene.cell;
   std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
   double largest[] = {0, 0}; // way, bodies that turned too far
   for (std::size_t l = 0; l < parts_.size(); ++l) {
@@ -335,11 +364,15 @@ void OverRanks::collect(Simulation& s) {
   last_.messages -= before_.messages;
   last_.bytes -= before_.bytes;
   last_.sums -= before_.sums;
+  if (s.probes && s.probes->reads_contacts()) gather(s);
 }
 
-std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange) {
+std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange,
+                                     Rhythm rhythm) {
   if (dynamic_cast<Nscd*>(strategy.get()))
-    return std::make_unique<RankedNscd>(std::move(strategy), std::move(exchange));
+    return std::make_unique<RankedNscd>(std::move(strategy), std::move(exchange), rhythm);
+  if (rhythm == Rhythm::sweep)
+    throw Error("exchange is 'sweep', and the strategy is " + strategy->name + ", which makes no sweeps: give NSCD");
   if (dynamic_cast<SmoothDem*>(strategy.get()))
     return std::make_unique<RankedSmooth>(std::move(strategy), std::move(exchange));
   throw Error("the strategy is " + strategy->name + ", which does not run over ranks: leave out ranks, or that");

@@ -37,7 +37,48 @@ bool made_in_step(std::string_view name) {
 }
 
 // State that a step leaves to readers and to the next step.
-bool left_by_step(std::string_view name, std::string_view stage) { return !made_in_step(name) && stage != "insertion"; }
+bool left_by_step(std::string_view name, std::string_view stage) {
+  return !made_in_step(name) && stage != "insertion" && stage != "advance_networks"; // networks are of the whole
+}
+
+// Hulls of these contactors alone, in their order.
+void keep_hulls(const Hulls& all, Contactors& contactors) {
+  if (all.count() == 0 || !contactors.hull.active) return;
+  std::vector<std::int32_t> place(std::size_t(all.count()), -1);
+  for (const std::int32_t hull : contactors.hull.values)
+    if (hull >= 0) place[std::size_t(hull)] = 0;
+  Hulls& to = contactors.hulls;
+  const auto append = [](auto& some, const auto& from, std::int64_t first, std::int64_t last) {
+    some.insert(some.end(), from.begin() + first, from.begin() + last);
+  };
+  const bool corners = all.first_corner.size() == all.offset.size() + 1;
+  for (std::int32_t hull = 0; hull < all.count(); ++hull) {
+    if (place[std::size_t(hull)] < 0) continue;
+    place[std::size_t(hull)] = to.count();
+    const auto h = std::size_t(hull);
+    const std::int64_t v0 = all.first_vertex[h], v1 = all.first_vertex[h + 1], f0 = all.first_face[h],
+                       f1 = all.first_face[h + 1], e0 = all.first_edge[h], e1 = all.first_edge[h + 1];
+    append(to.vertex, all.vertex, all.dim * v0, all.dim * v1);
+    append(to.normal, all.normal, all.dim * f0, all.dim * f1);
+    append(to.offset, all.offset, f0, f1);
+    append(to.edge, all.edge, 4 * e0, 4 * e1);
+    if (corners) {
+      const std::int64_t c0 = all.first_corner[std::size_t(f0)], c1 = all.first_corner[std::size_t(f1)];
+      append(to.corner_vertex, all.corner_vertex, c0, c1);
+      if (!all.corner_edge.empty()) append(to.corner_edge, all.corner_edge, c0, c1);
+      for (std::int64_t f = f0; f < f1; ++f)
+        to.first_corner.push_back(to.first_corner.back() + all.first_corner[std::size_t(f) + 1] -
+                                  all.first_corner[std::size_t(f)]);
+    }
+    to.first_vertex.push_back(to.first_vertex.back() + std::int32_t(v1 - v0));
+    to.first_face.push_back(to.first_face.back() + std::int32_t(f1 - f0));
+    to.first_edge.push_back(to.first_edge.back() + std::int32_t(e1 - e0));
+    append(to.inner, all.inner, hull, hull + 1);
+    append(to.radius, all.radius, hull, hull + 1);
+  }
+  for (std::int32_t& hull : contactors.hull.values)
+    if (hull >= 0) hull = place[std::size_t(hull)];
+}
 
 } // namespace
 
@@ -66,7 +107,7 @@ Part make_part(const Simulation& whole, const Strategy& model, int rank, std::ve
   each_pair(from.scene.contactors, scene.contactors,
             [&](auto& of_whole, auto& own) { copy_rows(of_whole, contactors, own); });
   for (std::int32_t& body : scene.contactors.body.values) body = local[std::size_t(body)];
-  scene.contactors.hulls = c.hulls;
+  keep_hulls(c.hulls, scene.contactors);
   scene.fields_restored({});
   const double* x = scene.bodies.position.values.data();
   part.position_then.assign(x, x + scene.bodies.position.values.size());

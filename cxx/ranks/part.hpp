@@ -17,6 +17,7 @@ struct Part {
   std::vector<std::int32_t> owner;   // (bodies) rank
   std::vector<std::uint8_t> fixed;   // (bodies) 1: contacts do not move it
   std::vector<double> position_then; // (dim, bodies) when bodies were given to ranks [m]
+  bool has_joints = false;           // all that there are
   Array<double> velocity;            // (3 | 6, bodies) at the end of the step, as contacts leave it
 };
 

@@ -37,6 +37,20 @@ std::vector<std::uint8_t> bodies_everywhere(std::span<const double> radius, std:
   return everywhere;
 }
 
+bool near(const Surroundings& s, std::int64_t i, std::int64_t j) {
+  double between[3] = {0, 0, 0}, square = 0;
+  for (int k = 0; k < s.dim; ++k) between[k] = s.position[s.dim * i + k] - s.position[s.dim * j + k];
+  for (int k = s.dim - 1; k >= 0; --k) {
+    if (!s.cell.periodic[k]) continue;
+    const double* vector = s.cell.vectors + 3 * k;
+    const double turns = std::round(between[k] / vector[k]);
+    for (int l = 0; l <= k; ++l) between[l] -= turns * vector[l];
+  }
+  for (int k = 0; k < s.dim; ++k) square += between[k] * between[k];
+  const double limit = s.radius[i] + s.radius[j] + s.reach;
+  return square <= limit * limit;
+}
+
 namespace {
 
 // Cells of a grid that are wide enough for the ghosts of a body to stand in its own or a neighbouring one; along
@@ -67,7 +81,7 @@ public:
           const std::int64_t cell = number_of(x, y, z);
           if (cell < 0) continue;
           for (std::int64_t k = start_[std::size_t(cell)]; k < start_[std::size_t(cell) + 1]; ++k)
-            if (near(i, item_[std::size_t(k)])) f(item_[std::size_t(k)]);
+            if (near(s_, i, item_[std::size_t(k)])) f(item_[std::size_t(k)]);
         }
   }
 
@@ -138,20 +152,6 @@ private:
       number = number * number_[k] + at[k];
     }
     return number;
-  }
-
-  bool near(std::int64_t i, std::int64_t j) const {
-    double between[3] = {0, 0, 0}, square = 0;
-    for (int k = 0; k < s_.dim; ++k) between[k] = s_.position[s_.dim * i + k] - s_.position[s_.dim * j + k];
-    for (int k = s_.dim - 1; k >= 0; --k) {
-      if (!s_.cell.periodic[k]) continue;
-      const double* vector = s_.cell.vectors + 3 * k;
-      const double turns = std::round(between[k] / vector[k]);
-      for (int l = 0; l <= k; ++l) between[l] -= turns * vector[l];
-    }
-    for (int k = 0; k < s_.dim; ++k) square += between[k] * between[k];
-    const double limit = s_.radius[i] + s_.radius[j] + s_.reach;
-    return square <= limit * limit;
   }
 
   void count_bodies() {

@@ -30,6 +30,9 @@ struct Surroundings {
 // Bodies that each of these ranks meets and does not own, rising; those that are everywhere are left out.
 std::vector<std::vector<std::int32_t>> find_ghosts(const Surroundings& s, std::span<const int> ranks);
 
+// True if bodies i and j are no farther apart than the ghosts of each other.
+bool near(const Surroundings& s, std::int64_t i, std::int64_t j);
+
 // 1: each rank has the body: one that nothing moves, that has no bound, or that is far larger than most.
 std::vector<std::uint8_t> bodies_everywhere(std::span<const double> radius, std::span<const std::uint8_t> fixed);
 

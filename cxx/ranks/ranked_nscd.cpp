@@ -8,6 +8,7 @@
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
 #include "../contacts/assembly_input.hpp"
+#include "../contacts/surface_motion.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_sweeps.hpp"
 
@@ -15,7 +16,7 @@ namespace cairn {
 
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  begin(s, settings().renumber_every);
+  begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought
   for (int tries = 0; !attempt(s, h); ++tries) {
@@ -45,15 +46,6 @@ void RankedNscd::check_scene(const Simulation& s) const {
   OverRanks::check_scene(s);
 }
 
-void RankedNscd::check_laws(const Simulation& s) const {
-  OverRanks::check_laws(s);
-  for (int e = 0; e < s.laws.entries(); ++e) {
-    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
-    if (law.keeps || law.holds || law.spans) refuse("law " + law.python_name + " holds pairs of bodies");
-    if (law.energy) refuse("law " + law.python_name + " stores energy in contacts");
-  }
-}
-
 std::vector<std::string_view> RankedNscd::stages(const Simulation&) const {
   return {"predict_configuration",
           "compute_free_velocity",
@@ -70,11 +62,19 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation&) const {
 
 namespace {
 
+bool changes_shape(const Cell& cell) {
+  return std::ranges::any_of(cell.velocity_gradient, [](double g) { return g < 0 || g > 0; });
+}
+
 // Part of the detection margin of a body that its radius and its speed do not give [m].
 double margin_of(const Simulation& s, double given) {
   double law = 0;
-  for (int e = 0; e < s.laws.entries(); ++e)
-    law = std::max(law, law_infos()[std::size_t(s.laws.entry(e).law)].acts_from(s.laws.entry(e).params));
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawTable::Entry& entry = s.laws.entry(e);
+    const LawInfo& info = law_infos()[std::size_t(entry.law)];
+    law = std::max(law, info.acts_from(entry.params));
+    if (info.within >= 0 && std::isfinite(entry.params[info.within])) law = std::max(law, entry.params[info.within]);
+  }
   return law + (std::isnan(given) ? 0 : given / 2);
 }
 
@@ -85,34 +85,53 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
     bring(s, part);
+    of(part).leave_out = [this, &part](Candidates& found) { keep_own_contacts(part, found); };
     of(part).begin_step(*part.simulation, h);
+    leave_contacts_of_others(part);
     of(part).predict_configuration(*part.simulation);
   });
   on_ranks(s, "compute_free_velocity", [&](Part& part) { of(part).compute_free_velocity(*part.simulation); });
-  on_ranks(s, "detect_contacts", [&](Part& part) {
-    of(part).detect_contacts(*part.simulation);
-    keep_own_contacts(part);
-  });
+  on_ranks(s, "detect_contacts", [&](Part& part) { of(part).detect_contacts(*part.simulation); });
   if (!reaches_far_enough()) {
     undo();
     return false;
   }
+  if (joint_rank_ >= 0) seat_joints(s);
   s.timed("colour_contacts", [&] { choose_colours(); });
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
   s.timed("solve_contacts", [&] {
-    RankedSweeps sweeps(parts_, links_, colours_, *exchange_, settings().solver);
-    s.report.solve = sweeps.solve();
+    s.report.solve = solve(settings().solver);
+    if (joint_rank_ >= 0) hold_joints(s, h);
   });
-  s.timed("update_velocity", [&] { end_velocities(s); });
+  ExactSum work[contact_terms];
+  s.timed("update_velocity", [&] {
+    end_velocities(s);
+    add_contact_sums(work);
+  });
   on_ranks(s, "commit_contacts", [&](Part& part) {
     Interactions& contacts = part.simulation->interactions;
     contacts.system().load({part.simulation->scene.bodies.velocity});
     contacts.commit(s.report.solve.status == SolveStatus::converged);
   });
-  s.timed("account", [&] { account(s, h); });
+  s.timed("account", [&] { account(s, h, work); });
+  try {
+    advance_networks(s, h);
+  } catch (...) {
+    undo();
+    throw;
+  }
+  for (Part& part : parts_) part.velocity = part.simulation->scene.bodies.velocity.values;
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
+  if (s.scene.cell.any()) add_work_of_cell(s);
+  for (const Part& part : parts_)
+    if (s.report.solve.hint.empty()) s.report.solve.hint = part.simulation->report.unjoined;
   s.timed("gather", [&] { collect(s); });
   return true;
+}
+
+SolveReport RankedNscd::solve(const SolverOptions& options) {
+  return RankedSweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr)
+      .solve();
 }
 
 // Ghosts were sought up to a gap that bodies use up by their ways and margins.
@@ -130,9 +149,8 @@ bool RankedNscd::reaches_far_enough() {
   return exchange_->ranks() == 1 || 2 * farthest(margins) <= reach_;
 }
 
-void RankedNscd::keep_own_contacts(Part& part) const {
+void RankedNscd::keep_own_contacts(const Part& part, Candidates& c) const {
   if (exchange_->ranks() == 1) return;
-  Candidates& c = part.simulation->candidates;
   const auto dim = std::size_t(part.simulation->scene.dim);
   std::size_t to = 0;
   for (std::size_t i = 0; i < std::size_t(c.count); ++i) {
@@ -193,6 +211,7 @@ void RankedNscd::colour_anew() {
   colours_ = colour_contacts(shares_, *exchange_);
   const int numbers = parts_[0].simulation->interactions.system().velocities();
   links_ = link_colours(shares_, *exchange_, colours_, numbers);
+  if (rhythm_ == Rhythm::sweep && exchange_->ranks() > 1) once_.link(shares_, *exchange_, numbers);
   colours_of_ = partitions_;
 }
 
@@ -255,77 +274,138 @@ void RankedNscd::add_reactions(Simulation& s) {
   }
 }
 
-// Work of contacts at the mean of the velocities at both ends of the step, by contact: normal, rest, given, size.
+// Work of contacts at the mean of the velocities at both ends of the step, by contact: normal, rest, given, size; with
+// the velocities of surfaces and images, and the work of these.
 void RankedNscd::add_contact_sums(std::span<ExactSum> sums) {
   for (Part& part : parts_) {
     ContactSystem& system = part.simulation->interactions.system();
-    const Bodies& b = part.simulation->scene.bodies;
+    const Scene& scene = part.simulation->scene;
+    const Bodies& b = scene.bodies;
     if (system.batches.empty()) continue;
+    AssemblyInput in(scene.dim);
+    in.bodies = &b;
+    in.contactors = &scene.contactors;
+    in.candidates = &part.simulation->candidates;
+    in.cell = &scene.cell;
+    in.sheared = scene.cell.any() && changes_shape(scene.cell);
     Field<double> spare = b.velocity;
     system.load({b.velocity});
     system.unload_and_add(spare, {b.velocity_begin});
     const cairn_schedule schedule = system.schedule(1);
     for (std::size_t k = 0; k < system.batches.size(); ++k) {
       const cairn_batch& batch = system.batches[k];
-      double u[6 * 128];
+      const bool jumps = in.has_jumps() && has_jumps(in, &system.candidate[batch.first], batch.contacts);
+      double u[6 * 128], jump[6 * 128] = {};
       cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
       for (int lane = 0; lane < batch.contacts; ++lane) {
-        double normal = at(batch, batch.r, lane, 0) * u[lane], rest = 0;
-        for (int c = 1; c < batch.components; ++c) rest += at(batch, batch.r, lane, c) * u[c * batch.count + lane];
-        const double work = normal + rest;
-        batch.scale[lane] = work;
-        sums[0].add(normal);
-        sums[1].add(rest);
-        sums[2].add(std::max(0.0, work));
-        sums[3].add(std::abs(work));
+        if (jumps) add_jump(in, system, batch, lane, jump);
+        double work[2] = {0, 0}, of_jump = 0;
+        for (int c = 0; c < batch.components; ++c) {
+          const int at_lane = c * batch.count + lane;
+          const double r = at(batch, batch.r, lane, c);
+          work[c > 0] += r * u[at_lane] + 2 * r * jump[at_lane];
+          of_jump -= r * jump[at_lane];
+        }
+        batch.scale[lane] = work[0] + work[1];
+        sums[0].add(work[0]);
+        sums[1].add(work[1]);
+        sums[2].add(std::max(0.0, batch.scale[lane]));
+        sums[3].add(std::abs(batch.scale[lane]));
+        if (jumps) sums[4].add(of_jump);
       }
     }
     system.load({b.velocity});
   }
 }
 
+// Bodies that leave a cell which changes its shape take the velocity of the image that they become.
+void RankedNscd::add_work_of_cell(Simulation& s) {
+  if (!changes_shape(s.scene.cell)) return;
+  ExactSum sum[1];
+  const auto n = std::size_t(s.scene.bodies.dofs());
+  for (const Part& part : parts_) {
+    const Bodies& b = part.simulation->scene.bodies;
+    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+      const double mass = *b.mass[std::int64_t(i)];
+      if (!part.own[i] || !std::isfinite(mass)) continue;
+      double change = 0;
+      for (std::size_t k = 0; k < std::size_t(s.scene.dim); ++k) {
+        const double now = b.velocity[std::int64_t(i)][k], was = part.velocity[n * i + k];
+        change += now * now - was * was;
+      }
+      sum[0].add(mass * change / 2);
+    }
+  }
+  add_over_ranks(sum, *exchange_);
+  const double work = sum[0].value();
+  s.energy.work_driven += work;
+  s.energy.turned_over += std::abs(work);
+}
+
 // The balance of energy, from exact sums over bodies and contacts.
-void RankedNscd::account(Simulation& s, double h) {
-  ExactSum sums[12]; // terms of bodies, then of contacts
+void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
+  constexpr int body_terms = 8, law_terms = 8, before_laws = body_terms + contact_terms + beside_terms;
+  ExactSum sums[before_laws + law_terms]; // of bodies, of contacts, of joints beside, of what laws tell
   const cairn_scheme scheme = settings().integrator.scheme(h);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;
     const auto row = [](auto& field, std::int64_t i) { return field.active ? field[i] : nullptr; };
     for (std::int64_t i = 0; i < b.count; ++i) {
       if (!part.own[std::size_t(i)]) continue;
-      double terms[8];
+      double terms[body_terms];
       cairn_energy_terms(s.scene.dim, b.dofs(), 1, h, scheme.share, s.scene.gravity.data(), b.mass[i], b.inertia[i],
                          b.velocity_begin[i], b.velocity[i], terms, row(b.force, i), row(b.damping, i),
                          reinterpret_cast<const std::int8_t*>(row(b.driven, i)), row(b.reaction, i),
                          row(b.momentum_begin, i), row(b.angular_momentum, i), nullptr, nullptr, nullptr, nullptr,
                          nullptr, nullptr);
-      for (int k = 0; k < 8; ++k) sums[k].add(terms[k]);
+      for (int k = 0; k < body_terms; ++k) sums[k].add(terms[k]);
     }
   }
-  add_contact_sums({sums + 8, 4});
-  add_over_ranks(sums, *exchange_);
-  double value[12];
-  for (int k = 0; k < 12; ++k) value[k] = sums[k].value();
-  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size] =
-      value;
-  const double normal = -0.5 * w_normal, friction = -0.5 * w_rest;
+  std::copy(work.begin(), work.end(), sums + body_terms);
+  const bool laws_tell =
+      std::ranges::any_of(s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
+  for (Part& part : parts_) {
+    if (part.has_joints) {
+      const WorkBeside beside = of(part).work_beside(*part.simulation);
+      sums[body_terms + contact_terms].add(beside.seated);
+      sums[body_terms + contact_terms + 1].add(beside.stiffened);
+    }
+    const ContactSystem& system = part.simulation->interactions.system();
+    for (const cairn_batch& b : system.batches)
+      for (std::size_t k = 0; k < law_terms * std::size_t(b.contacts) && law_infos()[std::size_t(b.law)].energy; ++k)
+        sums[before_laws + k % law_terms].add(system.law_energy[law_terms * std::size_t(b.first) + k]);
+  }
+  add_over_ranks({sums, std::size_t(before_laws + (laws_tell ? law_terms : 0))}, *exchange_);
+  double value[std::size(sums)];
+  for (std::size_t k = 0; k < std::size(sums); ++k) value[k] = sums[k].value();
+  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size,
+              of_jumps, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over,
+              driven_rest, driven_normal] = value;
+  const double normal = -0.5 * w_normal - taken_normal + driven_normal,
+               friction = -0.5 * w_rest - taken_rest + driven_rest, by_laws = driven_rest + driven_normal,
+               stored_change = taken_normal + taken_rest - released;
   Energy& e = s.energy;
   e.kinetic = kinetic;
-  e.potential += d_potential;
+  e.potential += d_potential + seated;
+  e.work_projection += seated;
   e.work_external += external;
-  e.work_driven += driven;
+  e.work_driven += driven + of_jumps + by_laws;
   e.dissipated_normal += normal;
   e.dissipated_friction += friction;
   e.dissipated_bulk += bulk;
-  e.dissipated_integrator += by_theta;
-  e.closure += d_kinetic + d_potential - external - driven + normal + friction + bulk + by_theta;
-  e.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(normal) +
-                   std::abs(friction) + std::abs(bulk);
+  e.dissipated_integrator += by_theta + stiffened;
+  e.stored = stored;
+  e.released += released;
+  e.closure += d_kinetic + d_potential - external - driven - of_jumps - by_laws + normal + friction + bulk + by_theta +
+               stiffened + (stored_change + released);
+  e.turned_over += std::abs(d_potential) + std::abs(seated) + std::abs(external) + std::abs(driven) + std::abs(normal) +
+                   std::abs(friction) + std::abs(bulk) + (std::abs(stored_change) + released);
   e.largest_kinetic = std::max({e.largest_kinetic, kinetic, kinetic - d_kinetic});
   e.in_play = e.largest_kinetic + e.turned_over;
-  const double of_step = std::max(kinetic, kinetic - d_kinetic) + 0.5 * size + fall;
+  const double of_step = std::max(kinetic, kinetic - d_kinetic) + (0.5 * size + law_turned_over) +
+                         (std::abs(stored_change) + released) + fall;
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * e.in_play;
-  s.report.solve.energy_created = moves ? 0.5 * given / of_step : 0;
+  s.report.solve.energy_created = moves ? (0.5 * given + law_created) / of_step : 0;
 }
 
 } // namespace cairn

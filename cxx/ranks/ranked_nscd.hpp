@@ -3,6 +3,7 @@
 #include "../strategies/nscd/nscd.hpp"
 #include "colouring.hpp"
 #include "over_ranks.hpp"
+#include "sweep_exchange.hpp"
 
 namespace cairn {
 
@@ -11,9 +12,10 @@ public:
   using OverRanks::OverRanks;
   const StepReport& step(Simulation& s, double h) override;
   std::vector<std::string_view> stages(const Simulation& s) const override;
-  std::unique_ptr<Strategy> fresh() const override { return std::make_unique<RankedNscd>(model_->fresh(), exchange_); }
+  std::unique_ptr<Strategy> fresh() const override {
+    return std::make_unique<RankedNscd>(model_->fresh(), exchange_, rhythm_);
+  }
   void check_scene(const Simulation& s) const override;
-  void check_laws(const Simulation& s) const override;
 
 private:
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
@@ -21,16 +23,24 @@ private:
   bool attempt(Simulation& s, double h);
   void undo() override;
   bool reaches_far_enough();
-  void keep_own_contacts(Part& part) const;
+  void keep_own_contacts(const Part& part, Candidates& c) const;
   void choose_colours();
   void colour_anew();
+  SolveReport solve(const SolverOptions& options);
+  void seat_joints(Simulation& s);
+  void hold_joints(Simulation& s, double h);
+  bool any_rank(bool value);
+  friend class ContactsOfRanks;
   void end_velocities(Simulation& s);
   void add_contact_sums(std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
-  void account(Simulation& s, double h);
+  void add_work_of_cell(Simulation& s);
+  void account(Simulation& s, double h, std::span<ExactSum> work);
+  static constexpr int contact_terms = 5, beside_terms = 2;
 
   std::vector<ColourShare> shares_;
   ColourLinks links_;
+  SweepExchange once_;           // a sweep, in the place of these
   std::int64_t colours_of_ = -1; // the partition that they were chosen in
 };
 

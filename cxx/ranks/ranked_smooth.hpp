@@ -19,6 +19,7 @@ public:
   }
   void check_scene(const Simulation& s) const override;
   void changed(Simulation& s, bool places) override;
+  void restore(Simulation& s, ContactMemory memory) override;
   double stable_step(Simulation& s) override { return s.report.stable_step; }
 
 private:

@@ -33,15 +33,17 @@ void add_over_ranks(std::span<ExactSum> sums, Exchange& exchange) {
 }
 
 RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int colours, Exchange& exchange,
-                           const SolverOptions& options)
-    : parts_(parts), links_(links), colours_(colours), exchange_(exchange), options_(options) {
+                           const SolverOptions& options, SweepExchange* once_a_sweep)
+    : parts_(parts), links_(links), colours_(colours), exchange_(exchange), options_(options),
+      once_(exchange.ranks() > 1 ? once_a_sweep : nullptr) {
+  if (once_) once_->start();
   double least = std::numeric_limits<double>::infinity(), most = 0;
   std::int64_t counts[] = {0, 0}; // contacts, those on faces
   double other_shapes[] = {0};
   for (Part& part : parts) {
     ContactSystem& system = part.simulation->interactions.system();
     const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
-    shares_.push_back({&system, &part.simulation->scene.bodies, system.schedule(threads), {}, {}, {}, {}});
+    shares_.push_back({&system, &part.simulation->scene.bodies, system.schedule(threads), {}, {}, {}, {}, {}});
     shares_.back().schedule.softening_relaxation = options.softening_relaxation;
     for (const cairn_batch& b : system.batches) {
       counts[0] += b.contacts;
@@ -68,8 +70,19 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
 
 // kernel(schedule) on the contacts of each colour, and the velocities that it changed to those who share them.
 template <class Kernel>
-void RankedSweeps::by_colours(Kernel&& kernel) {
+void RankedSweeps::by_colours(Kernel&& kernel, double share) {
   if (exchange_.ranks() == 1) return kernel(shares_[0].schedule, *shares_[0].system);
+  if (once_) {
+    std::vector<Array<cairn_record>*> records;
+    for (std::size_t l = 0; l < shares_.size(); ++l) {
+      ContactSystem& system = *shares_[l].system;
+      records.push_back(&system.record);
+      once_->begin(l, system.record);
+      if (!system.batches.empty()) kernel(shares_[l].schedule, system);
+    }
+    once_->end(records, exchange_, share);
+    return;
+  }
   for (int colour = 0; colour < colours_; ++colour) {
     for (Share& share : shares_) {
       if (share.system->batches.empty()) continue;
@@ -164,13 +177,35 @@ void RankedSweeps::follow_sweep() {
   sequence_.follow(sums[0].value(), sums[1].value());
 }
 
+// A sweep with one exchange at its end, of which a share is taken: impulses as velocities.
+template <class Kernel>
+void RankedSweeps::sweep_once(Kernel&& kernel) {
+  const double part = once_->share();
+  for (Share& share : shares_) {
+    std::size_t at = 0;
+    each_row(share, [&](const double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      if (share.r_sweep.size() < at + count) share.r_sweep.resize(at + count);
+      std::copy_n(r, count, share.r_sweep.begin() + std::ptrdiff_t(at));
+      at += count;
+    });
+  }
+  by_colours(kernel, part);
+  for (Share& share : shares_) {
+    std::size_t at = 0;
+    each_row(share, [&](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      for (std::size_t k = 0; k < count; ++k, ++at) r[k] = share.r_sweep[at] + part * (r[k] - share.r_sweep[at]);
+    });
+  }
+}
+
 void RankedSweeps::sweep() {
   const bool extrapolates = extrapolates_ && iterations_ >= plain_sweeps;
   if (extrapolates) extrapolate(sequence_.factor());
-  for (Share& share : shares_) share.schedule.relaxation = extrapolates ? 1 : relaxation_;
-  by_colours([](const cairn_schedule& schedule, ContactSystem& system) {
+  for (Share& share : shares_) share.schedule.relaxation = extrapolates || once_ ? 1 : relaxation_;
+  const auto kernel = [](const cairn_schedule& schedule, ContactSystem& system) {
     cairn_nlgs_sweep(1, &schedule, system.change.data());
-  });
+  };
+  once_ ? sweep_once(kernel) : by_colours(kernel);
   if (extrapolates) follow_sweep();
   ++iterations_;
 }
@@ -256,6 +291,12 @@ int RankedSweeps::sweeps_to_check(double square, double wanted) {
 
 // Projected over-relaxation where sweeps are not extrapolated (Cryer 1971), less where an error did not fall.
 void RankedSweeps::relax(double square) {
+  if (once_) {
+    constexpr double half = 0.5; // below it, what sweeps of ranks do apart is more than what extrapolation is made for
+    once_->follow(square);
+    extrapolates_ = extrapolates_ && once_->share() > half;
+    return;
+  }
   constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   if (extrapolates_) return;
   if (!relaxes_ && iterations_ >= plain_sweeps) {

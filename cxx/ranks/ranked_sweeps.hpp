@@ -12,6 +12,7 @@
 #include "colouring.hpp"
 #include "exact_sum.hpp"
 #include "part.hpp"
+#include "sweep_exchange.hpp"
 
 namespace cairn {
 
@@ -21,7 +22,7 @@ void add_over_ranks(std::span<ExactSum> sums, Exchange& exchange);
 class RankedSweeps {
 public:
   RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int colours, Exchange& exchange,
-               const SolverOptions& options);
+               const SolverOptions& options, SweepExchange* once_a_sweep);
   // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
   // on.
   SolveReport solve();
@@ -34,6 +35,7 @@ private:
     Array<double> before;                  // velocities when the last sweep began [m/s]
     std::vector<double> r_before, r_start; // impulses when the last sweep began, and this one [N s]
     std::vector<double> best;              // impulses of the smallest error
+    std::vector<double> r_sweep;           // impulses when a sweep with one exchange began
   };
   struct Error {
     double square = 0;
@@ -41,8 +43,10 @@ private:
   };
 
   template <class Kernel>
-  void by_colours(Kernel&& kernel);
+  void by_colours(Kernel&& kernel, double share = 1);
   void tell(int colour);
+  template <class Kernel>
+  void sweep_once(Kernel&& kernel);
   void give_impulses();
   void sweep();
   void extrapolate(double factor);
@@ -65,6 +69,7 @@ private:
   int colours_;
   Exchange& exchange_;
   const SolverOptions& options_;
+  SweepExchange* once_; // a sweep; null: ranks tell each other after each colour
   std::int64_t contacts_ = 0;
   double free_energy_ = 0, rounding_ = 0, mass_ratio_ = 1;
   double relaxation_ = 1;

@@ -107,6 +107,10 @@ const double* Probes::body_value(const Simulation& s, const Probe& probe, std::i
   return found;
 }
 
+bool Probes::reads_contacts() const {
+  return std::any_of(probes_.begin(), probes_.end(), [](const Probe& p) { return p.kind == Kind::contact_force; });
+}
+
 void Probes::find_contact_forces(Simulation& s) {
   if (forces_of_ == s.steps) return;
   forces_of_ = s.steps;

@@ -22,6 +22,7 @@ public:
           int every, bool keeps);
   void clear() { probes_.clear(); }
   void record(Simulation& s); // after each step
+  bool reads_contacts() const;
   int count() const { return int(probes_.size()); }
   double last(int probe) const { return probes_[std::size_t(probe)].last; } // of the last step; no number: none was due
   const std::vector<double>& times(int probe) const { return probes_[std::size_t(probe)].time; }

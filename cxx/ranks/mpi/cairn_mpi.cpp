@@ -28,7 +28,15 @@ std::int32_t open(std::int64_t given, std::int32_t* rank, std::int32_t* ranks) {
     if (const int code = MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided)) return code;
     std::atexit(end_with_program);
   }
-  const MPI_Comm from = given < 0 ? MPI_COMM_WORLD : MPI_Comm_f2c(MPI_Fint(given));
+  const MPI_Comm from = given < INT32_MIN ? MPI_COMM_WORLD : MPI_Comm_f2c(MPI_Fint(given));
+  if (communicator != MPI_COMM_NULL) { // simulations of a process share one
+    int same = MPI_UNEQUAL;
+    if (const int code = MPI_Comm_compare(from, communicator, &same)) return code;
+    if (same != MPI_IDENT && same != MPI_CONGRUENT) return MPI_ERR_COMM;
+    *rank = my_rank;
+    *ranks = all_ranks;
+    return 0;
+  }
   if (const int code = MPI_Comm_dup(from, &communicator)) return code;
   MPI_Comm_rank(communicator, &my_rank);
   MPI_Comm_size(communicator, &all_ranks);

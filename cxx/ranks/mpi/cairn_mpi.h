@@ -16,7 +16,8 @@ typedef struct cairn_mpi_message {
 
 typedef struct cairn_mpi_calls {
   int32_t version; /* of this table */
-  /* communicator: MPI_Fint, below 0: MPI_COMM_WORLD; MPI is started if it was not, and ended with the program */
+  /* communicator: MPI_Fint, less than one can be: MPI_COMM_WORLD; one for all calls of a process. MPI is started if it
+   * was not, and ended with the program */
   int32_t (*open)(int64_t communicator, int32_t* rank, int32_t* ranks);
   int32_t (*sum)(int64_t* values, int64_t n);
   int32_t (*largest)(double* values, int64_t n);

@@ -43,6 +43,7 @@ struct ContactSystem {
   Array<double> before, r_before, along; // velocities; impulses by place; by batch: see Extrapolation
   Array<std::int32_t> chosen;            // by task: see Extrapolation
   Array<double> best;                    // impulses in the order of batches: see BestImpulses
+  Array<double> law_energy;              // (8, places), where ranks chose colours: see LawCommit [J]
   Array<double> kept_r, kept_u;          // impulses and relative velocities in the order of batches: see VelocityError
   double weight_speed_square = 0;        // |v_free - v|_M^2 of the bodies that move, what loads alone make of them [J]
   double begin_speed_square = 0;         // |v|_M^2 of rigid bodies that move, when the step begins [J]

@@ -23,12 +23,30 @@ std::string hint_of(const JointMiss& left, const std::string& joint, double h, d
   return text;
 }
 
+class ContactsOfSimulation final : public JointedContacts {
+public:
+  explicit ContactsOfSimulation(Simulation& s) : s_(s) {}
+  SolveReport solve(const SolverOptions& options) override { return s_.interactions.solve(s_.scene.bodies, options); }
+  JointMiss miss(double least) override { return s_.interactions.miss_of_joints(s_.scene.bodies, least); }
+  void keep() override { s_.interactions.keep_joints(); }
+  void correct(double share) override { s_.interactions.correct_joints(share); }
+  bool ease(bool settled) override { return s_.interactions.ease_joints(s_.scene.bodies, settled); }
+  std::string name(std::int64_t contact) override { return s_.interactions.name_of_joint(contact); }
+
+private:
+  Simulation& s_;
+};
+
 } // namespace
 
 void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent) {
+  ContactsOfSimulation contacts(s);
+  hold_joints(contacts, s.report.solve, solver, h, spent);
+}
+
+void hold_joints(JointedContacts& contacts, SolveReport& report, const SolverOptions& solver, double h, int spent) {
   constexpr int most = 12;
   constexpr double least_share = 1.0 / 64;
-  SolveReport& report = s.report.solve;
   SolverOptions options = solver;
   int last = report.iterations;
   const auto again = [&](int limit) {
@@ -36,7 +54,7 @@ void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent
     options.max_iterations = limit;
     const bool by_newton = report.solver == std::string_view("newton_over_bodies");
     options.again = by_newton || options.again == 2 ? 2 : 1;
-    report = s.interactions.solve(s.scene.bodies, options);
+    report = contacts.solve(options);
     last = report.iterations;
     report.iterations += before;
   };
@@ -46,21 +64,21 @@ void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent
   bool settled = false, at_best = true;
   for (int pass = 0; pass < most && share >= least_share && report.status == SolveStatus::converged; ++pass) {
     // unless converged, the error of the solver would be mistaken for drift of joints
-    miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+    miss = contacts.miss(tolerance);
     // limits and ropes alone leave no miss: they are inequalities of the solver
     settled = miss.contact < 0 || (pass > 0 && miss.small);
     if (settled) break;
     at_best = pass == 0 || miss.gap < best.gap;
     if (at_best) {
       best = miss;
-      s.interactions.keep_joints();
+      contacts.keep();
       share = std::min(1.0, 2 * share);
     } else {
       share /= 4;
     }
     const int limit = solver.max_iterations - spent - report.iterations;
     if (limit < std::max(last, options.min_iterations)) break;
-    s.interactions.correct_joints(share);
+    contacts.correct(share);
     again(limit);
     at_best = false;
   }
@@ -68,19 +86,19 @@ void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent
     return std::max(solver.max_iterations - spent - report.iterations, options.min_iterations);
   };
   if (report.status == SolveStatus::converged && !settled && !at_best) {
-    miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+    miss = contacts.miss(tolerance);
     if (!(miss.gap <= best.gap)) {
-      s.interactions.correct_joints(0);
+      contacts.correct(0);
       again(limit());
     }
   }
-  if (report.status == SolveStatus::converged && s.interactions.ease_joints(s.scene.bodies, settled)) again(limit());
-  if (!settled) miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+  if (report.status == SolveStatus::converged && contacts.ease(settled)) again(limit());
+  if (!settled) miss = contacts.miss(tolerance);
   report.joint_error = miss.error;
   report.joint_gap = miss.gap;
   report.joint_contact = miss.contact;
   if (miss.small || miss.error <= tolerance) return;
-  report.joint_hint = hint_of(miss, s.interactions.name_of_joint(miss.contact), h, tolerance);
+  report.joint_hint = hint_of(miss, contacts.name(miss.contact), h, tolerance);
   if (report.status != SolveStatus::converged) return;
   report.status = SolveStatus::iteration_limit;
   report.hint = report.joint_hint;

@@ -7,7 +7,20 @@
 
 namespace cairn {
 
+// Contacts of a step with joints, as further solutions see them: those of a simulation, or of all ranks.
+class JointedContacts {
+public:
+  virtual ~JointedContacts() = default;
+  virtual SolveReport solve(const SolverOptions& options) = 0;
+  virtual JointMiss miss(double least) = 0;
+  virtual void keep() = 0;
+  virtual void correct(double share) = 0;
+  virtual bool ease(bool settled) = 0;
+  virtual std::string name(std::int64_t contact) = 0;
+};
+
 // Further solutions correct the drift of joints that the last one leaves, after so many iterations of others.
+void hold_joints(JointedContacts& contacts, SolveReport& report, const SolverOptions& solver, double h, int spent = 0);
 void hold_joints(Simulation& s, const SolverOptions& solver, double h, int spent = 0);
 
 // Joints that came in, and those of steps of another length, hold where contacts are detected before they are solved.

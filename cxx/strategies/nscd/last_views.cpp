@@ -30,8 +30,10 @@ void read_known(const Simulation& s, std::string_view field, double* out) {
     s.interactions.kept(out);
   else if (field == "stored")
     s.interactions.stored(out);
-  else
-    s.interactions.law_state(std::string(field), out);
+  else if (field == "attraction")
+    s.interactions.attraction(out);
+  else // "state." before it: as the law has it
+    s.interactions.law_state(std::string(field.substr(field.starts_with("state.") ? 6 : 0)), out);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 // Carpenter's scheme and the granular element method are the same step with another pose.
 #pragma once
 #include <cmath>
+#include <functional>
 
 #include "../../simulation/strategy.hpp"
 #include "bonds.hpp"
@@ -14,6 +15,7 @@
 #include "projection.hpp"
 #include "search_margins.hpp"
 #include "step_begin.hpp"
+#include "step_energy.hpp"
 #include "step_scheme.hpp"
 #include "stiff_joints.hpp"
 
@@ -26,6 +28,8 @@ public:
 
   NscdOptions settings;
   std::vector<std::string> accepted; // integrators that may move bodies; none: any
+  // Leaves out contacts that another rank has, before bonds and joints are measured; empty: there are no ranks.
+  std::function<void(Candidates&)> leave_out;
 
   // One step of length h, in parts if `cut_back` allows. On failure throws and restores bodies, time, contact memory
   // and the views of the last step; fields of contacts only in scenes where steps are likely to be undone, see
@@ -46,6 +50,10 @@ public:
   void commit_contacts(Simulation& s);
   void project_positions(Simulation& s);
   const Array<double>& margins() const { return margins_.each(); } // of contactors, in the last detection [m]
+  // Where ranks hold joints: see stiff_joints.hpp.
+  bool swings(Simulation& s) { return stiff_.swing(s, step_.h); }
+  void stiffen_again(Simulation& s); // with the impulses at hand
+  WorkBeside work_beside(const Simulation& s) const { return {seats_.work(), stiff_.energy(s)}; }
   bool parts_overlaps() const { return std::isfinite(settings.overlap); }
   void part_overlaps(Simulation& s); // see overlap_limit.cpp of contacts; nothing to do after most steps
   void undo_step(Simulation& s);

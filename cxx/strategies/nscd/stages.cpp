@@ -225,6 +225,7 @@ void Nscd::detect_contacts(Simulation& s) {
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
                    {.mapped = &s.meshes.mapped(), .seats = seats, .step = step_.h, .soon_again = true},
                    &s.interactions.scratch(), &s.laws.rules());
+  if (leave_out) leave_out(s.candidates);
   s.meshes.let_past_ends(s.candidates);
   s.meshes.weigh_mortar(s.scene.nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, s.candidates);
   anchored_.measure(s);
@@ -296,7 +297,7 @@ void Nscd::commit_contacts(Simulation& s) {
   if (!s.meshes.empty())
     for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.nodes, s.scene.gravity.data());
   const ContactEnergy contacts = s.interactions.commit(s.report.solve.status == SolveStatus::converged);
-  account_for_energy(s, step_, by_theta(), histories_, contacts, {seats_.work(), stiff_.energy(s)});
+  account_for_energy(s, step_, by_theta(), histories_, contacts, work_beside(s));
   s.account_for_meshes();
   s.advance_networks(step_.h);
 }
@@ -352,6 +353,12 @@ void Nscd::project_positions(Simulation& s) {
 
 void Nscd::part_overlaps(Simulation& s) { parting_.part(s, settings.solver, step_.h); }
 
+void Nscd::stiffen_again(Simulation& s) {
+  s.interactions.keep_impulses();
+  assemble_contacts(s);
+  if (stiff_.stiffen(s, step_.h)) assemble_contacts(s);
+}
+
 // Loads that came with this step are known when it is solved: then it is solved once more, stiffened for them.
 void Nscd::stiffen_further(Simulation& s) {
   constexpr int most = 3;
@@ -363,9 +370,7 @@ void Nscd::stiffen_further(Simulation& s) {
     SolverOptions options = settings.solver;
     options.max_iterations -= before;
     if (options.max_iterations < std::max(options.min_iterations, 1)) break;
-    s.interactions.keep_impulses();
-    assemble_contacts(s);
-    if (stiff_.stiffen(s, step_.h)) assemble_contacts(s);
+    stiffen_again(s);
     report = s.interactions.solve(s.scene.bodies, options);
     hold_joints(s, settings.solver, step_.h, before);
     report.iterations += before;

@@ -91,6 +91,14 @@ void SmoothDem::force_space(double* out) const {
   for (std::size_t i = 0; i < viewed_.size(); ++i) out = std::copy_n(force_of(i), dim_, out);
 }
 
+void SmoothDem::moment_space(double* out) const {
+  const int n = 2 * dim_ - 3;
+  for (std::size_t i = 0; i < viewed_.size(); ++i) {
+    const auto [list, p] = viewed(i);
+    out = std::copy_n(&list->moment[p * n], n, out);
+  }
+}
+
 void SmoothDem::force_local(const Simulation& s, double* out) const {
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
     const double *n = &s.candidates.normal[i * dim_], *f = force_of(i);

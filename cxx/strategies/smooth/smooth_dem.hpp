@@ -77,7 +77,9 @@ public:
   void view(Simulation& s) override;
   bool has(const ContactFieldInfo& field) const override;
   void read(Simulation& s, std::string_view field, int components, double* out) override;
-  void force_space(double* out) const;                            // (dim, count) on A [N]
+  void force_space(double* out) const; // (dim, count) on A [N]
+  bool has_moments() const { return turns_; }
+  void moment_space(double* out) const;                           // (1 | 3, count) on A, where laws have moments [N m]
   void force_local(const Simulation& s, double* out) const;       // along n, t [, s]
   void relative_velocity(const Simulation& s, double* out) const; // (dim, count) local [m/s]
   void status(Simulation& s, std::int32_t* out) override;

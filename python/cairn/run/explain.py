@@ -97,7 +97,11 @@ def _ranks(simulation):
     if ranks is None:
         return []
     where = {"mpi": "one a process of MPI", "virtual": "in turns in this process", "serial": "in this process"}[ranks.kind]
-    lines = ["", f"Ranks: {ranks.count}, {where}; sweeps go colour by colour, with the same bits for every number of ranks"]
+    how = {
+        "colour": "sweeps go colour by colour, with the same bits for every number of ranks",
+        "sweep": "velocities go between ranks once a sweep, which is faster; bits depend on the number of ranks",
+    }
+    lines = ["", f"Ranks: {ranks.count}, {where}; {how[ranks.exchange]}"]
     if simulation.steps:
         f = ranks.figures()
         lines.append(f"  last step: {f['colours']} colours, {f['ghosts']} ghosts here, {f['messages']} messages with "

@@ -81,17 +81,20 @@ class Ranks:
         The rank of this process; 0 where it has all of them.
     kind : {"serial", "virtual", "mpi"}
         How they run.
+    exchange : {"colour", "sweep"}
+        When ranks tell each other what contacts changed.
     """
 
-    def __init__(self, simulation, ranks):
+    def __init__(self, simulation, ranks, exchange):
         self._simulation = simulation
         if ranks == "mpi" or hasattr(ranks, "py2f"):
-            self._exchange = _core.mpi_ranks(library(), -1 if ranks == "mpi" else ranks.py2f())
+            self._exchange = _core.mpi_ranks(library(), None if ranks == "mpi" else ranks.py2f())
             _end_all_by_errors(self._exchange)
         else:
             self._exchange = _core.virtual_ranks(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
-        _core.over_ranks(core_of(simulation), self._exchange)
+        self.exchange = exchange
+        _core.over_ranks(core_of(simulation), self._exchange, exchange == "sweep")
 
     @property
     def first(self):

@@ -44,6 +44,9 @@ class Simulation(Reshaping, Restarts, Spelt):
         Share of the smaller radius, or of half the least width of shapes that are not round [-].
     ranks : int, "mpi" or communicator of mpi4py, optional
         Ranks that share the scene: a number, in turns in this process; or one a process of MPI. See docs/machines.md.
+    exchange : {"colour", "sweep"}
+        When ranks tell each other what contacts of NSCD changed: after each colour of a sweep, with the same bits for every
+        number of ranks, or once a sweep, with fewer messages and bits that depend on it.
 
     Raises
     ------
@@ -62,11 +65,12 @@ class Simulation(Reshaping, Restarts, Spelt):
     10
     """
 
-    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02, ranks=None):
+    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02, ranks=None, exchange="colour"):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
         given = checked_strategy(NSCD() if strategy is None else strategy)
         ranks, self._ranks = over.asked(ranks), None
+        one_of("exchange", exchange, ("colour", "sweep"))
         if ranks is not None:
             given = over.solved_by_sweeps(given)
         self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else step_length(dt, "stable")
@@ -109,7 +113,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         if ranks is not None:
-            self._ranks = over.Ranks(self, ranks)
+            self._ranks = over.Ranks(self, ranks, exchange)
         self._made = True
 
     def _stable_fifth(self):

@@ -101,3 +101,18 @@ def test_a_fault_of_one_process_ends_all(tmp_path, fault, told):
 def test_a_folder_without_room_ends_all(tmp_path):
     out, errors = started(tmp_path, text("mpi", "sim.run(5, output='nowhere/mpi.vtkhdf', progress=False)\n"), expect=1)
     assert "nowhere" in errors and "rank 0 of 2" in errors
+
+
+@pytest.mark.parametrize("program", ["pile_over_ranks", "pile_over_ranks_fortran"])
+def test_programs_of_c_and_fortran_give_their_communicator(tmp_path, program):
+    path = Path(os.environ.get("CAIRN_BUILD", "build/release")).resolve() / "programs" / program
+    if not path.exists():
+        pytest.skip(f"{path} was not built")
+    told = []
+    for processes in (1, 3):
+        words = [STARTER, "--oversubscribe", "-n", str(processes), str(path), library()]
+        out, _ = started(tmp_path, "", words=words)
+        words = out.split()
+        assert words[:3] == ["ranks", str(processes), "contacts"] and int(words[3]) > 20
+        told.append(words[3:])
+    assert told[0] == told[1]  # to the last bit

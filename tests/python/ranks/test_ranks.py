@@ -307,20 +307,12 @@ def test_strategies_that_do_not_run_over_ranks_say_so(strategy, told):
     assert "does not run over ranks" in str(refusal.value)
 
 
-def test_laws_and_parts_that_do_not_run_over_ranks_say_so():
-    bonds = refused()
-    bonds.interact(ROCK, ROCK, cn.Bonded())
-    with pytest.raises(ValueError, match="Bonded holds pairs of bodies, which does not run over ranks"):
-        cn.Simulation(bonds, dt=1e-3, ranks=2)
-    wet = refused()
-    wet.interact(ROCK, ROCK, cn.Wet(force=1.0, reach=0.1))
-    with pytest.raises(ValueError, match="Wet stores energy"):
-        cn.Simulation(wet, dt=1e-3, ranks=2)
-    sheared = cn.Scene(dim=2, periodic=cn.Periodic((8.0, 8.0), shear_rate=1.0))
-    sheared.interact(ROCK, ROCK, cn.Coulomb(mu=0.4))
-    sheared.add(cn.disks([(1.0, 1.0)], 0.5, ROCK))
-    with pytest.raises(ValueError, match="changes its shape"):
-        cn.Simulation(sheared, dt=1e-3, ranks=2)
+def test_smooth_contacts_have_no_sweeps():
+    with pytest.raises(ValueError, match="exchange is 'sweep', and the strategy is smooth_dem"):
+        smooth = cn.Scene(dim=2)
+        smooth.interact(ROCK, ROCK, cn.LinearSpring(stiffness=1e6))
+        smooth.add(cn.disks([(0.0, 0.0)], 0.5, ROCK))
+        cn.Simulation(smooth, dt=1e-4, strategy=cn.SmoothDEM(energy=False), ranks=2, exchange="sweep")
 
 
 @pytest.mark.parametrize("given", [{"stress": 1e3}, {"rate": {"xy": 0.5}}])

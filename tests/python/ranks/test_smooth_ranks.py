@@ -45,6 +45,47 @@ def test_the_same_bits_for_every_number_of_ranks(dim, law):
     assert {sim.info["contacts"] for sim in sims} == {len(sims[0].contacts)}
 
 
+TURNING = {"roll": 2, "rolling": 0.1, "rolling_ratio": 0.5, "twist": 2, "twisting": 0.1}
+ROLLING = cn.GranularContact(model=1, young=1e7, mu=0.4, damping=0.3, **TURNING)
+BONDS = cn.SmoothBond(normal_stiffness=2e7, tangential_stiffness=1e7, tension=3e5, shear=3e5, mu=0.4, damping=0.1, within=0.1)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("law", [ROLLING, BONDS], ids=lambda law: law.name)
+def test_laws_with_moments(dim, law, tmp_path):
+    """Moments of rolling and of bonds that break: bits for every number of ranks, and through files to other numbers."""
+    whole = run(scene(dim, law), 2, 150)
+    assert np.abs(whole.contacts.moment).max() > 0
+    sims = [run(scene(dim, law), ranks, 150) for ranks in (1, 3, 7)]
+    assert len({digest(sim) for sim in [whole, *sims]}) == 1
+    alone = run(scene(dim, law), None, 60)
+    over, path = run(scene(dim, law), 3, 60), tmp_path / "smooth.checkpoint.h5"
+    assert np.abs(alone.bodies.velocity - over.bodies.velocity).max() < 1e-8 * np.abs(alone.bodies.velocity).max()
+    over.checkpoint(path)
+    other = run(scene(dim, law), 5, 0)
+    other.restore(path)
+    for _ in range(90):
+        other.step()
+    assert digest(other) == digest(whole)
+
+
+def in_a_cell(shear_rate=0.0):
+    made = cn.Scene(dim=2, periodic=cn.Periodic((6.6, 6.6), shear_rate=shear_rate))
+    made.interact(ROCK, ROCK, SPRING)
+    rng = np.random.default_rng(2)
+    x = np.stack(np.meshgrid(np.arange(7), np.arange(7)), -1).reshape(-1, 2) * 6.6 / 7 + 0.1
+    made.add(cn.disks(x, rng.uniform(0.44, 0.49, len(x)), ROCK, velocity=rng.normal(0, 1, x.shape) + (4.0, 0.0)))
+    return made
+
+
+@pytest.mark.parametrize("rate", [0.0, 2.0])
+def test_periodic_cells_that_stand_or_shear(rate):
+    sims = [run(in_a_cell(rate), ranks, 300) for ranks in (1, 2, 4, 7)]
+    assert len(sims[0].contacts) > 20 and len({digest(sim) for sim in sims}) == 1
+    alone, over = run(in_a_cell(rate), None, 100), run(in_a_cell(rate), 3, 100)
+    assert np.abs(alone.bodies.velocity - over.bodies.velocity).max() < 1e-8 * np.abs(alone.bodies.velocity).max()
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_motion_is_that_without_ranks(dim):
     alone, over = run(scene(dim), None, 150), run(scene(dim), 3, 150)

@@ -1,0 +1,95 @@
+"""Processes of ranks that are killed: nothing that was flushed is lost, and none of the others hangs."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.run.ranks import library
+
+STARTER = shutil.which("mpirun")
+pytestmark = pytest.mark.skipif(not (STARTER and Path(library()).exists()), reason="no mpirun, or Cairn was built without MPI")
+KILLS = int(os.environ.get("CAIRN_KILLS", 200 if os.environ.get("CAIRN_FULL") else 2))
+RANKS, PATIENCE = 3, 60.0  # [s]
+SCENE = """
+import os, sys
+import cairn as cn, numpy as np
+rock = cn.Material("rock", density=2600.0)
+scene = cn.Scene(dim=2, gravity=(-6.0, -9.81))
+scene.interact(rock, rock, cn.Bonded(mu=0.4))
+x = np.stack(np.meshgrid(np.arange(5), np.arange(5)), -1).reshape(-1, 2) + 0.7
+scene.add(cn.disks(x, 0.5, rock), cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock))
+sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=50)), overlap="ignore", ranks=RANKS)
+"""
+SCRIPT = (
+    SCENE.replace("RANKS", '"mpi"')
+    + """
+open(f"pid{sim.ranks.rank}", "w").write(str(os.getpid()))
+while True:
+    sim.run(2, output="killed.vtkhdf", append=sim.steps > 0, every=2, checkpoint_every=2, progress=False)
+    if sim.ranks.first:
+        with open("marks", "a") as marks:
+            marks.write(f"{sim.steps}\\n")
+"""
+)
+
+
+def last_mark(folder):
+    path = folder / "marks"
+    words = path.read_text().split() if path.exists() else []
+    return int(words[-1]) if words else 0
+
+
+def waited(for_what, seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if for_what():
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(") ")[-1][0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize("trial", range(KILLS))
+def test_a_kill_loses_nothing_that_was_flushed(tmp_path, trial):
+    chance = random.Random(trial)
+    (tmp_path / "run.py").write_text(SCRIPT)
+    allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+    words = [STARTER, "--oversubscribe", "-n", str(RANKS), sys.executable, "run.py"]
+    with open(tmp_path / "told", "w") as told:
+        starter = subprocess.Popen(words, cwd=tmp_path, env={**os.environ, **allowed}, stdout=told, stderr=told)
+    try:
+        assert waited(lambda: last_mark(tmp_path) >= 2, PATIENCE), (tmp_path / "told").read_text()
+        pids = [int((tmp_path / f"pid{rank}").read_text()) for rank in range(RANKS)]
+        time.sleep(0.5 * chance.random())
+        killed = pids if trial % 2 else [pids[chance.randrange(RANKS)]]
+        for pid in killed:
+            os.kill(pid, signal.SIGKILL)
+        assert waited(lambda: starter.poll() is not None, PATIENCE) and starter.returncode != 0
+        assert waited(lambda: not any(alive(pid) for pid in pids), PATIENCE)
+    finally:
+        starter.kill()
+        starter.wait()
+    steps = last_mark(tmp_path)
+    run = cn.load(tmp_path / "killed.vtkhdf")
+    assert len(run) >= steps // 2 + 1 and np.isfinite(run[len(run) - 1].bodies.position).all()
+    names = {}
+    exec(SCENE.replace("RANKS", "4"), names)
+    sim = names["sim"]
+    sim.restore(tmp_path / "killed.checkpoint.h5")
+    assert sim.steps >= steps - 2
+    sim.step()
+    assert (sim.contacts.beta > 0).any()
