@@ -113,6 +113,7 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/near_facets.cpp
   detection/nodes_on_sides.cpp
   detection/rims.cpp
   detection/seams.cpp
@@ -267,6 +268,7 @@ set(CAIRN_CXX_SOURCES
   simulation/simulation.cpp
   simulation/small_turns.cpp
   strategies/smooth/contact_views.cpp
+  strategies/smooth/energy.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp
   strategies/smooth/neighbours.cpp

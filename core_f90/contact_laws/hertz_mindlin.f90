@@ -21,7 +21,8 @@ contains
     real(c_double), intent(in)          :: params(4)      !< Young [Pa], Poisson, restitution, friction [-]
     real(c_double), intent(inout)       :: state(n, c - 1) !< tangential spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping, by friction;
+    !< 4, 5: of springs of tangents and spins, before and now [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: normal, shear, ratio, root(n), a, overlap, limit(n), tangential(n), damping(n)
     integer :: i

@@ -56,8 +56,9 @@ contains
     real(c_double), intent(inout)  :: spring(n, c - 1) !< [m]
     real(c_double), intent(inout)  :: f(n, c)          !< its tangential part is set [N]
     real(c_double), intent(inout)  :: remembered(n)    !< energy of the spring [J]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction: added [J]
-    real(c_double) :: old(n, c - 1), own(n, 3), now
+    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping, by friction: added; of
+    !< springs, before and now: set [J]
+    real(c_double) :: old(n, c - 1), own(n, 5), now
     integer :: i
     do i = 1, n ! a contact that bears no friction, pressed by nothing or frictionless, keeps no spring
       if (.not. limit(i) > 0) spring(i, :) = 0
@@ -76,6 +77,8 @@ contains
         energy(i, 1) = energy(i, 1) + now
         energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) - 0.5_c_double*k(i)*sum((spring(i, :) - old(i, :))**2) &
                        - (now - remembered(i))
+        energy(i, 4) = remembered(i)
+        energy(i, 5) = now
       end if
       remembered(i) = now
     end do

@@ -157,6 +157,16 @@ struct InteractionHandler::Workspace {
   void place_hulls_again();
   std::vector<std::int32_t> placed_again; // contactors, and whether they are among them
   std::vector<std::int8_t> mark_again;
+  // Pairs that may touch now, among those of the last search: see near_facets.cpp.
+  detection::OrderedPairs again;
+  std::vector<double> facet_number, facet_pose; // triangles where they stand; poses of their bodies then
+  std::vector<std::int32_t> near_facets, facet_bodies;
+  std::vector<std::uint8_t> facet_moved, near_now;
+  std::int64_t facets_seen_at = -1; // number of searches then
+  void place_of(std::int32_t contactor, double* x) const;
+  void see_facets(std::int64_t first, std::int64_t last);
+  void leave_far_facets(int kind, std::int64_t first, std::int64_t last);
+  void find_near_again();
   void make_items();
   void search_grid();
   void search_walls();

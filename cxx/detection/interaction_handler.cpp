@@ -139,7 +139,7 @@ SearchedScene InteractionHandler::Workspace::searched() const {
 // The pairs that may count, of this search or kept from an earlier one.
 const OrderedPairs& InteractionHandler::Workspace::seek(bool keeps) {
   wall_skin = 0;
-  if (hulls_again) return found;
+  if (hulls_again) return again;
   if (keeps && kept.hold(searched())) {
     kept.used();
     return kept.pairs;
@@ -230,6 +230,7 @@ void InteractionHandler::Workspace::place_mapped() {
 
 // Places the hulls of the pairs of the last search alone, each once: triangles far from all bodies cost nothing.
 void InteractionHandler::Workspace::place_hulls_again() {
+  find_near_again();
   const std::int64_t n = contactors->count;
   const Hulls& hulls = contactors->hulls;
   const std::int32_t* hull = contactors->hull.values.data();
@@ -246,8 +247,8 @@ void InteractionHandler::Workspace::place_hulls_again() {
   std::int64_t next = 0, bad = -1;
   for (int k = 0; k < kinds; ++k) {
     if (!pair_kinds[k].hull_contact) continue;
-    for (std::int64_t p = k > 0 ? found.kind_end[std::size_t(k - 1)] : 0; p < found.kind_end[std::size_t(k)]; ++p)
-      for (const std::int32_t i : {found.a[p], found.b[p]}) {
+    for (std::int64_t p = k > 0 ? again.kind_end[std::size_t(k - 1)] : 0; p < again.kind_end[std::size_t(k)]; ++p)
+      for (const std::int32_t i : {again.a[p], again.b[p]}) {
         if (mark_again[std::size_t(i)]) continue;
         mark_again[std::size_t(i)] = 1;
         placed_again.push_back(i);
