@@ -20,10 +20,10 @@ contains
     real(c_double), intent(in)          :: params(5) !< Young [Pa], work of adhesion [J/m2], Poisson, restitution, friction
     real(c_double), intent(inout)       :: state(n, c)    !< 1 once it touched and until it tears; tangential spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping and tearing, by friction;
-    !< 4, 5: of springs of tangents and spins, before and now [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and tearing, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n)
+    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n), stiffer(n), slope
     logical :: touched(n), before(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
@@ -57,7 +57,13 @@ contains
       energy(:, 3) = 0
     end if
     state(:, 1) = merge(1.0_c_double, 0.0_c_double, touched)
-    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy)
+    stiffer = 0 ! the contact radius changes with the overlap by da/ddelta, up to its own size near the fold
+    do i = 1, n
+      slope = 0
+      if (a(i) > 0) slope = 2*a(i)/geometry(i, 2) - 0.5_c_double*b/sqrt(a(i))
+      if (slope > 0) stiffer(i) = max(-1.0_c_double, min(1.0_c_double, context%h*u(i, 1)/(slope*a(i))))
+    end do
+    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy, stiffer)
   end subroutine cairn_law_jkr_force
 
   !> Stiffness at an overlap, damping ratio, and a gap beyond that at which the neck tears.

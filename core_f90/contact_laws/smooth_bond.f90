@@ -26,10 +26,10 @@ contains
     real(c_double), intent(inout)       :: state(n, columns + 2*(merge(2, 3, c == 3) - 1)) !< held, first gap [m], twist [rad],
     !< energy [J], slip [m], bend [rad]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N, N m]
-    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping, by friction and breakage;
-    !< 4, 5: of springs of tangents and spins, before and now [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction and breakage;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: section(n), bending(n), twisting(n), b(n), loss(n), spent(n), was(n), work(n, 5), limit(n), k(n), dashpot(n)
+    real(c_double) :: section(n), bending(n), twisting(n), b(n), loss(n), spent(n), was(n), work(n, 4), limit(n), k(n), dashpot(n)
     real(c_double) :: springs(n), broken(n), old(n, merge(1, 2, c == 3))
     integer :: axes, i, slip, bend
     call c_f_pointer(context%geometry, geometry, [n, 3])
@@ -83,8 +83,7 @@ contains
       where (state(:, s_held) > 0) energy(:, 1) = springs + 0.5_c_double*k*(gap - state(:, s_first))**2
       energy(:, 2) = loss
       energy(:, 3) = spent - (springs - was) + broken
-      energy(:, 4) = was
-      energy(:, 5) = springs
+      energy(:, 4) = 0
     end if
     state(:, s_stored) = springs
   end subroutine cairn_law_smooth_bond_force

@@ -56,9 +56,9 @@ contains
     real(c_double), intent(inout)  :: spring(n, c - 1) !< [m]
     real(c_double), intent(inout)  :: f(n, c)          !< its tangential part is set [N]
     real(c_double), intent(inout)  :: remembered(n)    !< energy of the spring [J]
-    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping, by friction: added; of
-    !< springs, before and now: set [J]
-    real(c_double) :: old(n, c - 1), own(n, 5), now
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction: added;
+    !< 4: set to zero [J]
+    real(c_double) :: old(n, c - 1), own(n, 4), now
     integer :: i
     do i = 1, n ! a contact that bears no friction, pressed by nothing or frictionless, keeps no spring
       if (.not. limit(i) > 0) spring(i, :) = 0
@@ -77,8 +77,7 @@ contains
         energy(i, 1) = energy(i, 1) + now
         energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) - 0.5_c_double*k(i)*sum((spring(i, :) - old(i, :))**2) &
                        - (now - remembered(i))
-        energy(i, 4) = remembered(i)
-        energy(i, 5) = now
+        energy(i, 4) = 0
       end if
       remembered(i) = now
     end do

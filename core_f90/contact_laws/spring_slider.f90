@@ -32,7 +32,7 @@ contains
   end subroutine damp
 
   !> Tangential force of spring and dashpot, within the limit; beyond it the spring gives way.
-  pure subroutine slide(n, c, h, k, damping, limit, u, spring, f, energy)
+  pure subroutine slide(n, c, h, k, damping, limit, u, spring, f, energy, stiffer)
     integer(c_int32_t), intent(in) :: n               !< contacts
     integer(c_int32_t), intent(in) :: c               !< components: 2 or 3
     real(c_double), intent(in)     :: h               !< step [s]
@@ -42,8 +42,9 @@ contains
     real(c_double), intent(in)     :: u(n, c)         !< relative velocity (n, t [, s]) at the middle of the step [m/s]
     real(c_double), intent(inout)  :: spring(n, c - 1) !< [m]
     real(c_double), intent(inout)  :: f(n, c)         !< its tangential part is set [N]
-    real(c_double), intent(inout), optional :: energy(n, 5) !< stored, dissipated by damping, by friction: added, friction in the
-    !< mean of both ends of the step; 4, 5: of the spring as it was, at its present stiffness, and as it is: set [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction: added, friction in the
+    !< mean of both ends of the step; released by a change of stiffness: set [J]
+    real(c_double), intent(in), optional :: stiffer(n) !< how much more stiffness it had at the start of the step [-]
     real(c_double) :: t, s, old, yield, size2, before(n, 2)
     integer :: i
     if (c == 2) then
@@ -58,9 +59,9 @@ contains
         end if
         spring(i, 1) = t
         if (present(energy)) then
-          energy(i, 4) = 0.5_c_double*k(i)*old*old
-          energy(i, 5) = 0.5_c_double*k(i)*t*t
-          energy(i, 1) = energy(i, 1) + energy(i, 5)
+          energy(i, 4) = 0
+          if (present(stiffer)) energy(i, 4) = 0.5_c_double*k(i)*stiffer(i)*old*old
+          energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*t*t
           energy(i, 3) = energy(i, 3) - h*f(i, 2)*u(i, 2) - k(i)*t*(t - old)
         end if
       end do
@@ -68,7 +69,8 @@ contains
     end if
     if (present(energy)) then
       do i = 1, n
-        energy(i, 4) = 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
+        energy(i, 4) = 0
+        if (present(stiffer)) energy(i, 4) = 0.5_c_double*k(i)*stiffer(i)*(spring(i, 1)**2 + spring(i, 2)**2)
         before(i, 1) = spring(i, 1)
         before(i, 2) = spring(i, 2)
       end do
@@ -92,8 +94,7 @@ contains
     end do
     if (present(energy)) then
       do i = 1, n
-        energy(i, 5) = 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
-        energy(i, 1) = energy(i, 1) + energy(i, 5)
+        energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
         energy(i, 3) = energy(i, 3) - h*(f(i, 2)*u(i, 2) + f(i, 3)*u(i, 3)) &
                        - k(i)*(spring(i, 1)*(spring(i, 1) - before(i, 1)) + spring(i, 2)*(spring(i, 2) - before(i, 2)))
       end do

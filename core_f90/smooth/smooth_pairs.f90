@@ -75,10 +75,10 @@ contains
     integer(c_int32_t), value     :: m              !< lanes
     real(c_double), intent(in)    :: gap(m)         !< [m]
     real(c_double), intent(in)    :: geometry(m, 3) !< second: effective radius [m]
-    real(c_double), intent(in), optional :: energy(m, 5) !< stored, dissipated by damping, by friction; of springs [J]
+    real(c_double), intent(in), optional :: energy(m, 4) !< stored, dissipated by damping, by friction; released [J]
     real(c_double), intent(inout) :: deepest        !< overlap / effective radius so far
     real(c_double), intent(inout) :: contacts       !< so far
-    real(c_double), intent(inout) :: energies(5)    !< so far [J]
+    real(c_double), intent(inout) :: energies(4)    !< so far [J]
     real(c_double) :: depth(8)
     integer :: i
     depth = deepest
@@ -93,7 +93,6 @@ contains
       energies(2) = energies(2) + energy(i, 2)
       energies(3) = energies(3) + energy(i, 3)
       energies(4) = energies(4) + energy(i, 4)
-      energies(5) = energies(5) + energy(i, 5)
     end do
   end subroutine cairn_smooth_sums
 

@@ -299,7 +299,6 @@ double energy_term(const StoredValue& energy, const std::string& term) {
   const bool later = term == "released" || term == "dissipated_material" || term == "dissipated_reshaping" ||
                      term == "work_growth" || term == "absorbed";
   if (later && !energy.find(term)) return 0;
-  if (term == "stored_tangential" && !energy.find(term)) return -1;
   return energy.real(term == "dissipated_integrator" && !energy.find(term) ? "dissipated_theta" : term);
 }
 

@@ -34,7 +34,6 @@ struct Energy {
   double work_growth = 0; // of rigid bodies whose lengths follow their temperature
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_integrator = 0;
   double stored = 0;               // in the springs of contacts and in bodies that deform, now
-  double stored_tangential = 0;    // of it, in springs along tangents and of spins of smooth contacts; below 0: not known
   double released = 0;             // by contact laws: damage, viscosity, wear
   double dissipated_material = 0;  // at the points of materials of deformable bodies
   double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps

@@ -14,7 +14,7 @@ namespace cairn {
 void SmoothDem::begin_balance(Simulation& s) {
   if (!settings.energy) return;
   const Bodies& b = s.scene.bodies;
-  s.energy.kinetic = s.energy.stored = s.energy.stored_tangential = 0;
+  s.energy.kinetic = s.energy.stored = 0;
   for (std::int64_t t = 0; t < tiles(s); ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     s.energy.kinetic +=
@@ -24,7 +24,6 @@ void SmoothDem::begin_balance(Simulation& s) {
       s.energy.kinetic += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
                                                b.angular_momentum.values.data());
     s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
-    s.energy.stored_tangential += sums_[std::size_t(sums_of_tile * t + 20)];
   }
 }
 
@@ -64,16 +63,14 @@ void SmoothDem::account(Simulation& s, std::int64_t n) {
   const double wrapped = e.work_driven - driven_before_; // by the cell, as bodies passed through its sides
   const double kinetic = sum[4], potential = sum[5], external = sum[6], moved = sum[13], local = sum[9],
                driven = sum[7] + works[3], bulk = sum[8] + works[2], stored = sum[16], normal = sum[17],
-               friction = sum[18], tangential = sum[20];
-  const double springs = e.stored_tangential < 0 ? 0 : e.stored_tangential - sum[19];
+               friction = sum[18], released = sum[19];
   const double bodies = kinetic - e.kinetic - wrapped + potential - external - driven + bulk; // 0 without contacts
   const double contacts = predicts() ? bodies : works[0] + works[1]; // works on bodies, and what telescopes
   const double before = e.kinetic,
-               integrator = moved - contacts - local - (stored - e.stored) - normal - friction - springs;
+               integrator = moved - contacts - local - (stored - e.stored) - normal - friction - released;
   e.closure += bodies - contacts;
   e.kinetic = kinetic;
   e.stored = stored;
-  e.stored_tangential = tangential;
   e.potential += potential;
   e.work_external += external;
   e.work_driven += driven + moved;
@@ -81,9 +78,9 @@ void SmoothDem::account(Simulation& s, std::int64_t n) {
   e.dissipated_normal += normal;
   e.dissipated_friction += friction;
   e.dissipated_integrator += integrator;
-  e.released += springs;
+  e.released += released;
   e.turned_over += std::abs(potential) + std::abs(external) + std::abs(driven) + std::abs(moved) + std::abs(normal) +
-                   std::abs(friction) + std::abs(bulk) + std::abs(local) + std::abs(springs);
+                   std::abs(friction) + std::abs(bulk) + std::abs(local) + std::abs(released);
   e.largest_kinetic = std::max({e.largest_kinetic, kinetic, before});
   e.in_play = e.largest_kinetic + e.turned_over;
 }

@@ -98,7 +98,7 @@ private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
   // and driven, D bulk, 9: D of local damping; 12: greatest correction, work of moving surfaces; 16: energy stored,
-  // dissipated by damping, by friction, of tangential springs before and now; 24: forces times shifts of images, 33:
+  // dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
   // effective masses of contacts with images
   static constexpr int sums_of_tile = 40;
   struct EntryShape {

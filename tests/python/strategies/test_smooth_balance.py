@@ -88,12 +88,12 @@ def test_what_the_steps_lose_falls_with_them(law):
     assert lost[1] < 0.4 * lost[0] or lost[1] < 1e-5, lost
 
 
-def test_springs_that_end_or_change_are_released():
-    """Mindlin's stiffness follows the normal force while its spring is stretched, and a contact that ends takes its spring along."""
+def test_springs_that_change_are_released():
+    """Mindlin's stiffness follows the normal force while its spring is stretched; without it the error of the steps would not fall."""
     e = closes(heap(3, LAWS["hertz"]), 0.03)
     assert abs(e["released"]) > 1e-6 * e["in_play"]
     e = closes(heap(3, cn.HertzMindlin(young=1e7, poisson=0.3, restitution=0.5, mu=0.0)), 0.03)
-    assert e["released"] == 0 and e["stored_tangential"] == 0
+    assert e["released"] == 0
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -158,4 +158,4 @@ def test_a_run_goes_on_with_the_same_balance(tmp_path):
         second.step()
     for _ in range(350):
         whole.step()
-    assert whole.energy == second.energy and whole.energy["stored_tangential"] > 0
+    assert whole.energy == second.energy and whole.energy["released"] != 0
