@@ -119,7 +119,8 @@ contains
     call slide(n, axes, h, stiffness, damping, params(p_mu)*limit, u, spring, f, energy)
     stored = stored + energy(:, 1)
     do i = 1, n
-      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) - 0.5_c_double*stiffness(i)*sum((spring(i, :) - old(i, :))**2)
+      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) &
+                 - 0.5_c_double*stiffness(i)*h*sum(u(i, 2:axes)*(spring(i, :) - old(i, :)))
     end do
   end subroutine tangential
 

@@ -64,7 +64,7 @@ contains
     springs = work(:, 1)
     do i = 1, n
       spent(i) = -context%h*sum(f(i, 2:axes)*u(i, 2:axes)) &
-                 - 0.5_c_double*params(p_shear)*section(i)*sum((state(i, slip:slip + axes - 2) - old(i, :))**2)
+                 - 0.5_c_double*params(p_shear)*section(i)*context%h*sum(u(i, 2:axes)*(state(i, slip:slip + axes - 2) - old(i, :)))
       broken(i) = 0
       if (.not. state(i, s_held) > 0) cycle
       call turn(axes, context%h, params, bending(i), twisting(i), geometry(i, 2:3), u(i, axes + 1:c), state(i, s_twist), &

@@ -41,7 +41,7 @@ contains
         if (size > limit(i)) moment(i, :) = (limit(i)/size)*moment(i, :)
       end if
       stored(i) = stored(i) + 0.5_c_double*k(i)*sum(spring(i, :)**2)
-      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*sum((spring(i, :) - old)**2)
+      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*h*sum(w(i, :)*(spring(i, :) - old))
     end do
   end subroutine roll
 
@@ -75,7 +75,8 @@ contains
       now = own(i, 1)
       if (present(energy)) then
         energy(i, 1) = energy(i, 1) + now
-        energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) - 0.5_c_double*k(i)*sum((spring(i, :) - old(i, :))**2) &
+        energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) &
+                       - 0.5_c_double*k(i)*h*sum(u(i, 2:c)*(spring(i, :) - old(i, :))) &
                        - (now - remembered(i))
         energy(i, 4) = 0
       end if

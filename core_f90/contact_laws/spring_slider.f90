@@ -62,7 +62,7 @@ contains
           energy(i, 4) = 0
           if (present(stiffer)) energy(i, 4) = 0.5_c_double*k(i)*stiffer(i)*old*old
           energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*t*t
-          energy(i, 3) = energy(i, 3) - h*f(i, 2)*u(i, 2) - k(i)*t*(t - old)
+          energy(i, 3) = energy(i, 3) - h*f(i, 2)*u(i, 2) - 0.5_c_double*k(i)*(h*u(i, 2)*(t - old) + t*t - old*old)
         end if
       end do
       return
@@ -95,8 +95,9 @@ contains
     if (present(energy)) then
       do i = 1, n
         energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
-        energy(i, 3) = energy(i, 3) - h*(f(i, 2)*u(i, 2) + f(i, 3)*u(i, 3)) &
-                       - k(i)*(spring(i, 1)*(spring(i, 1) - before(i, 1)) + spring(i, 2)*(spring(i, 2) - before(i, 2)))
+        energy(i, 3) = energy(i, 3) - h*(f(i, 2)*u(i, 2) + f(i, 3)*u(i, 3)) - 0.5_c_double*k(i)*( &
+                       (spring(i, 1) - before(i, 1))*(h*u(i, 2) + spring(i, 1) + before(i, 1)) &
+                       + (spring(i, 2) - before(i, 2))*(h*u(i, 3) + spring(i, 2) + before(i, 2)))
       end do
     end if
   end subroutine slide
