@@ -73,6 +73,7 @@ set(CAIRN_CORE_SOURCES
   integrators/rotation.f90
   integrators/verlet_spheres.f90
   integrators/verlet_uneven.f90
+  integrators/verlet_works.f90
   networks/contact_spot.f90
   networks/oxide_film.f90
   reference/detection_pairs.f90

@@ -123,6 +123,7 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/near_facets.cpp
   detection/nodes_along_sides.cpp
   detection/nodes_on_sides.cpp
   detection/placed_scene.cpp
@@ -288,6 +289,7 @@ set(CAIRN_CXX_SOURCES
   simulation/simulation.cpp
   simulation/small_turns.cpp
   strategies/smooth/contact_views.cpp
+  strategies/smooth/energy.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp
   strategies/smooth/neighbours.cpp

@@ -21,7 +21,8 @@ contains
     real(c_double), intent(in)          :: params(5)      !< k [N/m], gamma [N/m], zeta [-], c [N s/m], friction [-]
     real(c_double), intent(inout)       :: state(n, *)    !< none
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: elastic(n), damping(n), delta, limit, size, speed, gives_way
     integer :: i

@@ -29,7 +29,8 @@ contains
     real(c_double), intent(in)          :: params(own)    !< see laws.def
     real(c_double), intent(inout)       :: state(n, columns + 2*(merge(2, 3, c == 3) - 1)) !< see above [m, rad]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N, N m]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and tearing, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and tearing, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: a(n), k(n), stored(n), dashpot(n), elastic(n), limit(n), springs(n), spent(n), was(n)
     logical :: touched(n), before(n)
@@ -63,6 +64,7 @@ contains
       if (nint(params(p_model)) >= 2) &
         energy(:, 2) = energy(:, 2) + made_and_torn(n, params, geometry(:, 2), stored, before, touched)
       energy(:, 3) = spent - (springs - was)
+      energy(:, 4) = 0
     end if
     state(:, s_stored) = springs
     state(:, s_touched) = merge(1.0_c_double, 0.0_c_double, touched)
@@ -88,7 +90,7 @@ contains
     integer(c_int32_t), intent(in) :: n, axes
     real(c_double), intent(in)     :: h, params(own), a(n), k(n), dashpot(n), limit(n), u(n, axes)
     real(c_double), intent(inout)  :: radius(n), spring(n, axes - 1), f(n, axes), stored(n), spent(n)
-    real(c_double) :: stiffness(n), damping(n), energy(n, 3), old(n, axes - 1)
+    real(c_double) :: stiffness(n), damping(n), energy(n, 4), old(n, axes - 1)
     integer :: i, model
     model = nint(params(p_slip))
     select case (model)
@@ -117,7 +119,8 @@ contains
     call slide(n, axes, h, stiffness, damping, params(p_mu)*limit, u, spring, f, energy)
     stored = stored + energy(:, 1)
     do i = 1, n
-      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) - 0.5_c_double*stiffness(i)*sum((spring(i, :) - old(i, :))**2)
+      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) &
+                 - 0.5_c_double*stiffness(i)*h*sum(u(i, 2:axes)*(spring(i, :) - old(i, :)))
     end do
   end subroutine tangential
 

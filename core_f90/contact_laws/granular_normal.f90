@@ -2,6 +2,7 @@
 !> contact, with the pull of Derjaguin, Muller & Toporov (1975), or of Johnson, Kendall & Roberts (1971).
 module granular_normal
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
+  use jkr, only: neck_of, fold_of, tear_gap, stored_in_neck
   use spring_slider, only: damping_of
   implicit none
   private
@@ -94,40 +95,12 @@ contains
     if (model == jkr_contact) pull = 1.5_c_double*pi*work*radius
   end function pull_off
 
-  elemental function neck_of(modulus, work) result(b)
-    real(c_double), intent(in) :: modulus, work !< E* [Pa], w [J/m2]
-    real(c_double) :: b
-    b = 0
-    if (modulus > 0) b = sqrt(2*pi*work/modulus)
-  end function neck_of
-
-  !> Contact radius at which a neck tears when the bodies are held apart: the fold of delta(a).
-  elemental function smallest(b, radius) result(a)
-    real(c_double), intent(in) :: b, radius
-    real(c_double) :: a
-    a = (b*radius/4)**(2.0_c_double/3)
-  end function smallest
-
-  !> Gap at which it does [m].
-  elemental function tear_gap(b, radius) result(gap)
-    real(c_double), intent(in) :: b, radius
-    real(c_double) :: gap
-    gap = 0.75_c_double*b*sqrt(smallest(b, radius))
-  end function tear_gap
-
-  !> Energy that is left in the neck then [J].
+  !> Energy left in a neck as it tears [J].
   elemental function tear_energy(modulus, b, radius) result(energy)
     real(c_double), intent(in) :: modulus, b, radius
     real(c_double) :: energy
-    energy = stored_in_neck(modulus, b, radius, smallest(b, radius))
+    energy = stored_in_neck(modulus, b, radius, fold_of(b, radius))
   end function tear_energy
-
-  !> Elastic less surface energy, the integral of the force over delta from a = 0.
-  elemental function stored_in_neck(modulus, b, radius, a) result(energy)
-    real(c_double), intent(in) :: modulus, b, radius, a
-    real(c_double) :: energy
-    energy = modulus*a**2*(8*a**3/(15*radius**2) - 4*b*a*sqrt(a)/(3*radius) + 0.5_c_double*b**2)
-  end function stored_in_neck
 
   !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex.
   pure subroutine contact_radius(n, b, radius, gap, touches, a)

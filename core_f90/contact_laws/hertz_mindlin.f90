@@ -21,9 +21,10 @@ contains
     real(c_double), intent(in)          :: params(4)      !< Young [Pa], Poisson, restitution, friction [-]
     real(c_double), intent(inout)       :: state(n, c - 1) !< tangential spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: normal, shear, ratio, root(n), a, overlap, limit(n), tangential(n), damping(n)
+    real(c_double) :: normal, shear, ratio, root(n), a, overlap, limit(n), tangential(n), damping(n), stiffer(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     normal = params(1)/(2*(1 - params(2)**2))
@@ -49,9 +50,11 @@ contains
         energy(i, 1) = 0.4_c_double*a*overlap
         energy(i, 2) = (a - f(i, 1))*u(i, 1)*context%h
         energy(i, 3) = 0
+        stiffer(i) = 0 ! the contact radius was that of an overlap before
+        if (overlap > 0) stiffer(i) = sqrt(max(overlap + context%h*u(i, 1), 0.0_c_double)/overlap) - 1
       end do
     end if
-    call slide(n, c, context%h, tangential, damping, limit, u, state, f, energy)
+    call slide(n, c, context%h, tangential, damping, limit, u, state, f, energy, stiffer)
   end subroutine cairn_law_hertz_mindlin_force
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins.

@@ -6,7 +6,7 @@ module jkr
   use spring_slider, only: slide, damping_of, damp
   implicit none
   private
-  public :: cairn_law_jkr_force, cairn_law_jkr_stiffness
+  public :: cairn_law_jkr_force, cairn_law_jkr_stiffness, neck_of, fold_of, tear_gap, stored_in_neck
   real(c_double), parameter :: pi = acos(-1.0_c_double)
 contains
 
@@ -20,18 +20,19 @@ contains
     real(c_double), intent(in)          :: params(5) !< Young [Pa], work of adhesion [J/m2], Poisson, restitution, friction
     real(c_double), intent(inout)       :: state(n, c)    !< 1 once it touched and until it tears; tangential spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and tearing, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and tearing, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n)
+    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n), stiffer(n), slope
     logical :: touched(n), before(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     normal = params(1)/(2*(1 - params(3)**2))
     shear = params(1)/(4*(2 - params(3))*(1 + params(3)))
     ratio = 2*sqrt(5.0_c_double/6)*damping_of(params(4))
-    b = neck(normal, params(2))
+    b = neck_of(normal, params(2))
     before = state(:, 1) > 0
-    touched = gap < 0 .or. (before .and. gap <= tear(b, geometry(:, 2)))
+    touched = gap < 0 .or. (before .and. gap <= tear_gap(b, geometry(:, 2)))
     call contact_radius(n, b, geometry(:, 2), gap, touched, a)
     do i = 1, n
       elastic(i) = 4*normal*a(i)**3/(3*geometry(i, 2)) - 2*normal*b*a(i)*sqrt(a(i))
@@ -49,14 +50,20 @@ contains
       state(i, :) = 0
     end do
     if (present(energy)) then
-      energy(:, 1) = stored(normal, b, geometry(:, 2), a)
+      energy(:, 1) = stored_in_neck(normal, b, geometry(:, 2), a)
       energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
-      where (touched .and. .not. before) energy(:, 2) = -stored(normal, b, geometry(:, 2), a)
-      where (before .and. .not. touched) energy(:, 2) = stored(normal, b, geometry(:, 2), smallest(b, geometry(:, 2)))
+      where (touched .and. .not. before) energy(:, 2) = -stored_in_neck(normal, b, geometry(:, 2), a)
+      where (before .and. .not. touched) energy(:, 2) = stored_in_neck(normal, b, geometry(:, 2), fold_of(b, geometry(:, 2)))
       energy(:, 3) = 0
     end if
     state(:, 1) = merge(1.0_c_double, 0.0_c_double, touched)
-    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy)
+    stiffer = 0 ! the contact radius changes with the overlap by da/ddelta, up to its own size near the fold
+    do i = 1, n
+      slope = 0
+      if (a(i) > 0) slope = 2*a(i)/geometry(i, 2) - 0.5_c_double*b/sqrt(a(i))
+      if (slope > 0) stiffer(i) = max(-1.0_c_double, min(1.0_c_double, context%h*u(i, 1)/(slope*a(i))))
+    end do
+    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy, stiffer)
   end subroutine cairn_law_jkr_force
 
   !> Stiffness at an overlap, damping ratio, and a gap beyond that at which the neck tears.
@@ -70,42 +77,42 @@ contains
     real(c_double) :: normal, b, a(n)
     logical :: touched(n)
     normal = params(1)/(2*(1 - params(3)**2))
-    b = neck(normal, params(2))
+    b = neck_of(normal, params(2))
     touched = .true.
     call contact_radius(n, b, radius, -max(overlap, 0.0_c_double), touched, a)
     k(:, 1) = 2*normal*a
     k(:, 2) = 2*params(1)/((2 - params(3))*(1 + params(3)))*a
     k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(4))
-    reach = 1.5_c_double*tear(b, radius)
+    reach = 1.5_c_double*tear_gap(b, radius)
   end subroutine cairn_law_jkr_stiffness
 
-  elemental function neck(normal, work) result(b)
+  elemental function neck_of(normal, work) result(b)
     real(c_double), intent(in) :: normal, work !< E* [Pa], w [J/m2]
     real(c_double) :: b
     b = 0
     if (normal > 0) b = sqrt(2*pi*work/normal)
-  end function neck
+  end function neck_of
 
   !> Contact radius at which the neck tears when the bodies are held apart: the fold of delta(a).
-  elemental function smallest(b, radius) result(a)
+  elemental function fold_of(b, radius) result(a)
     real(c_double), intent(in) :: b, radius
     real(c_double) :: a
     a = (b*radius/4)**(2.0_c_double/3)
-  end function smallest
+  end function fold_of
 
   !> Gap at which it does.
-  elemental function tear(b, radius) result(gap)
+  elemental function tear_gap(b, radius) result(gap)
     real(c_double), intent(in) :: b, radius
     real(c_double) :: gap
-    gap = 0.75_c_double*b*sqrt(smallest(b, radius))
-  end function tear
+    gap = 0.75_c_double*b*sqrt(fold_of(b, radius))
+  end function tear_gap
 
   !> Elastic less surface energy, the integral of f_n over delta from a = 0.
-  elemental function stored(normal, b, radius, a) result(energy)
+  elemental function stored_in_neck(normal, b, radius, a) result(energy)
     real(c_double), intent(in) :: normal, b, radius, a
     real(c_double) :: energy
     energy = normal*a**2*(8*a**3/(15*radius**2) - 4*b*a*sqrt(a)/(3*radius) + 0.5_c_double*b**2)
-  end function stored
+  end function stored_in_neck
 
   !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex.
   pure subroutine contact_radius(n, b, radius, gap, touched, a)

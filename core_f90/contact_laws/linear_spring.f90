@@ -20,7 +20,8 @@ contains
     real(c_double), intent(in)          :: params(4)      !< normal stiffness [N/m], tangential / normal, restitution, friction
     real(c_double), intent(inout)       :: state(n, c - 1) !< tangential spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: ratio, limit(n), tangential(n), damping(n)
     integer :: i

@@ -26,7 +26,8 @@ contains
     real(c_double), intent(inout)       :: state(n, c + 1)    !< 1 while there is a bridge; energy of the tangential spring [J],
     !< spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and rupture, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and rupture, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: normal, shear, ratio, a, distance, elastic(n), dashpot(n), limit(n), tangential(n), damping(n), pull(n), &
                       held(n), change(n), farthest

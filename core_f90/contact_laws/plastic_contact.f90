@@ -24,7 +24,8 @@ contains
     real(c_double), intent(inout)       :: state(n, c + 3) !< largest overlap [m], last force [N], last overlap [m]; energy of the
     !< spring [J], spring [m]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by yield and damping, by friction [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by yield and damping, by friction;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: depth, elastic(n), dashpot(n), limit(n), tangential(n), damping(n), stored(n), spent(n), k2, before
     integer :: i

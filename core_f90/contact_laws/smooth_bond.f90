@@ -26,9 +26,10 @@ contains
     real(c_double), intent(inout)       :: state(n, columns + 2*(merge(2, 3, c == 3) - 1)) !< held, first gap [m], twist [rad],
     !< energy [J], slip [m], bend [rad]
     real(c_double), intent(out)         :: f(n, c)        !< on A [N, N m]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction and breakage [J]
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction and breakage;
+    !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: section(n), bending(n), twisting(n), b(n), loss(n), spent(n), was(n), work(n, 3), limit(n), k(n), dashpot(n)
+    real(c_double) :: section(n), bending(n), twisting(n), b(n), loss(n), spent(n), was(n), work(n, 4), limit(n), k(n), dashpot(n)
     real(c_double) :: springs(n), broken(n), old(n, merge(1, 2, c == 3))
     integer :: axes, i, slip, bend
     call c_f_pointer(context%geometry, geometry, [n, 3])
@@ -63,7 +64,7 @@ contains
     springs = work(:, 1)
     do i = 1, n
       spent(i) = -context%h*sum(f(i, 2:axes)*u(i, 2:axes)) &
-                 - 0.5_c_double*params(p_shear)*section(i)*sum((state(i, slip:slip + axes - 2) - old(i, :))**2)
+                 - 0.5_c_double*params(p_shear)*section(i)*context%h*sum(u(i, 2:axes)*(state(i, slip:slip + axes - 2) - old(i, :)))
       broken(i) = 0
       if (.not. state(i, s_held) > 0) cycle
       call turn(axes, context%h, params, bending(i), twisting(i), geometry(i, 2:3), u(i, axes + 1:c), state(i, s_twist), &
@@ -82,6 +83,7 @@ contains
       where (state(:, s_held) > 0) energy(:, 1) = springs + 0.5_c_double*k*(gap - state(:, s_first))**2
       energy(:, 2) = loss
       energy(:, 3) = spent - (springs - was) + broken
+      energy(:, 4) = 0
     end if
     state(:, s_stored) = springs
   end subroutine cairn_law_smooth_bond_force

@@ -41,7 +41,7 @@ contains
         if (size > limit(i)) moment(i, :) = (limit(i)/size)*moment(i, :)
       end if
       stored(i) = stored(i) + 0.5_c_double*k(i)*sum(spring(i, :)**2)
-      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*sum((spring(i, :) - old)**2)
+      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*h*sum(w(i, :)*(spring(i, :) - old))
     end do
   end subroutine roll
 
@@ -56,8 +56,9 @@ contains
     real(c_double), intent(inout)  :: spring(n, c - 1) !< [m]
     real(c_double), intent(inout)  :: f(n, c)          !< its tangential part is set [N]
     real(c_double), intent(inout)  :: remembered(n)    !< energy of the spring [J]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction: added [J]
-    real(c_double) :: old(n, c - 1), own(n, 3), now
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction: added;
+    !< 4: set to zero [J]
+    real(c_double) :: old(n, c - 1), own(n, 4), now
     integer :: i
     do i = 1, n ! a contact that bears no friction, pressed by nothing or frictionless, keeps no spring
       if (.not. limit(i) > 0) spring(i, :) = 0
@@ -74,8 +75,10 @@ contains
       now = own(i, 1)
       if (present(energy)) then
         energy(i, 1) = energy(i, 1) + now
-        energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) - 0.5_c_double*k(i)*sum((spring(i, :) - old(i, :))**2) &
+        energy(i, 3) = energy(i, 3) - h*sum(f(i, 2:c)*u(i, 2:c)) &
+                       - 0.5_c_double*k(i)*h*sum(u(i, 2:c)*(spring(i, :) - old(i, :))) &
                        - (now - remembered(i))
+        energy(i, 4) = 0
       end if
       remembered(i) = now
     end do

@@ -32,7 +32,7 @@ contains
   end subroutine damp
 
   !> Tangential force of spring and dashpot, within the limit; beyond it the spring gives way.
-  pure subroutine slide(n, c, h, k, damping, limit, u, spring, f, energy)
+  pure subroutine slide(n, c, h, k, damping, limit, u, spring, f, energy, stiffer)
     integer(c_int32_t), intent(in) :: n               !< contacts
     integer(c_int32_t), intent(in) :: c               !< components: 2 or 3
     real(c_double), intent(in)     :: h               !< step [s]
@@ -42,8 +42,10 @@ contains
     real(c_double), intent(in)     :: u(n, c)         !< relative velocity (n, t [, s]) at the middle of the step [m/s]
     real(c_double), intent(inout)  :: spring(n, c - 1) !< [m]
     real(c_double), intent(inout)  :: f(n, c)         !< its tangential part is set [N]
-    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
-    real(c_double) :: t, s, old, yield, size2
+    real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping, by friction: added, friction in the
+    !< mean of both ends of the step; released by a change of stiffness: set [J]
+    real(c_double), intent(in), optional :: stiffer(n) !< how much more stiffness it had at the start of the step [-]
+    real(c_double) :: t, s, old, yield, size2, before(n, 2)
     integer :: i
     if (c == 2) then
       do i = 1, n
@@ -57,15 +59,20 @@ contains
         end if
         spring(i, 1) = t
         if (present(energy)) then
+          energy(i, 4) = 0
+          if (present(stiffer)) energy(i, 4) = 0.5_c_double*k(i)*stiffer(i)*old*old
           energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*t*t
-          energy(i, 3) = energy(i, 3) - h*f(i, 2)*u(i, 2) - 0.5_c_double*k(i)*(t*t - old*old)
+          energy(i, 3) = energy(i, 3) - h*f(i, 2)*u(i, 2) - 0.5_c_double*k(i)*(h*u(i, 2)*(t - old) + t*t - old*old)
         end if
       end do
       return
     end if
     if (present(energy)) then
       do i = 1, n
-        energy(i, 3) = energy(i, 3) + 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
+        energy(i, 4) = 0
+        if (present(stiffer)) energy(i, 4) = 0.5_c_double*k(i)*stiffer(i)*(spring(i, 1)**2 + spring(i, 2)**2)
+        before(i, 1) = spring(i, 1)
+        before(i, 2) = spring(i, 2)
       end do
     end if
     !$omp simd private(t, s, size2, yield)
@@ -87,9 +94,10 @@ contains
     end do
     if (present(energy)) then
       do i = 1, n
-        old = 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
-        energy(i, 1) = energy(i, 1) + old
-        energy(i, 3) = energy(i, 3) - h*(f(i, 2)*u(i, 2) + f(i, 3)*u(i, 3)) - old
+        energy(i, 1) = energy(i, 1) + 0.5_c_double*k(i)*(spring(i, 1)**2 + spring(i, 2)**2)
+        energy(i, 3) = energy(i, 3) - h*(f(i, 2)*u(i, 2) + f(i, 3)*u(i, 3)) - 0.5_c_double*k(i)*( &
+                       (spring(i, 1) - before(i, 1))*(h*u(i, 2) + spring(i, 1) + before(i, 1)) &
+                       + (spring(i, 2) - before(i, 2))*(h*u(i, 3) + spring(i, 2) + before(i, 2)))
       end do
     end if
   end subroutine slide

@@ -75,10 +75,10 @@ contains
     integer(c_int32_t), value     :: m              !< lanes
     real(c_double), intent(in)    :: gap(m)         !< [m]
     real(c_double), intent(in)    :: geometry(m, 3) !< second: effective radius [m]
-    real(c_double), intent(in), optional :: energy(m, 3) !< stored, dissipated by damping, by friction [J]
+    real(c_double), intent(in), optional :: energy(m, 4) !< stored, dissipated by damping, by friction; released [J]
     real(c_double), intent(inout) :: deepest        !< overlap / effective radius so far
     real(c_double), intent(inout) :: contacts       !< so far
-    real(c_double), intent(inout) :: energies(3)    !< so far [J]
+    real(c_double), intent(inout) :: energies(4)    !< so far [J]
     real(c_double) :: depth(8)
     integer :: i
     depth = deepest
@@ -92,6 +92,7 @@ contains
       energies(1) = energies(1) + energy(i, 1)
       energies(2) = energies(2) + energy(i, 2)
       energies(3) = energies(3) + energy(i, 3)
+      energies(4) = energies(4) + energy(i, 4)
     end do
   end subroutine cairn_smooth_sums
 

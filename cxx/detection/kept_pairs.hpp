@@ -16,6 +16,15 @@ struct OrderedPairs {
   Array<std::int32_t> a, b, image;
   std::vector<std::int64_t> kind_end; // of each row of pairs.def
   std::int64_t count() const { return std::int64_t(a.size()); }
+  void begin(int kinds) {
+    for (auto* array : {&a, &b, &image}) array->clear();
+    kind_end.assign(std::size_t(kinds), 0);
+  }
+  void append(const OrderedPairs& of, std::int64_t first, std::int64_t last) {
+    a.insert(a.end(), of.a.begin() + first, of.a.begin() + last);
+    b.insert(b.end(), of.b.begin() + first, of.b.begin() + last);
+    image.insert(image.end(), of.image.begin() + first, of.image.begin() + last);
+  }
   std::size_t bytes() const { return (a.capacity() + b.capacity() + image.capacity()) * sizeof(std::int32_t); }
 };
 

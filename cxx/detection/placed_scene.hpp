@@ -44,7 +44,7 @@ public:
 
   void begin(const Bodies&, const Contactors&, const Cell&, const Margin&, const Configuration&, const LawRules*,
              Scratch&);
-  // Checks the scene and places its contactors; in hulls_again those of the hulls of `last` alone.
+  // Checks the scene and places its contactors; in hulls_again those of the hulls of these pairs alone.
   void place(const OrderedPairs& last);
   SearchedScene searched() const;
 

@@ -82,10 +82,12 @@ std::vector<std::pair<std::string_view, double>> SmoothDem::figures(Simulation& 
 void SmoothDem::begin_step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   dim_ = s.scene.dim;
+  driven_before_ = s.energy.work_driven;
+  for (std::size_t k = 0; k < 3; ++k) weight_[k] = s.scene.gravity[k] / settings.mass_scale;
   check_scene(s);
   check_bodies(s);
-  s.apply_controls(h, settings.integrator.name == "velocity_verlet" ? 0.5 : settings.integrator.scheme(h).end_share,
-                   false);
+  const bool verlet = settings.integrator.name == "velocity_verlet";
+  s.apply_controls(h, verlet ? 0.5 : settings.integrator.scheme(h).end_share, verlet);
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) {
     remember(s);
     s.scene.renumber();
@@ -109,18 +111,20 @@ void SmoothDem::kick_and_drift(Simulation& s) {
   const std::int64_t n = tiles(s);
   std::int64_t unsolved = -1;
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
+  works_.assign(4 * n, 0);
 #pragma omp parallel for schedule(static) reduction(max : unsolved)
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     const bool plain = !predicts() && plain_tile(s, first, last);
+    half_step_works(s, t, false);
     if (predicts())
       predict(s, first, last, &sums_[sums_of_tile * t]);
     else if (plain)
-      cairn_verlet_begin_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+      cairn_verlet_begin_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(),
                                  b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
                                  b.position.values.data(), record_.data(), &sums_[sums_of_tile * t]);
     else
-      cairn_verlet_begin(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+      cairn_verlet_begin(dim_, b.dofs(), first, last, h_, weight_.data(), b.inverse_mass.values.data(),
                          b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(),
                          &sums_[sums_of_tile * t], dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force),
                          pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
@@ -169,7 +173,8 @@ void SmoothDem::compute_forces(Simulation& s) {
     });
   for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
     damp_locally(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count),
-                 &sums_[sums_of_tile * t + 8]);
+                 &sums_[sums_of_tile * t + 9]);
+  if (h_ > 0 && s.scene.cell.any()) follow_stress(s, n);
   contactors_seen_ = s.scene.next_contactor_id;
   forces_known_ = true;
 }
@@ -189,13 +194,14 @@ void SmoothDem::kick(Simulation& s) {
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     double* terms = settings.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
+    half_step_works(s, t, true);
     if (predicts())
       correct(s, first, last, wrong, &sums_[sums_of_tile * t]);
     else if (plain_tile(s, first, last))
-      cairn_verlet_end_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
-                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
+      cairn_verlet_end_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(), b.contact_force.values.data(),
+                               b.velocity.values.data(), &wrong, terms);
     else
-      cairn_verlet_end(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+      cairn_verlet_end(dim_, b.dofs(), first, last, h_, weight_.data(), b.inverse_mass.values.data(),
                        b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
                        pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
     end_uneven(s, t, wrong, terms);
@@ -223,54 +229,6 @@ bool SmoothDem::plain_tile(const Simulation& s, std::int64_t first, std::int64_t
   const Bodies& b = s.scene.bodies;
   if (!records_ || b.force.active || b.damping.active) return false;
   return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
-}
-
-// Initial energy balance: kinetic energy, and that of the springs under the first forces.
-void SmoothDem::begin_balance(Simulation& s) {
-  if (!settings.energy) return;
-  const Bodies& b = s.scene.bodies;
-  s.energy.kinetic = s.energy.stored = 0;
-  for (std::int64_t t = 0; t < tiles(s); ++t) {
-    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
-    s.energy.kinetic +=
-        cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
-    const auto uneven = uneven_of(t);
-    if (!uneven.empty())
-      s.energy.kinetic += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
-                                               b.angular_momentum.values.data());
-    s.energy.stored += sums_[std::size_t(sums_of_tile * t + 9)];
-  }
-}
-
-// Sums of the tiles in their order. d(T + U + stored) = W - D + closure, which is the error of the scheme, O(dt^2).
-void SmoothDem::account(Simulation& s, std::int64_t n) {
-  double sum[sums_of_tile] = {};
-  for (std::int64_t t = 0; t < n; ++t) {
-    const double* of = &sums_[sums_of_tile * t];
-    sum[2] = std::max(sum[2], of[2]);
-    for (int k = 3; k < sums_of_tile; ++k) sum[k] += of[k];
-  }
-  s.report.solve = {};
-  s.report.solve.penetration = sum[2];
-  s.report.contacts = s.report.solve.contacts = std::int64_t(sum[3]);
-  if (!settings.energy) return;
-  Energy& e = s.energy;
-  const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7] + sum[13], bulk = sum[8],
-               stored = sum[9], normal = sum[10], friction = sum[11];
-  const double before = e.kinetic, held = e.stored;
-  e.kinetic = kinetic;
-  e.stored = stored;
-  e.potential += potential;
-  e.work_external += external;
-  e.work_driven += driven;
-  e.dissipated_bulk += bulk;
-  e.dissipated_normal += normal;
-  e.dissipated_friction += friction;
-  e.closure += kinetic - before + stored - held + potential - external - driven + bulk + normal + friction;
-  e.turned_over += std::abs(potential) + std::abs(external) + std::abs(driven) + std::abs(normal) + std::abs(friction) +
-                   std::abs(bulk);
-  e.largest_kinetic = std::max({e.largest_kinetic, kinetic, before});
-  e.in_play = e.largest_kinetic + e.turned_over;
 }
 
 } // namespace cairn

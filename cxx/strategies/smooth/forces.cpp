@@ -11,16 +11,31 @@ void SmoothDem::place_contactors(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;
   if (!centred_) {
-    std::int64_t wrong = -1;
     centre_.resize(c.count * dim_);
-    cairn_contactor_centres(dim_, 0, c.count, c.body.values.data(), b.position.values.data(), c.offset.active,
-                            c.offset.values.data(), b.rotation.active, rotation, centre_.data(), &wrong);
+    for (const auto& [first, last] : placed_) place_centres(s, first, last);
+    place_sides(s);
   }
   if (!c.direction.active) return;
   direction_.resize(c.count * (dim_ + 1));
   for (const std::int32_t k : directed_)
     cairn_contactor_directions(dim_, k, k + 1, c.body.values.data(), c.direction.values.data(), b.rotation.active,
                                rotation, direction_.data());
+}
+
+void SmoothDem::place_centres(const Simulation& s, std::int64_t first, std::int64_t last) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  std::int64_t wrong = -1;
+  cairn_contactor_centres(dim_, first, last, c.body.values.data(), b.position.values.data(), c.offset.active,
+                          c.offset.values.data(), b.rotation.active,
+                          b.rotation.active ? b.rotation.values.data() : nullptr, centre_.data(), &wrong);
+}
+
+// Of triangles those alone that have a contact.
+void SmoothDem::place_sides(const Simulation& s) {
+  for (std::int64_t p = 0; p < shaped_.pairs; ++p)
+    for (const std::int32_t k : {shaped_.a[p], shaped_.b[p]})
+      if (is_facet(s, k)) place_centres(s, k, k + 1);
 }
 
 void SmoothDem::batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
@@ -68,7 +83,7 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   cairn_sphere_scatter(batch.count, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, w.arm, w.f, w.state,
                        &list.state[3 * p], &list.force[3 * p], s.scene.bodies.contact_force.values.data(),
                        batch.other < 0 ? nullptr : &list.other[batch.other * 6]);
-  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (energy) keep_loss(list, batch, count, m, w);
   return count;
 }
@@ -127,11 +142,45 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   if (shape.turns)
     cairn_smooth_moments(dim_, n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], b.contact_force.values.data(), other);
-  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
-  for (int i = 0; belts && i < count; ++i)
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
+  if (sheared) add_cell_forces(s, list, batch, count, m, w, sums);
+  for (int i = 0; (belts || sheared) && i < count; ++i)
     for (int k = 0; k < dim_; ++k)
-      sums[13] += h * list.force[(p + w.lane[i] - 1) * dim_ + k] * w.belt[k * n + w.lane[i] - 1];
+      sums[13] += h * list.force[(p + w.lane[i] - 1) * dim_ + k] * w.jump[k * n + w.lane[i] - 1];
   if (energy) keep_loss(list, batch, count, m, w);
+}
+
+// Forces of contacts with images times the shifts of these, and their effective masses.
+void SmoothDem::add_cell_forces(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                                int count, int m, const Lanes& w, double* sums) const {
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t p = batch.first + w.lane[i] - 1;
+    if (list.image[p] == own_image) continue;
+    double shift[3];
+    image_shift(s.scene.cell, list.image[p], shift);
+    for (int j = 0; j < dim_; ++j)
+      for (int k = 0; k < dim_; ++k) sums[24 + k + 3 * j] -= list.force[p * dim_ + k] * shift[j];
+    sums[33] += w.geometry[2 * m + i];
+  }
+}
+
+// Rates of a cell that follows a stress, for the next step: L_ij += h (-sum f_i s_j - P_ij V)/(m H_jj^2), see
+// moving_cell.hpp. Its inertia is at least twice the effective masses of the contacts across its sides, so that it is
+// as stable as these.
+void SmoothDem::follow_stress(Simulation& s, std::int64_t n) {
+  Cell& cell = s.scene.cell;
+  double sum[10] = {};
+  for (std::int64_t t = 0; t < n; ++t)
+    for (int k = 0; k < 10; ++k) sum[k] += sums_[std::size_t(sums_of_tile * t + 24 + k)];
+  const double volume = cell.volume(dim_), mass = std::max(settings.mass_scale * cell.mass, 2 * sum[9]);
+  for (int j = 0; j < dim_; ++j)
+    for (int i = 0; i < dim_; ++i) {
+      const int e = i + 3 * j;
+      const double length = cell.vectors[4 * j];
+      if (volume > 0) cell.stress[e] = sum[e] / volume;
+      if (cell.follows[e] && mass > 0)
+        cell.velocity_gradient[e] += h_ * (sum[e] - cell.pressure[e] * volume) / (mass * length * length);
+    }
 }
 
 bool SmoothDem::has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const {
@@ -159,10 +208,7 @@ void SmoothDem::add_belts(const Simulation& s, const NeighbourList& list, const 
       if (!belt_velocity(s.scene.bodies, dim_, body, arm, normal, own)) continue;
       for (int k = 0; k < dim_; ++k) jump[k] += side ? own[k] : -own[k];
     }
-    for (int k = 0; k < dim_; ++k) {
-      w.belt[k * n + l] = jump[k];
-      w.jump[k * n + l] += jump[k];
-    }
+    for (int k = 0; k < dim_; ++k) w.jump[k * n + l] += jump[k];
   }
 }
 

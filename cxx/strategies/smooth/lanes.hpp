@@ -8,9 +8,9 @@ struct SmoothDem::Lanes {
   static constexpr int n = NeighbourList::lanes;
   static constexpr int most_state = 20;
   alignas(64) double between[3 * n], radius_a[n], radius_b[n], direction_b[4 * n], gap[n], normal[3 * n], point[3 * n];
-  alignas(64) double lever_a[3 * n], lever_b[3 * n], grain_a[2 * n], grain_b[2 * n], jump[3 * n], belt[3 * n];
+  alignas(64) double lever_a[3 * n], lever_b[3 * n], grain_a[2 * n], grain_b[2 * n], jump[3 * n];
   alignas(64) double frame[6 * n], u[6 * n], lane_gap[n], geometry[3 * n], state[most_state * n], f[6 * n],
-      energy[3 * n];
+      energy[4 * n];
   alignas(64) double arm[2 * n];
   alignas(64) std::int32_t status[n], lane[n + 8];
 };

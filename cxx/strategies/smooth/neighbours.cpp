@@ -56,6 +56,8 @@ std::int64_t SmoothDem::tiles(const Simulation& s) const {
 }
 
 void SmoothDem::check_bodies(const Simulation& s) const {
+  if (settings.mass_scale > 1 && settings.integrator.name != "velocity_verlet")
+    throw Error("mass_scale is for integrator='velocity_verlet', which this is not");
   if (s.scene.bodies.angular_momentum.active) check_uneven(s);
 }
 
@@ -117,6 +119,10 @@ void SmoothDem::read_laws(const Simulation& s) {
   }
 }
 
+bool SmoothDem::is_facet(const Simulation& s, std::int64_t contactor) const {
+  return info(Shape(*s.scene.contactors.shape[contactor])).hull == Hulls::Form::facet;
+}
+
 // True if all translations of a body are driven; a body driven along some axes alone counts as free.
 bool SmoothDem::held(const Simulation& s, std::int64_t body) const {
   const Bodies& b = s.scene.bodies;
@@ -129,7 +135,8 @@ bool SmoothDem::weigh_grains(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
   bool other = false;
   for (std::int64_t k = 0; k < c.count; ++k) {
-    const double inverse_mass = held(s, *c.body[k]) ? 0 : 1 / *s.scene.bodies.mass[*c.body[k]];
+    const double mass = settings.mass_scale * *s.scene.bodies.mass[*c.body[k]];
+    const double inverse_mass = held(s, *c.body[k]) ? 0 : 1 / mass;
     other = other || grain_[2 * k + 1] < inverse_mass || inverse_mass < grain_[2 * k + 1];
     grain_[2 * k + 1] = inverse_mass;
   }
@@ -151,13 +158,19 @@ void SmoothDem::make_list(Simulation& s) {
   remember(s);
   cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
                        b.inverse_mass.values.data());
+  for (double& one : b.inverse_mass.values) one /= settings.mass_scale;
   grain_.resize(2 * c.count);
   directed_.clear();
   walls_.clear();
+  placed_.clear();
   widest_ = arm_ = farthest_ = 0;
   centred_ = !c.offset.active && c.count == b.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
+    if (!is_facet(s, k)) {
+      if (placed_.empty() || placed_.back().second != k) placed_.emplace_back(k, k);
+      placed_.back().second = k + 1;
+    }
     grain_[2 * k] = curvature(c, std::int32_t(k));
     centred_ = centred_ && *c.body[k] == k;
     if (info(shape).ball()) widest_ = std::max(widest_, *c.radius[k]);

@@ -89,6 +89,7 @@ void SmoothDem::find_shaped(Simulation& s) {
                          &s.laws.rules());
   lay_out(s, shaped_found_, true, shaped_);
   shaped_.valid = true;
+  if (!centred_) place_sides(s);
   shaped_place_.resize(shaped_.pairs);
   shaped_scratch_.begin();
   find_keys(

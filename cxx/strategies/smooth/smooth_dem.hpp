@@ -99,8 +99,10 @@ public:
 private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
-  // and driven, D bulk, energy stored, dissipated by damping, by friction; greatest correction, work of moving surfaces
-  static constexpr int sums_of_tile = 16;
+  // and driven, D bulk, 9: D of local damping; 12: greatest correction, work of moving surfaces; 16: energy stored,
+  // dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
+  // effective masses of contacts with images
+  static constexpr int sums_of_tile = 40;
   struct EntryShape {
     int scalars = 0, vectors = 0;
     bool bonds = false; // the law joins bodies that came in touching
@@ -112,6 +114,9 @@ private:
   void lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list);
   void cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const;
   void join_first(const Simulation& s, NeighbourList& list) const;
+  void add_cell_forces(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                       int m, const Lanes& w, double* sums) const;
+  void follow_stress(Simulation& s, std::int64_t n);
   void damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const;
   void add_memory(const NeighbourList& list, ContactMemory& m) const;
   ContactKey key_of(const NeighbourList& list, std::int64_t p) const;
@@ -120,6 +125,9 @@ private:
   bool list_is_old(const Simulation& s) const;
   double walls_move(const Simulation& s) const;
   void place_contactors(Simulation& s);
+  void place_centres(const Simulation& s, std::int64_t first, std::int64_t last);
+  void place_sides(const Simulation& s);
+  bool is_facet(const Simulation& s, std::int64_t contactor) const;
   void batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
                       Lanes& w) const;
   // Contacts of polygons, polyhedra, surfaces and round shapes: see shaped_contacts.cpp.
@@ -170,7 +178,9 @@ private:
   }
   void to_local(const double* n, const double* v, double* out) const;
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
+  // The balance of energy: see energy.cpp.
   void begin_balance(Simulation& s);
+  void half_step_works(Simulation& s, std::int64_t tile, bool second);
   void account(Simulation& s, std::int64_t n);
   // Predictor-corrector integrators with histories: see histories.cpp.
   bool predicts() const { return scheme_.histories > 0; }
@@ -185,9 +195,12 @@ private:
   std::int64_t tiles(const Simulation& s) const;
 
   int dim_ = 0;
-  cairn_scheme scheme_{};    // of the step at hand, where it keeps a history; velocity Verlet has kernels of its own
-  Array<double> push_;       // of contacts and forces, as histories start
-  double h_ = 0, moved_ = 0; // way that bodies may have gone since the list was made [m]
+  cairn_scheme scheme_{}; // of the step at hand, where it keeps a history; velocity Verlet has kernels of its own
+  Array<double> push_;    // of contacts and forces, as histories start
+  Array<double> works_;   // of a tile: of contacts, of squares, of damping, of drives, see verlet_works.f90
+  std::array<double, 3> weight_{}; // over the inertia of bodies [m/s2]
+  double driven_before_ = 0;       // work of drives before the step [J]
+  double h_ = 0, moved_ = 0;       // way that bodies may have gone since the list was made [m]
   bool forces_known_ = false;
   std::int64_t lists_made_ = 0;
   NeighbourList list_;
@@ -210,8 +223,9 @@ private:
   std::vector<std::pair<std::int64_t, std::int32_t>> ids_;  // of contactors, rising, with their bodies
   std::vector<std::pair<std::int64_t, std::int32_t>> ends_; // contacts that have ended, by the id of A
   std::vector<std::uint8_t> ended_;
-  Array<std::int64_t> uneven_, uneven_start_; // bodies, and the first of each tile
-  Array<double> turned_;                      // their orientations after the step
+  Array<std::int64_t> uneven_, uneven_start_;                 // bodies, and the first of each tile
+  Array<double> turned_;                                      // their orientations after the step
+  std::vector<std::pair<std::int64_t, std::int64_t>> placed_; // runs of contactors that are no triangles
   Array<double> grain_, centre_, direction_, margins_, sums_;
   Array<std::int32_t> directed_, viewed_; // viewed_: pairs of the list, then of the contacts of shapes
   std::vector<std::int32_t> walls_;

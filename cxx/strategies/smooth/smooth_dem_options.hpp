@@ -11,6 +11,7 @@ struct SmoothDemOptions {
   double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
   bool refuse_unstable = true;
   double local_damping = 0; // share of the force on a body that is set against its motion
+  double mass_scale = 1;    // inertia of bodies over their mass, which their weight keeps
   bool energy = true;       // keep the balance of energy
   int threads = 0;
   int renumber_every = 1000;

@@ -74,10 +74,14 @@ void SmoothDem::end_uneven(Simulation& s, std::int64_t tile, std::int64_t& wrong
   Bodies& b = s.scene.bodies;
   const auto own = uneven_of(tile);
   if (own.empty()) return;
+  const double kinetic = terms ? terms[0] : 0, external = terms ? terms[2] - terms[4] : 0,
+               driven = terms ? terms[3] : 0;
   cairn_uneven_end(std::int64_t(own.size()), own.data(), h_, b.inertia.values.data(), b.contact_force.values.data(),
                    b.rotation.values.data(), &turned_[7 * uneven_start_[tile]], b.velocity.values.data(),
                    b.angular_momentum.values.data(), &wrong, pointer(b.force), pointer(b.damping), bits(b.driven),
                    pointer(b.reaction), terms);
+  if (terms && !predicts()) // what the other forces have not done, contacts did
+    works_[4 * tile] += terms[0] - kinetic - (terms[2] - terms[4] - external) - (terms[3] - driven);
 }
 
 double SmoothDem::inverse_inertia(const Simulation& s, std::int64_t body) const {

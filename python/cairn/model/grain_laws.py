@@ -58,7 +58,8 @@ def granular(
     twisting : float or "marshall", optional
         Largest moment about the normal over R f_n [-], or 2/3 mu a f_n (Marshall 2009), a the contact radius.
     limit_damping : bool
-        The dashpot never pulls as bodies part.
+        The dashpot never pulls as bodies part; of adhesive contacts, never by more than adhesion does: the force is at least that
+        of the contact without the dashpot, or zero if that presses.
 
     Returns
     -------

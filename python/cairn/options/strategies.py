@@ -797,6 +797,9 @@ class SmoothDEM(Strategy):
     local_damping : float, default 0.0
         Share of the force on each body, along each axis, that is set against its motion (Cundall 1987), in [0, 1): brings bodies
         to rest; flows and impacts are wrong under it. It is part of `bodies.contact_force`, and `dissipated_bulk` of the energy.
+    mass_scale : float, default 1.0
+        Inertia of bodies over that of their mass, at least 1, at the same weight (mass scaling): the stable step is longer by its
+        root. For slow loading alone: impacts, waves and flows are slower by the same root, which gives a warning.
     energy : bool, default True
         Computes the energy balance.
     threads : int, default 0
@@ -821,6 +824,7 @@ class SmoothDEM(Strategy):
     overlap: float = 0.01
     unstable: str = "error"
     local_damping: float = 0.0
+    mass_scale: float = 1.0
     energy: bool = True
     threads: int = 0
     renumber_every: int = 1000
@@ -836,6 +840,10 @@ class SmoothDEM(Strategy):
         one_of("unstable", self.unstable, ("error", "warn", "ignore"))
         if not 0 <= checks.number("local_damping", self.local_damping) < 1:
             raise ValueError(f"local_damping is {self.local_damping}: give a share of the force in [0, 1); 0.7 is usual for rest")
+        if not 1 <= checks.number("mass_scale", self.mass_scale) < math.inf:
+            raise ValueError(f"mass_scale is {self.mass_scale}: give a finite number of at least 1, the inertia over that of the mass")
+        if self.mass_scale > 1 and getattr(self.integrator, "row", "velocity_verlet") != "velocity_verlet":
+            raise ValueError("mass_scale is for VelocityVerlet(): leave the integrator out")
         checks.flag("energy", self.energy)
         checks.count("threads", self.threads, 0, MOST_THREADS)
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
@@ -861,6 +869,7 @@ class SmoothDEM(Strategy):
             "skin": math.nan if self.skin is None else float(self.skin),
             "overlap": float(self.overlap),
             "local_damping": float(self.local_damping),
+            "mass_scale": float(self.mass_scale),
             "refuse_unstable": self.unstable == "error",
             "energy": bool(self.energy),
             "threads": int(self.threads),

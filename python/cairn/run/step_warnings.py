@@ -122,6 +122,15 @@ class StepWarnings:
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
             )
+        scale = getattr(simulation.strategy, "mass_scale", 1.0)
+        if scale > 1:
+            self._tell(
+                StableStepWarning,
+                f"mass_scale is {scale:g}: bodies have {scale:g} times the inertia of their mass, so that impacts, waves and flows "
+                f"are {math.sqrt(scale):.3g} times slower; forces are right where loading is slow, and kinetic energy is small "
+                "beside the work of the loads",
+                "mass_scale",
+            )
         if type(getattr(simulation.strategy, "integrator", None)).__name__ == "Gear":
             self._look_at_damping(simulation, info, h)
         if RunawayWarning not in self._told:

@@ -61,6 +61,7 @@ THROUGH = [
     (r"fluid_\w+", "python/fluid/test_fluid.py", "test_poiseuille_and_couette"),
     (r"uneven_\w+|smooth_spins",
      "python/strategies/test_smooth_shapes.py", "test_free_rotation_of_unequal_moments_keeps_energy_and_momentum"),
+    (r"verlet_works\w*", "python/strategies/test_smooth_balance.py", "test_loads_drags_and_drives_close"),
     (r"local_damping",
      "python/strategies/test_smooth_dem.py", "test_local_damping_takes_a_share_of_the_force_along_the_motion"),
     (r"contact_terms", "python/ranks/test_ranks.py", "test_a_run_over_ranks_is_that_without"),

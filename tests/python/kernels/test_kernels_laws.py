@@ -85,7 +85,7 @@ def test_smooth_laws(law, c):
     if law == "jkr":
         state[0] = 1.0
         state[:, 1] = 0.0  # has not touched and does not
-    before, f, energy = state.copy(), np.empty((c, N)), np.empty((3, N))
+    before, f, energy = state.copy(), np.empty((c, N)), np.empty((4, N))
     context = Context(H, 0.5, geometry.ctypes.data, None)
     kernel(f"cairn_law_{law}_force", "cairn_law_force")(N, c, context, gap, u, np.array(p), state, f, energy)
     beat = damping_ratio(restitution) * (1 if law == "linear_spring" else math.sqrt(5 / 6))
@@ -111,6 +111,13 @@ def test_smooth_laws(law, c):
         np.testing.assert_allclose(state[-(c - 1) :, i], spring, rtol=1e-9, atol=1e-15)
         sizes = 0.5 * tangential * spring @ spring
         np.testing.assert_allclose(energy[0, i], stored + sizes, rtol=1e-5 if law == "jkr" else 1e-9, atol=1e-12)
+        old = before[-(c - 1) :, i] if touched else np.zeros(c - 1)
+        before_it = elastic(law, p, gap[i] - H * u[0, i], radius, touched)[2] if tangential > 0 else 0.0
+        released = 0.5 * (before_it - tangential) * old @ old
+        np.testing.assert_allclose(energy[3, i], released, rtol=0.1 if law == "jkr" else 1e-6, atol=1e-9 * tangential)
+        # work against the tangential force, of the spring in the mean of both ends of the step
+        spent = -H * tangent @ u[1:, i] - tangential * spring @ (spring - old)
+        np.testing.assert_allclose(energy[2, i], spent, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("c", [2, 3])
@@ -119,7 +126,7 @@ def test_adhesive_spring(c):
     k, adhesion, ratio, viscosity, friction = p = [400.0, 30.0, 0.3, 2.0, 0.4]
     gap, u, geometry = -RNG.uniform(0.001, 0.05, N), 0.5 * some(c, N), positive(3, N)
     gap[:3] = [0.002, -0.0, 0.3]
-    f, energy = np.empty((c, N)), np.empty((3, N))
+    f, energy = np.empty((c, N)), np.empty((4, N))
     context = Context(H, 0.5, geometry.ctypes.data, None)
     state = np.zeros((1, N))
     kernel("cairn_law_adhesive_spring_force", "cairn_law_force")(N, c, context, gap, u, np.array(p), state, f, energy)
@@ -141,7 +148,7 @@ def test_adhesive_spring(c):
         x, weight = math.sqrt(delta) * (x + 1) / 2, math.sqrt(delta) * weight / 2
         stored = weight @ (2 * x * (k * x**2 - adhesion * math.sqrt(radius) * x))
         taken = [(force - normal) * u[0, i] * H, size * (speed - H * size * 3.5 / (2 * mass)) * H]
-        np.testing.assert_allclose(energy[:, i], [stored, *taken], rtol=1e-9, atol=1e-12 * k * delta**2)
+        np.testing.assert_allclose(energy[:3, i], [stored, *taken], rtol=1e-9, atol=1e-12 * k * delta**2)
     assert 0 < sliding < N - 3
 
 
@@ -149,12 +156,12 @@ def test_stiffness_of_the_adhesive_spring():
     """The slope of the force by differences, of two bodies at rest, and what the attraction takes from it."""
     stiffness, adhesion, ratio = 400.0, 30.0, 0.3
     p = np.array([stiffness, adhesion, ratio, 2.0, 0.4])
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
     kernel("cairn_law_adhesive_spring_stiffness", "cairn_law_stiffness")(N, overlap, radius, p, k, reach)
     geometry, forces, undamped = np.ones((3, N)), [], np.array([stiffness, adhesion, 0.0, 2.0, 0.4])
     geometry[1] = radius
     for d in (-1e-6, 1e-6):
-        f, energy, context = np.empty((2, N)), np.empty((3, N)), Context(H, 0.5, geometry.ctypes.data, None)
+        f, energy, context = np.empty((2, N)), np.empty((4, N)), Context(H, 0.5, geometry.ctypes.data, None)
         kernel("cairn_law_adhesive_spring_force", "cairn_law_force")(
             N, 2, context, -overlap - d, np.zeros((2, N)), undamped, np.zeros((1, N)), f, energy
         )
@@ -169,7 +176,7 @@ def test_stiffness_of_the_adhesive_spring():
 def test_stiffness_of_smooth_laws(law):
     """The slope of the force by differences, and the tangential stiffness that damping and springs have."""
     p = SMOOTH[law]
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
     kernel(f"cairn_law_{law}_stiffness", "cairn_law_stiffness")(N, overlap, radius, np.array(p), k, reach)
     for i in range(N):
         force = [elastic(law, p, -overlap[i] + d, radius[i], True)[0] for d in (-1e-6, 1e-6)]

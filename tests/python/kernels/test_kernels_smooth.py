@@ -207,14 +207,14 @@ def test_spheres_go_the_general_way_faster():
 
 def test_sums_of_lanes():
     m, count = 16, 11
-    gap, geometry, energy = some(m), positive(3, m), positive(3, m)
+    gap, geometry, energy = some(m), positive(3, m), positive(4, m)
     gap[count:], geometry[:, count:] = gap[count - 1], geometry[:, count - 1 : count]
     for given in (energy, None):
-        deepest, contacts, energies = np.array([0.1]), np.array([4.0]), np.array([1.0, 2.0, 3.0])
+        deepest, contacts, energies = np.array([0.1]), np.array([4.0]), np.arange(1.0, 5.0)
         kernel("cairn_smooth_sums")(count, m, gap, geometry, given, deepest, contacts, energies)
         assert deepest[0] == max(0.1, (-gap / geometry[1]).max()) and contacts[0] == 4 + count
         extra = energy[:, :count].sum(axis=1) if given is not None else 0
-        np.testing.assert_allclose(energies, np.arange(1, 4) + extra, **CLOSE)
+        np.testing.assert_allclose(energies, np.arange(1, 5) + extra, **CLOSE)
 
 
 # ---------------------------------------------------------------------- detection

@@ -282,7 +282,7 @@ def test_what_cannot_be_driven_is_told():
         sim.step()
 
 
-def test_smooth_grains_take_rates_and_refuse_stresses():
+def test_smooth_grains_take_rates_and_stresses():
     for driven in ({"rate": {"yy": -0.2}}, {"stress": 1e3}):
         sets, length = grains(2, 3)
         scene = cn.Scene(dim=2, periodic=cn.Periodic((length,) * 2, **driven))
@@ -294,5 +294,8 @@ def test_smooth_grains_take_rates_and_refuse_stresses():
                 sim.step()
             assert sim.cell["lengths"][1] == pytest.approx(length * np.exp(-0.2e-5), rel=1e-9)
         else:
+            sim.step()
+            assert np.all(np.diag(sim.cell["rate"])[:2] < 0)  # nothing bears the pressure yet
+            sim.strategy = cn.SmoothDEM(integrator=cn.Gear())
             with pytest.raises(ValueError, match="follows a stress"):
                 sim.step()

@@ -1,0 +1,89 @@
+// The balance of energy of smooth scenes. Bodies are counted by the rule of the integrator, so that their side closes
+// to rounding; laws tell what contacts store and lose; what the work of contacts leaves beside that is the error of
+// finite steps, dissipated_integrator.
+#include <algorithm>
+#include <cmath>
+
+#include "../../base/call.hpp"
+#include "cairn/smooth_bodies.h"
+#include "smooth_dem.hpp"
+
+namespace cairn {
+
+// Initial energy balance: kinetic energy, and that of the springs under the first forces.
+void SmoothDem::begin_balance(Simulation& s) {
+  if (!settings.energy) return;
+  const Bodies& b = s.scene.bodies;
+  driven_before_ = s.energy.work_driven; // what wrapping has given before is in the kinetic energy
+  s.energy.kinetic = s.energy.stored = 0;
+  for (std::int64_t t = 0; t < tiles(s); ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    s.energy.kinetic +=
+        cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
+    const auto uneven = uneven_of(t);
+    if (!uneven.empty())
+      s.energy.kinetic += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
+                                               b.angular_momentum.values.data());
+    s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
+  }
+}
+
+// Works of the first half of the step, before it, or of the second, before its end.
+void SmoothDem::half_step_works(Simulation& s, std::int64_t tile, bool second) {
+  if (!settings.energy || predicts()) return;
+  Bodies& b = s.scene.bodies;
+  const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+  double* works = &works_[4 * tile];
+  if (plain_tile(s, first, last))
+    cairn_verlet_works_spheres(first, last, second, h_, weight_.data(), b.inverse_mass.values.data(),
+                               b.contact_force.values.data(), b.velocity.values.data(), works);
+  else
+    cairn_verlet_works(dim_, b.dofs(), first, last, second, h_, weight_.data(), b.inverse_mass.values.data(),
+                       b.contact_force.values.data(), b.velocity.values.data(), works, pointer(b.force),
+                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
+  const auto uneven = uneven_of(tile); // their spins turn freely between the kicks, which keeps their energy
+  if (!second && !uneven.empty())
+    works[0] -= cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
+                                     b.angular_momentum.values.data());
+}
+
+// Sums of the tiles in their order. d(T + U + stored) = W - D + closure, to rounding.
+void SmoothDem::account(Simulation& s, std::int64_t n) {
+  double sum[sums_of_tile] = {}, works[4] = {};
+  for (std::int64_t t = 0; t < n; ++t) {
+    const double* of = &sums_[sums_of_tile * t];
+    sum[2] = std::max(sum[2], of[2]);
+    for (int k = 3; k < sums_of_tile; ++k) sum[k] += of[k];
+    for (int k = 0; k < 4; ++k) works[k] += works_[4 * t + k];
+  }
+  s.report.solve = {};
+  s.report.solve.penetration = sum[2];
+  s.report.contacts = s.report.solve.contacts = std::int64_t(sum[3]);
+  if (!settings.energy) return;
+  Energy& e = s.energy;
+  const double wrapped = e.work_driven - driven_before_; // by the cell, as bodies passed through its sides
+  const double kinetic = sum[4], potential = sum[5], external = sum[6], moved = sum[13], local = sum[9],
+               driven = sum[7] + works[3], bulk = sum[8] + works[2], stored = sum[16], normal = sum[17],
+               friction = sum[18], released = sum[19];
+  const double bodies = kinetic - e.kinetic - wrapped + potential - external - driven + bulk; // 0 without contacts
+  const double contacts = predicts() ? bodies : works[0] + works[1]; // works on bodies, and what telescopes
+  const double before = e.kinetic,
+               integrator = moved - contacts - local - (stored - e.stored) - normal - friction - released;
+  e.closure += bodies - contacts;
+  e.kinetic = kinetic;
+  e.stored = stored;
+  e.potential += potential;
+  e.work_external += external;
+  e.work_driven += driven + moved;
+  e.dissipated_bulk += bulk + local;
+  e.dissipated_normal += normal;
+  e.dissipated_friction += friction;
+  e.dissipated_integrator += integrator;
+  e.released += released;
+  e.turned_over += std::abs(potential) + std::abs(external) + std::abs(driven) + std::abs(moved) + std::abs(normal) +
+                   std::abs(friction) + std::abs(bulk) + std::abs(local) + std::abs(released);
+  e.largest_kinetic = std::max({e.largest_kinetic, kinetic, before});
+  e.in_play = e.largest_kinetic + e.turned_over;
+}
+
+} // namespace cairn
