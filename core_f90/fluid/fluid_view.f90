@@ -31,6 +31,7 @@ module fluid_view
   type :: wall_points
     integer :: count = 0
     integer :: plane(most_wall_points) !< number of the half-space, 0: a point of a surface
+    integer :: point(most_wall_points) !< its number there, 0: of a half-space
     real(c_double) :: r(3, most_wall_points), velocity(3, most_wall_points), normal(3, most_wall_points)
     real(c_double) :: depth(most_wall_points), volume(most_wall_points)
     logical :: holds(most_wall_points)
@@ -105,6 +106,7 @@ contains
       w%volume(n) = f%surface(11, b)
       w%holds(n) = f%surface(12, b) < 1.5_c_double
       w%plane(n) = 0
+      w%point(n) = b
     end do
     w%count = n
     do p = 1, f%planes
@@ -160,6 +162,7 @@ contains
           w%volume(w%count) = f%dx**f%dim
           w%holds(w%count) = f%plane(16, p) < 1.5_c_double
           w%plane(w%count) = p
+          w%point(w%count) = 0
         end do
       end do
     end do

@@ -33,11 +33,12 @@ class Running:
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
         _refuse_crowded(position, first.spacing)
-        speed = first.sound_speed or sound_speed_of(self.fluids, across, periodic)
+        speed = first.sound_speed or (0.0 if first.incompressible else sound_speed_of(self.fluids, across, periodic))
         pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
         self.count, self.sound_speed = len(position), speed
         settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
         settings |= {"smoothing": first.smoothing, "artificial": first.artificial, "depth": float(scene.depth)}
+        settings["incompressible"] = first.incompressible
         settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
         self.settings = settings
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
