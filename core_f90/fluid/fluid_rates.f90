@@ -5,7 +5,7 @@
 !> makes the surface hold or slide.
 module fluid_rates
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
-  use fluid_view, only: cairn_fluid, fluid, open_fluid, wall_points, wall_points_of
+  use fluid_view, only: add_square, cairn_fluid, fluid, invert, open_fluid, wall_points, wall_points_of
   implicit none
   private
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
@@ -29,7 +29,7 @@ contains
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: i, k
     integer :: j
-    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2
+    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3), rates(3, 3), shape(3, 3)
     call open_fluid(f, last, v)
     periodic = v%periodic
     period = v%period
@@ -37,7 +37,8 @@ contains
     per_c2 = 1/v%c**2
     do i = first + 1, last
       own = v%record(:, i)
-      divergence = 0
+      rates = 0
+      moment = 0
       spread = 0
       do k = v%first(i) + 1, v%first(i + 1)
         j = v%neighbour(k) + 1
@@ -45,16 +46,32 @@ contains
         if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
         t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(r(1)**2 + r(2)**2 + r(3)**2)/v%h)
         g = -v%scale*t**3*v%record(7, j)
-        u = own(4:6) - v%record(4:6, j)
-        divergence = divergence + g*(u(1)*r(1) + u(2)*r(2) + u(3)*r(3))
+        u = g*(own(4:6) - v%record(4:6, j))
+        rates(:, 1) = rates(:, 1) + u*r(1)
+        rates(:, 2) = rates(:, 2) + u*r(2)
+        moment(1:2) = moment(1:2) - g*r(1)*r(1:2)
+        moment(4) = moment(4) - g*r(2)*r(2)
+        if (v%dim == 3) then
+          rates(:, 3) = rates(:, 3) + u*r(3)
+          moment(3) = moment(3) - g*r(1)*r(3)
+          moment(5:6) = moment(5:6) - g*r(3)*r(2:3)
+        end if
         spread = spread - g*((v%record(8, j) - own(8)) + v%density*(v%resting(1)*r(1) + v%resting(2)*r(2) + v%resting(3)*r(3)))
       end do
       call wall_points_of(v, i, w)
+      second = reshape([moment(1:3), moment(2), moment(4:5), moment(3), moment(5:6)], [3, 3])
       do k = 1, w%count
         r = w%r(:, k)
         t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(sum(r**2))/v%h)
-        divergence = divergence - v%scale*t**3*w%volume(k)*dot_product(own(4:6) - w%velocity(:, k), r)
+        g = -v%scale*t**3*w%volume(k)
+        call add_square(second, -g, r)
+        do j = 1, v%dim
+          rates(:, j) = rates(:, j) + g*(own(4:6) - w%velocity(:, k))*r(j)
+        end do
       end do
+      ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
+      call invert(v%dim, second, v%open(i) == 0, shape)
+      divergence = sum(shape*rates)
       rate(i - 1) = v%mass/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
     end do
   end subroutine cairn_fluid_density_rate

@@ -28,7 +28,7 @@ struct Fluid::Implicit {
   PressureSolver solver;
   std::vector<std::int64_t> first_wall;
   std::vector<std::int32_t> used, near, used_wall, wall_body;
-  std::vector<double> pair, wall, centre, crowd;
+  std::vector<double> pair, wall, centre, crowd, shape, load;
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
@@ -61,6 +61,7 @@ cairn_fluid_rows Fluid::rows() const {
   r.body_of_point = body_of_point_.data();
   r.body_of_plane = body_of_plane_.data();
   r.centre = s.centre.data();
+  r.shape = s.shape.data();
   return r;
 }
 
@@ -94,6 +95,8 @@ void Fluid::lay_rows(const Scene& scene) {
   s.centre.resize(3 * bodies_.size());
   for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].position, 3, &s.centre[3 * k]);
   s.crowd.resize(std::size_t(n));
+  s.shape.resize(std::size_t(3 * (dim_ - 1) * n));
+  s.load.resize(s.shape.size());
   open_new_.resize(std::size_t(n));
   pack();
   for (int round = known_ ? 1 : 0; round < 2; ++round) { // what is beside a free surface is known once this is
@@ -118,8 +121,10 @@ void Fluid::divergence(const std::vector<double>& velocity, const std::vector<do
 void Fluid::push(const std::vector<double>& p) {
   Implicit& s = *implicit_;
   const cairn_fluid_rows r = rows();
+  const std::size_t wide = std::size_t(3 * (dim_ - 1));
+  for (std::size_t i = 0; i < s.load.size(); ++i) s.load[i] = p[i / wide] * s.shape[i];
   each_tile(count(), [&](std::int64_t first, std::int64_t last) {
-    cairn_fluid_push(&r, s.filtered.data(), first, last, p.data(), s.change.data(), s.bent.data());
+    cairn_fluid_push(&r, s.filtered.data(), first, last, p.data(), s.load.data(), s.change.data(), s.bent.data());
   });
 }
 
@@ -287,7 +292,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
       of_bodies += inverse_of_body(std::size_t(s.wall_body[std::size_t(k)]), w, change);
     }
     for (const double v : whole) square += v * v;
-    s.diagonal[i] = (1 - filter) * (h / settings.density * square + h * volume * of_bodies) +
+    s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
                     filter * 2 * h / settings.density * bent + stiff;
   }
   s.share.assign(bodies, 1.0);
@@ -325,7 +330,7 @@ void Fluid::press(Scene& scene) {
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
       double change[6];
       inverse_of_body(k, &s.of_change[6 * k], change);
-      std::copy_n(change, 6, &s.of_change[6 * k]);
+      for (std::size_t c = 0; c < 6; ++c) s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
     }
     divergence(s.change, s.of_change, out);
     for (std::size_t i = 0; i < n; ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];

@@ -55,12 +55,13 @@ typedef struct cairn_fluid_rows {
   const int32_t* body_of_point;  /* of each point of a surface */
   const int32_t* body_of_plane;  /* of each half-space */
   const double* centre;          /* (3, bodies) [m] */
+  double* shape;                 /* (3 | 6, particles) inverse second moment of the gradients: xx yy [zz] xy [xz yz] */
 } cairn_fluid_rows;
 
 void cairn_fluid_fill_rows(const cairn_fluid* f, const cairn_fluid_rows* rows, int64_t first, int64_t last,
                            double* crowd, int8_t* open);
 void cairn_fluid_push(const cairn_fluid_rows* rows, const int8_t* filtered, int64_t first, int64_t last,
-                      const double* pressure, double* change, double* bent);
+                      const double* pressure, const double* load, double* change, double* bent);
 void cairn_fluid_divergence(const cairn_fluid_rows* rows, int64_t first, int64_t last, const double* velocity,
                             const double* of_body, double* divergence);
 void cairn_fluid_viscous(const cairn_fluid_rows* rows, double viscosity, int64_t first, int64_t last,
