@@ -159,6 +159,7 @@ private:
   void lay_rows(const Scene& scene);
   cairn_fluid_rows rows() const;
   void shear(double h);
+  void add_mass();
   void divergence(const std::vector<double>& velocity, const std::vector<double>& of_body, std::vector<double>& out);
   void impulses_on_bodies(const std::vector<double>& p, std::vector<double>& out) const;
   void push(const std::vector<double>& p);

@@ -35,7 +35,7 @@ struct Fluid::Implicit {
   // Of bodies (6, n): velocities without the impulses of pressure and contacts, what contacts change, both the pressure
   // and contacts of the last pass, and what the contacts began from; impulses before pressure and of it.
   std::vector<double> free, contact, pressed, given, known, impulse;
-  std::vector<double> share; // mass of a body over that with the liquid about it (n)
+  std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
   Array<double> inverse_mass, inverse_inertia;
 };
 
@@ -242,7 +242,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
         s.known[6 * std::size_t(s.wall_body[std::size_t(k)]) + c] -= h * volume * w[6 + c];
     }
   }
-  for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += rest[i];
+  for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += 0.5 * rest[i]; // the other half after viscosity
   const Bodies& all = scene.bodies;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
@@ -257,6 +257,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
     }
   }
   shear(h);
+  for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += 0.5 * rest[i];
   // Rows without bodies' part, and what the filter leaves of a liquid at rest.
   const double filter = settings.filter;
   push(level);
@@ -295,21 +296,37 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
                     filter * 2 * h / settings.density * bent + stiff;
   }
-  s.share.assign(bodies, 1.0);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) s.share[k] = bodies_[k].at < 0 ? 1 : 0; // of points that are wet
-  std::vector<double> points(bodies, 0.0);
-  for (std::size_t b = 0; b < body_of_point_.size(); ++b) {
-    const std::size_t k = std::size_t(body_of_point_[b]);
-    points[k] += 1;
-    s.share[k] += list_.first_of_point[b] < list_.first_of_point[b + 1];
-  }
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    const double wet = points[k] > 0 ? s.share[k] / points[k] : 0;
-    const Body& b = bodies_[k];
-    const double light = std::max({b.inverse_mass[0], b.inverse_mass[1], b.inverse_mass[2]});
-    s.share[k] = 1 / (1 + std::max(0.0, settings.density * b.volume * settings.depth * wet * light));
-  }
+  add_mass();
   report.passes = report.products = 0;
+}
+
+// The mass of the liquid about bodies, as an estimate from below: with that, passes converge. A body displaces its
+// volume, and its surface moves the liquid by generalised normals (n, r x n).
+void Fluid::add_mass() {
+  Implicit& s = *implicit_;
+  const double carried = dim_ == 2 ? 0.8 : 0.4; // of what is displaced: 1 of a cylinder, 1/2 of a sphere
+  constexpr double turned = 0.25;               // of that for rotations: shorter waves
+  std::vector<double> area(bodies_.size()), wet(bodies_.size()), twist(bodies_.size());
+  for (std::size_t b = 0; b < body_of_point_.size(); ++b) {
+    if (points_.depth[b] >= settings.spacing) continue;
+    const std::size_t k = std::size_t(body_of_point_[b]);
+    const double *x = &points_.offset[3 * b], *m = &points_.normal[3 * b], size = points_.volume[b] / settings.spacing;
+    area[k] += size;
+    if (list_.first_of_point[b] < list_.first_of_point[b + 1]) wet[k] += size;
+    const double t[3] = {x[1] * m[2] - x[2] * m[1], x[2] * m[0] - x[0] * m[2], x[0] * m[1] - x[1] * m[0]};
+    twist[k] += size * (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+  }
+  s.share.assign(2 * std::max<std::size_t>(1, bodies_.size()), 1.0);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const Body& b = bodies_[k];
+    if (b.at < 0 || !(area[k] > 0) || !(b.volume > 0)) continue;
+    const double mass = carried * settings.density * b.volume * settings.depth * wet[k] / area[k];
+    const double inertia = turned * mass * twist[k] / (area[k] / dim_) / (dim_ == 2 ? 1 : 3);
+    const double light = std::max({b.inverse_mass[0], b.inverse_mass[1], b.inverse_mass[2]});
+    const double easy = std::max({b.inverse_inertia[0], b.inverse_inertia[4], b.inverse_inertia[8]});
+    s.share[2 * k] = 1 / (1 + mass * light);
+    s.share[2 * k + 1] = 1 / (1 + inertia * easy);
+  }
 }
 
 void Fluid::press(Scene& scene) {
@@ -335,7 +352,9 @@ void Fluid::press(Scene& scene) {
     divergence(s.change, s.of_change, out);
     for (std::size_t i = 0; i < n; ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
   };
-  PressureSolver::Problem problem{apply, &s.constant, &s.diagonal, !closed_, settings.tolerance, settings.iterations};
+  constexpr double closer = 0.1; // once contacts are known: what the solver leaves would keep passes from converging
+  const double enough = settings.tolerance * (report.passes > 0 ? closer : 1);
+  PressureSolver::Problem problem{apply, &s.constant, &s.diagonal, !closed_, enough, settings.iterations};
   const PressureSolver::Report found = s.solver.solve(problem, pressure_, norm_[0]);
   report.products += found.products;
   report.residual = found.residual;
@@ -359,15 +378,16 @@ void Fluid::press(Scene& scene) {
     const Body& b = bodies_[k];
     for (std::size_t c = 0; c < 6; ++c) {
       s.pressed[6 * k + c] += change[c];
-      s.given[6 * k + c] = s.share[k] * (s.free[6 * k + c] + change[c]) + (1 - s.share[k]) * s.pressed[6 * k + c];
+      const double share = s.share[2 * k + c / 3];
+      s.given[6 * k + c] = share * (s.free[6 * k + c] + change[c]) + (1 - share) * s.pressed[6 * k + c];
     }
     if (b.at < 0) continue;
     for (int c = 0; c < all.dofs(); ++c) {
       all.velocity_free[b.at][c] = s.given[6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c)];
-      if (first) all.inverse_mass[b.at][c] *= s.share[k];
+      if (first) all.inverse_mass[b.at][c] *= s.share[2 * k + (c >= dim_)];
     }
     if (first && all.inverse_inertia.active)
-      for (int c = 0; c < 6; ++c) all.inverse_inertia[b.at][c] *= s.share[k];
+      for (int c = 0; c < 6; ++c) all.inverse_inertia[b.at][c] *= s.share[2 * k + 1];
   }
 }
 
@@ -395,9 +415,9 @@ double Fluid::misfit(const Scene& scene, const Array<double>& velocity) {
       const std::size_t at = 6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c);
       const double v = velocity[std::size_t(nd * b.at + c)], off = v - s.pressed[at];
       (at % 6 < 3 ? way : turn) += off * off;
-      s.contact[at] = (v - s.given[at]) / s.share[k];
+      s.contact[at] = (v - s.given[at]) / s.share[2 * k + (at % 6) / 3];
     }
-    if (s.share[k] < 1) most = std::max(most, std::sqrt(way) + b.reach * std::sqrt(turn)); // others meet no liquid
+    if (s.share[2 * k] < 1) most = std::max(most, std::sqrt(way) + b.reach * std::sqrt(turn)); // others meet no liquid
   }
   const double scale = scale_of_speed(scene);
   return report.misfit = scale > 0 ? most / scale : 0;
@@ -415,7 +435,7 @@ void Fluid::settle(Scene& scene) {
       b.impulse[c] = s.known[6 * k + c] + s.impulse[6 * k + c];
       s.pressed[6 * k + c] = s.free[6 * k + c] + change[c] + s.contact[6 * k + c];
     }
-    if (b.at < 0 || !(s.share[k] < 1)) continue;
+    if (b.at < 0 || !(s.share[2 * k] < 1)) continue;
     for (int c = 0; c < all.dofs(); ++c)
       all.velocity[b.at][c] = s.pressed[6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c)];
   }

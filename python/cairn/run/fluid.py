@@ -60,14 +60,19 @@ class Running:
                 f"the incompressible fluid is solved with the contacts of NSCD, and {strategy} moves this scene: give "
                 "strategy=cn.NSCD(), or leave out incompressible"
             )
-        if self.fluids[0].incompressible and self._simulation._ranks is not None:
-            raise ValueError("the incompressible fluid does not run over ranks: leave out ranks, or incompressible")
         if self.fluids[0].incompressible and self._simulation.strategy.integrator is not None:
             raise ValueError(
                 "the incompressible fluid moves by the theta-method of NSCD: leave out integrator, or incompressible"
             )
+        if self.fluids[0].incompressible and self._simulation.strategy.cut_back > 0:
+            raise ValueError("the incompressible fluid makes no step in parts: leave out cut_back, or incompressible")
         if any(s.mesh is not None for s in self._simulation._sets):
             raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave out either of them")
+
+    def refuse_ranks(self):
+        """Raises ValueError for the form of a fluid that does not run over ranks."""
+        if self.fluids[0].incompressible:
+            raise ValueError("the incompressible fluid does not run over ranks: leave out ranks, or incompressible")
 
     def _gravity(self):
         scene = self._simulation.scene
