@@ -34,7 +34,7 @@ struct Fluid::Implicit {
   std::vector<std::int8_t> filtered;
   // Of bodies (6, n): velocities without the impulses of pressure and contacts, what contacts change, both the pressure
   // and contacts of the last pass, and what the contacts began from; impulses before pressure and of it.
-  std::vector<double> free, contact, pressed, given, known, impulse;
+  std::vector<double> free, contact, pressed, given, known, impulse, left; // left: by contacts
   std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
   Array<double> inverse_mass, inverse_inertia;
 };
@@ -336,7 +336,13 @@ void Fluid::press(Scene& scene) {
   std::vector<double> now = s.free;
   for (std::size_t i = 0; i < now.size(); ++i) now[i] += s.contact[i];
   divergence(s.star, now, s.constant);
-  for (std::size_t i = 0; i < n; ++i) s.constant[i] += s.beside[i];
+  std::vector<double> begin(now.size(), 0.0);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].velocity, 6, &begin[6 * k]);
+  divergence(s.star, begin, s.divergence);
+  for (std::size_t i = 0; i < n; ++i) {
+    s.constant[i] += s.beside[i];
+    s.divergence[i] += s.beside[i];
+  }
   const double filter = settings.filter, h = s.h;
   const double stiff = settings.sound_speed > 0
                            ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h)
@@ -354,7 +360,8 @@ void Fluid::press(Scene& scene) {
   };
   constexpr double closer = 0.1; // once contacts are known: what the solver leaves would keep passes from converging
   const double enough = settings.tolerance * (report.passes > 0 ? closer : 1);
-  PressureSolver::Problem problem{apply, &s.constant, &s.diagonal, !closed_, enough, settings.iterations};
+  PressureSolver::Problem problem{apply,    &s.constant, &s.diagonal,        &s.divergence,
+                                  !closed_, enough,      settings.iterations};
   const PressureSolver::Report found = s.solver.solve(problem, pressure_, norm_[0]);
   report.products += found.products;
   report.residual = found.residual;
@@ -407,6 +414,7 @@ double Fluid::misfit(const Scene& scene, const Array<double>& velocity) {
   Implicit& s = *implicit_;
   const int nd = scene.bodies.dofs();
   double most = 0;
+  s.left = s.pressed;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
     if (b.at < 0) continue;
@@ -414,6 +422,7 @@ double Fluid::misfit(const Scene& scene, const Array<double>& velocity) {
     for (int c = 0; c < nd; ++c) {
       const std::size_t at = 6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c);
       const double v = velocity[std::size_t(nd * b.at + c)], off = v - s.pressed[at];
+      s.left[at] = v;
       (at % 6 < 3 ? way : turn) += off * off;
       s.contact[at] = (v - s.given[at]) / s.share[2 * k + (at % 6) / 3];
     }
@@ -423,19 +432,22 @@ double Fluid::misfit(const Scene& scene, const Array<double>& velocity) {
   return report.misfit = scale > 0 ? most / scale : 0;
 }
 
-// Bodies get the sum of both impulses, to rounding.
+// Bodies get the sum of both impulses, to rounding; on light ones, where they cancel, what contacts left.
 void Fluid::settle(Scene& scene) {
   Implicit& s = *implicit_;
+  constexpr double light = 0.5; // share of its own in the mass that contacts see
   Bodies& all = scene.bodies;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     Body& b = bodies_[k];
     double change[6];
     inverse_of_body(k, &s.impulse[6 * k], change);
+    const bool by_contacts = s.share[2 * k] < light;
     for (std::size_t c = 0; c < 6; ++c) {
       b.impulse[c] = s.known[6 * k + c] + s.impulse[6 * k + c];
-      s.pressed[6 * k + c] = s.free[6 * k + c] + change[c] + s.contact[6 * k + c];
+      s.pressed[6 * k + c] =
+          by_contacts ? s.left[6 * k + c] : s.free[6 * k + c] + change[c] + s.contact[6 * k + c];
     }
-    if (b.at < 0 || !(s.share[2 * k] < 1)) continue;
+    if (b.at < 0 || by_contacts || !(s.share[2 * k] < 1)) continue;
     for (int c = 0; c < all.dofs(); ++c)
       all.velocity[b.at][c] = s.pressed[6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c)];
   }

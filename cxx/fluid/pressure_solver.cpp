@@ -79,7 +79,10 @@ PressureSolver::Report PressureSolver::solve(const Problem& problem, std::vector
   if (!(norm > 0)) measure_norm(norm);
   const std::vector<double> nothing(n, 0.0);
   std::vector<double> constant = gradient_;
-  const double reference = std::sqrt(split(nothing, problem.unilateral));
+  double reference = std::sqrt(split(nothing, problem.unilateral));
+  for (std::size_t i = 0; i < n; ++i) gradient_[i] = scale_[i] * (*problem.measure)[i];
+  if (const double found = std::sqrt(split(nothing, problem.unilateral)); found > 0) reference = std::min(reference, found);
+  gradient_ = constant;
   Report report;
   if (!(reference > 0)) { // nothing presses
     std::fill(p.begin(), p.end(), 0.0);

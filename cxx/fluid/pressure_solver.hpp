@@ -14,8 +14,10 @@ public:
   struct Problem {
     std::function<void(const std::vector<double>& p, std::vector<double>& product)> apply;
     const std::vector<double>*constant, *diagonal; // c [1/s], of A [1/(Pa s)]
+    // A c by which residuals are measured: impulses on light bodies that cancel each other make the one above large.
+    const std::vector<double>* measure;
     bool unilateral = true;
-    double tolerance = 1e-3; // of the residual over that of p = 0
+    double tolerance = 1e-3; // of the residual over that of `measure` at p = 0
     int most = 1000;         // products
   };
   struct Report {
