@@ -25,6 +25,11 @@ cairn::FluidSettings settings_of(const py::dict& d) {
   take("courant", s.courant);
   take("depth", s.depth);
   take("threads", s.threads);
+  take("incompressible", s.incompressible);
+  take("filter", s.filter);
+  take("correction", s.correction);
+  take("tolerance", s.tolerance);
+  take("iterations", s.iterations);
   return s;
 }
 
@@ -86,6 +91,10 @@ py::dict report(Simulation& s) {
   out["compression"] = f.report.compression;
   out["neighbours"] = f.report.neighbours;
   out["stable_step"] = f.stable_step(s.scene);
+  out["passes"] = f.report.passes;
+  out["products"] = f.report.products;
+  out["misfit"] = f.report.misfit;
+  out["residual"] = f.report.residual;
   out["bytes"] = f.bytes();
   return out;
 }

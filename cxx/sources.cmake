@@ -170,6 +170,8 @@ set(CAIRN_CXX_SOURCES
   couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
+  fluid/fluid_implicit.cpp
+  fluid/pressure_solver.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp
   couplings/network.cpp
@@ -266,6 +268,7 @@ set(CAIRN_CXX_SOURCES
   simulation/integrators.cpp
   simulation/meshes.cpp
   strategies/nscd/cut_back.cpp
+  strategies/nscd/fluid_passes.cpp
   strategies/nscd/newton.cpp
   strategies/nscd/own_conditions.cpp
   strategies/nscd/histories.cpp

@@ -5,7 +5,7 @@
 !> makes the surface hold or slide.
 module fluid_rates
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
-  use fluid_view, only: cairn_fluid, fluid, open_fluid, wall_points, wall_points_of
+  use fluid_view, only: add_square, cairn_fluid, fluid, invert, open_fluid, wall_points, wall_points_of
   implicit none
   private
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
@@ -29,7 +29,8 @@ contains
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: i, k
     integer :: j
-    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2
+    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3), rates(3, 3), shape(3, 3)
+    real(c_double) :: e1, e2, a11, a12, a22, m11, m12, m22
     call open_fluid(f, last, v)
     periodic = v%periodic
     period = v%period
@@ -37,8 +38,15 @@ contains
     per_c2 = 1/v%c**2
     do i = first + 1, last
       own = v%record(:, i)
-      divergence = 0
+      rates = 0
+      moment = 0
       spread = 0
+      a11 = 0
+      a12 = 0
+      a22 = 0
+      m11 = 0
+      m12 = 0
+      m22 = 0
       do k = v%first(i) + 1, v%first(i + 1)
         j = v%neighbour(k) + 1
         r = own(1:3) - v%record(1:3, j)
@@ -46,18 +54,55 @@ contains
         t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(r(1)**2 + r(2)**2 + r(3)**2)/v%h)
         g = -v%scale*t**3*v%record(7, j)
         u = own(4:6) - v%record(4:6, j)
-        divergence = divergence + g*(u(1)*r(1) + u(2)*r(2) + u(3)*r(3))
+        if (v%dim == 2) then
+          e1 = g*r(1)
+          e2 = g*r(2)
+          a11 = a11 + e1*u(1)
+          a22 = a22 + e2*u(2)
+          a12 = a12 + (e2*u(1) + e1*u(2))
+          m11 = m11 - e1*r(1)
+          m22 = m22 - e2*r(2)
+          m12 = m12 - e1*r(2)
+        else
+          call add_rates(g, u, r, rates, moment)
+        end if
         spread = spread - g*((v%record(8, j) - own(8)) + v%density*(v%resting(1)*r(1) + v%resting(2)*r(2) + v%resting(3)*r(3)))
       end do
       call wall_points_of(v, i, w)
+      if (v%dim == 2) then
+        rates(1:2, 1) = [a11, 0.5_c_double*a12]
+        rates(1:2, 2) = [0.5_c_double*a12, a22]
+        moment(1:4) = [m11, m12, 0.0_c_double, m22]
+      end if
+      second = reshape([moment(1:3), moment(2), moment(4:5), moment(3), moment(5:6)], [3, 3])
       do k = 1, w%count
         r = w%r(:, k)
         t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(sum(r**2))/v%h)
-        divergence = divergence - v%scale*t**3*w%volume(k)*dot_product(own(4:6) - w%velocity(:, k), r)
+        g = -v%scale*t**3*w%volume(k)
+        call add_square(second, -g, r)
+        do j = 1, v%dim
+          rates(:, j) = rates(:, j) + g*(own(4:6) - w%velocity(:, k))*r(j)
+        end do
       end do
+      ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
+      call invert(v%dim, second, v%open(i) == 0, shape)
+      divergence = sum(shape*rates)
       rate(i - 1) = v%mass/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
     end do
   end subroutine cairn_fluid_density_rate
+
+  !> Adds g u r' to rates, and - g r r', as xx xy xz yy yz zz, to a moment.
+  pure subroutine add_rates(g, u, r, rates, moment)
+    real(c_double), intent(in) :: g, u(3), r(3)
+    real(c_double), intent(inout) :: rates(3, 3), moment(6)
+    integer :: l
+    do l = 1, 3
+      rates(:, l) = rates(:, l) + (g*r(l))*u
+    end do
+    moment(1:3) = moment(1:3) - (g*r(1))*r
+    moment(4:5) = moment(4:5) - (g*r(2))*r(2:3)
+    moment(6) = moment(6) - (g*r(3))*r(3)
+  end subroutine add_rates
 
   !> Accelerations of particles first to last - 1, the drift that keeps them evenly spread, and what presses on half-spaces.
   subroutine cairn_fluid_acceleration(f, first, last, acceleration, drift, bare, on_planes) bind(c)

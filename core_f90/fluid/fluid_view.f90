@@ -5,6 +5,7 @@ module fluid_view
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
   implicit none
   private
+  public :: add_square, cross, invert
   public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
   integer, parameter :: record_size = 8, surface_size = 12, plane_size = 16
   integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
@@ -31,6 +32,7 @@ module fluid_view
   type :: wall_points
     integer :: count = 0
     integer :: plane(most_wall_points) !< number of the half-space, 0: a point of a surface
+    integer :: point(most_wall_points) !< its number there, 0: of a half-space
     real(c_double) :: r(3, most_wall_points), velocity(3, most_wall_points), normal(3, most_wall_points)
     real(c_double) :: depth(most_wall_points), volume(most_wall_points)
     logical :: holds(most_wall_points)
@@ -105,6 +107,7 @@ contains
       w%volume(n) = f%surface(11, b)
       w%holds(n) = f%surface(12, b) < 1.5_c_double
       w%plane(n) = 0
+      w%point(n) = b
     end do
     w%count = n
     do p = 1, f%planes
@@ -160,10 +163,53 @@ contains
           w%volume(w%count) = f%dx**f%dim
           w%holds(w%count) = f%plane(16, p) < 1.5_c_double
           w%plane(w%count) = p
+          w%point(w%count) = 0
         end do
       end do
     end do
   end subroutine points_of_plane
+
+  !> Adds a weighted square of r to a moment.
+  pure subroutine add_square(sum_of, weight, r)
+    real(c_double), intent(inout) :: sum_of(3, 3)
+    real(c_double), intent(in) :: weight, r(3)
+    integer :: l
+    do l = 1, 3
+      sum_of(:, l) = sum_of(:, l) + weight*r*r(l)
+    end do
+  end subroutine add_square
+
+  !> Inverse of the second moment of the gradients about a particle within the liquid, with which they are exact for linear fields
+  !> (Randles & Libersky 1996); 1 elsewhere, and where neighbours lie too unevenly.
+  pure subroutine invert(dim, second, within, shape)
+    integer, intent(in) :: dim
+    real(c_double), intent(in) :: second(3, 3)
+    logical, intent(in) :: within
+    real(c_double), intent(out) :: shape(3, 3)
+    real(c_double), parameter :: least = 0.3_c_double !< determinant
+    real(c_double) :: a(3, 3), det
+    integer :: l
+    shape = 0
+    do l = 1, 3
+      shape(l, l) = 1
+    end do
+    if (.not. within) return
+    a = second
+    if (dim == 2) a(3, :) = [0, 0, 1]
+    if (dim == 2) a(:, 3) = [0, 0, 1]
+    shape(:, 1) = cross(a(:, 2), a(:, 3))
+    shape(:, 2) = cross(a(:, 3), a(:, 1))
+    shape(:, 3) = cross(a(:, 1), a(:, 2))
+    det = dot_product(a(:, 1), shape(:, 1))
+    if (det > least) then
+      shape = shape/det
+    else
+      shape = 0
+      do l = 1, 3
+        shape(l, l) = 1
+      end do
+    end if
+  end subroutine invert
 
   pure function cross(a, b) result(c)
     real(c_double), intent(in) :: a(3), b(3)

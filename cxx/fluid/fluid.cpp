@@ -24,8 +24,6 @@ void reorder(std::vector<T>& values, const std::vector<std::int32_t>& order, std
 }
 } // namespace
 
-Fluid::Fluid(int dim, const FluidSettings& given) : settings(given), dim_(dim) {}
-
 double Fluid::mass() const { return settings.density * std::pow(settings.spacing, dim_); }
 
 void Fluid::set_particles(std::span<const double> position, std::span<const double> velocity,
@@ -38,6 +36,11 @@ void Fluid::set_particles(std::span<const double> position, std::span<const doub
     density_[i] = settings.density + pressure[i] / (settings.sound_speed * settings.sound_speed);
   acceleration_.assign(3 * n, 0.0);
   open_.assign(n, 0);
+  if (settings.incompressible) {
+    pressure_.assign(pressure.begin(), pressure.end());
+    density_.assign(n, settings.density);
+    norm_.assign(1, 0.0);
+  }
   number_.resize(n);
   std::iota(number_.begin(), number_.end(), 0);
   known_ = list_known_ = false;
@@ -84,6 +87,10 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
     body.reach = std::max(body.reach, std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
     if (points_.depth[std::size_t(b)] < settings.spacing)
       body.surface += points_.volume[std::size_t(b)] / settings.spacing;
+    if (const double* n = &points_.normal[std::size_t(3 * b)]; points_.depth[std::size_t(b)] < settings.spacing)
+      for (int c = 0; c < 3; ++c) // Gauss
+        body.volume += points_.volume[std::size_t(b)] / settings.spacing / dim_ * n[c] *
+                       (x[c] + points_.depth[std::size_t(b)] * n[c]);
   }
   list_known_ = false;
   list_.at.clear();
@@ -154,6 +161,7 @@ void Fluid::renew_list() {
     reorder(density_, order, 1);
     reorder(number_, order, 1);
     reorder(open_, order, 1);
+    if (settings.incompressible) reorder(pressure_, order, 1);
   }
   list_.at = position_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
@@ -296,6 +304,7 @@ double Fluid::fastest() const {
 }
 
 double Fluid::stable_step(const Scene& scene) const {
+  if (settings.incompressible) return 0.4 * settings.spacing / fastest();
   const double h = settings.smoothing * settings.spacing, c = settings.sound_speed;
   double pull = 0;
   for (const double g : scene.gravity) pull += g * g;
@@ -377,6 +386,8 @@ void Fluid::keep_before() {
   before_.known = known_;
   before_.listed = list_.at;
   before_.pose = pose_listed_;
+  before_.pressure = pressure_;
+  before_.norm = norm_;
 }
 
 void Fluid::restore_before() {
@@ -390,6 +401,8 @@ void Fluid::restore_before() {
   known_ = before_.known;
   list_.at = before_.listed;
   pose_listed_ = before_.pose;
+  pressure_ = before_.pressure;
+  norm_ = before_.norm;
   list_known_ = false;
 }
 
@@ -415,6 +428,7 @@ std::vector<double> Fluid::position() const { return in_order(position_, 3); }
 std::vector<double> Fluid::velocity() const { return in_order(velocity_, 3); }
 std::vector<double> Fluid::density() const { return in_order(density_, 1); }
 std::vector<double> Fluid::pressure() const {
+  if (settings.incompressible) return in_order(pressure_, 1);
   std::vector<double> out = density();
   for (double& p : out) p = settings.sound_speed * settings.sound_speed * (p - settings.density);
   return out;

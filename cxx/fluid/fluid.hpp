@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,12 @@ struct FluidSettings {
   double courant = 0.25;                                           // sub-step over h / (c + v)
   double depth = 1;                                                // of a plane scene [m]
   int threads = 0;                                                 // 0: those of the program
+  // Of the incompressible form, whose step is that of the bodies; a sound speed makes it give way, 0: none.
+  bool incompressible = false;
+  double filter = 0.1;     // share of the compact Laplacian, which filters null modes of the pressure [-]
+  double correction = 0.2; // share of a compression that a step takes back [-]
+  double tolerance = 1e-3; // of the divergence over that without pressure [-]
+  int iterations = 2000;   // of the solver at most
 };
 
 enum class Slip : std::int8_t { none = 0, holds = 1, slides = 2 };
@@ -41,6 +48,7 @@ struct FluidSurface {
 class Fluid {
 public:
   Fluid(int dim, const FluidSettings& settings);
+  ~Fluid();
 
   FluidSettings settings;
   // (3, n) relative to the origin of the scene [m], [m/s], (n) [Pa].
@@ -55,6 +63,18 @@ public:
   void end(Scene& scene, double h); // the step of the bodies was made
   void undo(Scene& scene);          // it was not: all is as before
 
+  // The incompressible form, within the step of the bodies, whose free velocities and inverse masses are known:
+  // predicts the liquid to where contacts are detected; solves for the pressure, with bodies that have the impulses of
+  // contacts as last known, and gives bodies their free velocity by it, with the mass of the liquid about them, so that
+  // passes converge; takes the velocities that contacts left, and says by how much they differ from those that the
+  // pressure saw; gives bodies the sum of both impulses; goes on to the end of the step.
+  bool incompressible() const { return settings.incompressible; }
+  void predict(Scene& scene, double h, double ahead);
+  void press(Scene& scene);
+  double misfit(const Scene& scene, const Array<double>& velocity); // (dofs, bodies of the scene)
+  void settle(Scene& scene);
+  void finish(Scene& scene);
+
   // In the order in which particles were given.
   std::vector<double> position() const, velocity() const, pressure() const, density() const; // (3, n), (n)
   std::vector<std::int8_t> at_surface() const;
@@ -63,6 +83,10 @@ public:
 
   struct Report {
     int sub_steps = 0;      // of the last step
+    int passes = 0;         // of pressure and contacts in turn
+    int products = 0;       // of the pressure solver
+    double misfit = 0;      // of the velocities of bodies between both, over their speed
+    double residual = 0;    // of the pressure
     std::int64_t lists = 0; // of neighbours, made since the start
     double speed = 0;       // greatest [m/s]
     double compression = 0; // greatest |rho - rho0| / rho0
@@ -86,6 +110,9 @@ public:
     f("contact", contact_);
     f("contact_before", contact_before_);
     f("pose_listed", pose_listed_);
+    if (!settings.incompressible) return;
+    f("held_pressure", pressure_);
+    f("norm", norm_);
   }
   void state_restored();
 
@@ -100,6 +127,7 @@ private:
     double kept[6];     // its part by lasting contacts
     double impulse[6];  // of the liquid, in this step
     double surface = 0; // area or length of it that meets the liquid
+    double volume = 0;  // within it [m3 | m2]
     double reach = 0;   // farthest point of it from the centre
   };
 
@@ -126,6 +154,18 @@ private:
   std::array<double, 3> period_{}, corner_{};
   std::vector<double> in_order(const std::vector<double>& values, int components) const;
 
+  struct Implicit; // see fluid_implicit.cpp
+  std::unique_ptr<Implicit> implicit_;
+  void lay_rows(const Scene& scene);
+  cairn_fluid_rows rows() const;
+  void shear(double h);
+  void add_mass();
+  void divergence(const std::vector<double>& velocity, const std::vector<double>& of_body, std::vector<double>& out);
+  void impulses_on_bodies(const std::vector<double>& p, std::vector<double>& out) const;
+  void push(const std::vector<double>& p);
+  double inverse_of_body(std::size_t body, const double* impulse, double* change) const;
+  double scale_of_speed(const Scene& scene) const;
+
   int dim_;
   FluidSurface points_, planes_;
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
@@ -134,6 +174,7 @@ private:
   std::vector<double> on_points_, on_planes_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
+  std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
   double fastest_ = 0;  // at the begin of the step [m/s]
@@ -142,7 +183,7 @@ private:
   bool known_ = false, list_known_ = false, added_ = false;
 
   struct Before { // of a step that may be undone
-    std::vector<double> position, velocity, density, acceleration, listed, force, pose;
+    std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm;
     std::vector<std::int32_t> number;
     std::vector<std::int8_t> open;
     bool known = false;

@@ -45,6 +45,12 @@ void Simulation::use(LawTable table) {
 
 const StepReport& Simulation::step(double h) {
   if (!fluid) return step_of_bodies(h);
+  if (fluid->incompressible()) { // within the step of the bodies
+    if (strategy_->name != "nscd")
+      throw Error("the incompressible fluid is solved with the contacts of NSCD, and " + strategy_->name +
+                  " has none: take NSCD, or leave out incompressible");
+    return step_of_bodies(h);
+  }
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   timed("move_fluid", [&] { fluid->advance(scene, h); });
   try {

@@ -6,6 +6,7 @@
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
 #include "../base/threads.hpp"
+#include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
 #include "../solvers/problems/friction_problem.hpp"
 #include "nscd/own_conditions.hpp"
@@ -24,6 +25,7 @@ const StepReport& Nscd::step(Simulation& s, double h) {
 }
 
 void Nscd::make_step(Simulation& s, double h) {
+  const bool liquid = s.fluid && s.fluid->incompressible();
   begin_step(s, h);
   const Threads threads(settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
   try {
@@ -33,8 +35,10 @@ void Nscd::make_step(Simulation& s, double h) {
     s.timed("detect_contacts", [&] { detect_contacts(s); });
     {
       const Stopwatch passes(s.meshes.linear() ? nullptr : &s.pass_seconds.all);
+      if (liquid) s.timed("press_fluid", [&] { press_fluid(s); });
       s.timed("prepare_contacts", [&] { prepare_contacts(s); });
       s.timed("solve_contacts", [&] { solve_contacts(s); });
+      if (liquid) s.timed("fluid_passes", [&] { fluid_passes(s); });
       if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
     }
     if (attempt_ == Attempt::in_parts && s.report.solve.status == SolveStatus::diverged)
@@ -42,9 +46,11 @@ void Nscd::make_step(Simulation& s, double h) {
     s.timed("update_velocity", [&] { update_velocity(s); });
     s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
   } catch (...) {
+    if (liquid) s.fluid->undo(s.scene);
     undo_step(s);
     throw;
   }
+  if (liquid) s.timed("finish_fluid", [&] { s.fluid->finish(s.scene); });
   s.timed("update_configuration", [&] { update_configuration(s); });
   if (parts_overlaps()) s.timed("part_overlaps", [&] { part_overlaps(s); });
   if (settings.project_positions) s.timed("project_positions", [&] { project_positions(s); });
@@ -55,6 +61,11 @@ std::vector<std::string_view> Nscd::stages(const Simulation& s) const {
                                          "prepare_contacts",      "solve_contacts",        "update_velocity",
                                          "commit_contacts",       "update_configuration"};
   if (!s.meshes.linear()) names.insert(names.begin() + 5, "newton_passes");
+  if (s.fluid && s.fluid->incompressible()) {
+    names.insert(names.begin() + 3, "press_fluid");
+    names.insert(names.begin() + 6, "fluid_passes");
+    names.insert(names.end() - 1, "finish_fluid");
+  }
   if (parts_overlaps()) names.push_back("part_overlaps");
   if (settings.project_positions) names.push_back("project_positions");
   return names;

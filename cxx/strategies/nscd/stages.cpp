@@ -5,6 +5,7 @@
 
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
+#include "../../fluid/fluid.hpp"
 #include "../../laws/bond_laws.hpp"
 #include "../../meshes/mesh_rates.hpp"
 #include "../../networks/network.hpp"
@@ -285,6 +286,7 @@ void Nscd::update_velocity(Simulation& s) {
       cell.velocity_gradient[e] = 0.5 * (begin_.cell().velocity_gradient[e] + rate[e]);
     }
   s.interactions.update_velocity(b);
+  if (s.fluid && s.fluid->incompressible()) s.fluid->settle(s.scene);
   if (cell.moves()) std::copy(std::begin(rate), std::end(rate), cell.velocity_gradient);
   if (b.angular_momentum.active)
     cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),

@@ -53,6 +53,8 @@ class Fluid:
         Artificial viscosity of Monaghan, where particles approach [-].
     given : bool
         True if each particle was given, so that none is left out.
+    incompressible : bool
+        True if its pressure is solved for in the step of the bodies.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Fluid:
     smoothing: float
     artificial: float
     given: bool
+    incompressible: bool = False
 
     is_fluid = True
 
@@ -83,9 +86,10 @@ class Fluid:
         Returns
         -------
         tuple
-            Spacing, density, viscosity, sound speed, smoothing and artificial viscosity.
+            Spacing, density, viscosity, sound speed, smoothing, artificial viscosity and form.
         """
-        return self.spacing, self.density, self.viscosity, self.sound_speed, self.smoothing, self.artificial
+        numbers = self.spacing, self.density, self.viscosity, self.sound_speed, self.smoothing, self.artificial
+        return (*numbers, self.incompressible)
 
 
 def fluid(
@@ -100,8 +104,9 @@ def fluid(
     name="fluid",
     smoothing=1.5,
     artificial=0.0,
+    incompressible=False,
 ):
-    """A liquid of particles, weakly compressible, which flows among rigid bodies with a free surface.
+    """A liquid of particles, which flows among rigid bodies with a free surface.
 
     Parameters
     ----------
@@ -127,6 +132,10 @@ def fluid(
         Length h of the kernel over the spacing; particles reach over 2 h [-].
     artificial : float, default 0
         Artificial viscosity (Monaghan 1992) where particles approach [-].
+    incompressible : bool, default False
+        True: density is a unilateral condition, solved in the step of NSCD together with the contacts, with steps of up to
+        0.4 spacings over the speed. A sound speed then is that of the liquid itself; without one it does not give way.
+        False: weakly compressible, in sub-steps of the bodies' step.
 
     Returns
     -------
@@ -175,6 +184,9 @@ def fluid(
     if not (np.all(np.isfinite(speed)) and (pressure is None or np.all(np.isfinite(pressure)))):
         raise ValueError("velocity or pressure of the fluid holds a number that is not finite: give finite ones")
     viscosity = _not_negative("viscosity", viscosity)
+    artificial = _not_negative("artificial", artificial)
+    if incompressible and artificial > 0:
+        raise ValueError(f"artificial is {artificial:g}, which damps sound, and an incompressible fluid has none: leave it out")
     smoothing = checks.number("smoothing", smoothing)
     if not 1.0 <= smoothing <= 3.0:
         raise ValueError(f"smoothing is {smoothing:g}: give a value in [1, 3]; below, particles have too few neighbours")
@@ -188,8 +200,9 @@ def fluid(
         viscosity,
         None if sound_speed is None else checks.positive("sound_speed", sound_speed),
         smoothing,
-        _not_negative("artificial", artificial),
+        artificial,
         given,
+        bool(incompressible),
     )
 
 

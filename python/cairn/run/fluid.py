@@ -9,6 +9,7 @@ from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluids import slip_between, sound_speed_of
+from .fluid_gaps import warn_of_gaps
 from .shown import shown
 
 FIELDS = ("position", "velocity", "pressure", "density", "open")
@@ -33,25 +34,45 @@ class Running:
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
         _refuse_crowded(position, first.spacing)
-        speed = first.sound_speed or sound_speed_of(self.fluids, across, periodic)
+        speed = first.sound_speed or (0.0 if first.incompressible else sound_speed_of(self.fluids, across, periodic))
         pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
         self.count, self.sound_speed = len(position), speed
         settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
         settings |= {"smoothing": first.smoothing, "artificial": first.artificial, "depth": float(scene.depth)}
+        settings["incompressible"] = first.incompressible
         settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
         self.settings = settings
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
         self._give_surfaces(bodies)
+        slips = [slip_between(scene, b.material, b.group) for b in bodies]
+        warn_of_gaps(bodies, position, first.spacing, slips, above=4)
 
     def _refuse(self, scene):
         liquids = {f.liquid() for f in self.fluids}
         if len(liquids) > 1:
             raise ValueError(
                 f"fluids {', '.join(sorted(f.name for f in self.fluids))} differ in spacing, density, viscosity, sound_speed, "
-                "smoothing or artificial: two liquids do not mix here, give both the same values"
+                "smoothing, artificial or incompressible: two liquids do not mix here, give both the same values"
             )
+        strategy = type(self._simulation.strategy).__name__
+        if self.fluids[0].incompressible and strategy != "NSCD":
+            raise ValueError(
+                f"the incompressible fluid is solved with the contacts of NSCD, and {strategy} moves this scene: give "
+                "strategy=cn.NSCD(), or leave out incompressible"
+            )
+        if self.fluids[0].incompressible and self._simulation.strategy.integrator is not None:
+            raise ValueError(
+                "the incompressible fluid moves by the theta-method of NSCD: leave out integrator, or incompressible"
+            )
+        if self.fluids[0].incompressible and self._simulation.strategy.cut_back > 0:
+            raise ValueError("the incompressible fluid makes no step in parts: leave out cut_back, or incompressible")
         if any(s.mesh is not None for s in self._simulation._sets):
             raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave out either of them")
+
+    def refuse_ranks(self):
+        """Raises ValueError for the form of a fluid that does not run over ranks."""
+        if self.fluids[0].incompressible:
+            raise ValueError("the incompressible fluid does not run over ranks: leave out ranks, or incompressible")
 
     def _gravity(self):
         scene = self._simulation.scene
@@ -350,8 +371,10 @@ class FluidView:
             "",
             f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, "
             f"viscosity {s['viscosity']:g} Pa s ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
-            f"  delta-SPH, Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, "
-            f"{info['bytes']} bytes",
-            f"  sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "
+            f"  Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
+            f"  incompressible, in the step of contacts, at most {info['stable_step']:.3g} s; last step: {info['passes']} passes, "
+            f"{info['products']} products, speed {info['speed']:.3g} m/s, density off by {info['compression']:.2%}"
+            if s["incompressible"]
+            else f"  delta-SPH, sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "
             f"speed {info['speed']:.3g} m/s, compression {info['compression']:.2%}, {info['lists']} lists so far",
         ]

@@ -113,6 +113,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         if ranks is not None:
+            if self._fluid:
+                self._fluid.refuse_ranks()
             self._ranks = over.Ranks(self, ranks, exchange)
         self._made = True
 

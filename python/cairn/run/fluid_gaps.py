@@ -1,0 +1,75 @@
+"""Gaps under a spacing of the fluid between bodies that it wets: no particle fits there, and none presses."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..base.geometry import turn
+
+
+class FluidWarning(UserWarning):
+    """A liquid does not resolve what stands in it."""
+
+
+NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
+
+
+def warn_of_gaps(bodies, position, spacing, slips, above):
+    """Warns once of bodies nearer to others than a spacing where the liquid wets them at the start.
+
+    Parameters
+    ----------
+    bodies : list
+        Contactors, as `Running` has them: ids, position, rotation, points in the axes of the body, plane.
+    position : ndarray (n, dim)
+        Places of the particles [m].
+    spacing : float
+        Distance of the particles [m].
+    slips : list of int
+        How the liquid meets each contactor; 0: not at all.
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    from scipy.spatial import cKDTree
+
+    met = [b for b, slip in zip(bodies, slips) if slip]
+    surfaces = [(b, *_surface(b, spacing)) for b in met if not b.plane and len(b.points)]
+    planes = [(b, *_surface(b, spacing)) for b in met if b.plane]
+    if not surfaces or not len(position):
+        return
+    place = np.concatenate([p for _, p, _ in surfaces])
+    owner = np.concatenate([np.full(len(p), int(b.ids[0])) for b, p, _ in surfaces])
+    wet = cKDTree(position).query(place)[0] < NEAR * spacing
+    place, owner = place[wet], owner[wet]
+    found = {}
+    for body, at, normal in planes:
+        low = np.flatnonzero((place - at[0]) @ normal[0] < spacing)
+        for k in np.unique(owner[low]):
+            found.setdefault((int(k), int(body.ids[0])), place[low[owner[low] == k][0]])
+    if len(place):
+        pairs = cKDTree(place).query_pairs(spacing, output_type="ndarray")
+        for a, b in pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]:
+            found.setdefault((int(min(owner[a], owner[b])), int(max(owner[a], owner[b]))), place[a])
+    if not found:
+        return
+    (a, b), at = next(iter(found.items()))
+    warnings.warn(
+        f"{len(found)} pairs of bodies in the liquid leave gaps under its spacing of {spacing:g} m, the first are bodies {a} and {b} "
+        f"at {tuple(round(float(x), 6) for x in at)}: no particle fits between, so that nothing presses there, and a body on the "
+        "bed has no buoyancy; give gaps of a spacing or more, or a smaller spacing",
+        FluidWarning,
+        stacklevel=above + 1,
+    )
+
+
+def _surface(body, spacing):
+    """Places (n, dim) of the points of a contactor on its surface and the normals out of it, in space."""
+    points = body.points if body.plane else body.points.where(body.points.depth < spacing)
+    place, normal = points.place + points.normal * points.depth[:, None], points.normal
+    if body.rotation is not None and len(place):
+        dim = place.shape[1]
+        all_of = np.broadcast_to(body.rotation, (len(place), *np.shape(body.rotation)))
+        place, normal = turn(all_of, place, dim), turn(all_of, normal, dim)
+    return place + body.position, normal
