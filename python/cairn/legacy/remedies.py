@@ -1,4 +1,4 @@
-"""What to give in the place of elements and models of meshed bodies that Cairn does not have."""
+"""Remedies for elements and models of meshed bodies that Cairn does not have."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ def drive_cell(core, scene, cell):
 
 
 def change(core, scene, cell):
-    """Drives the cell as `cell` tells, a Periodic, in the place of what drove it."""
+    """Replaces the drive of the periodic cell by that of `cell`, a Periodic."""
     core.release_cell()
     drive_cell(core, scene, cell)
 

@@ -953,5 +953,5 @@ def step_length(value, *words):
     """The length of a step [s]. words: texts that stand for one where it is given. Raises ValueError for anything else."""
     if isinstance(value, str):
         told = "".join(f', or "{word}" under SmoothDEM' for word in words)
-        raise ValueError(f"dt is {value!r}, a text: give a number > 0 [s]{told}{meant(value, words)}")
+        raise ValueError(f"dt is {value!r}: give a finite number > 0 [s]{told}{meant(value, words)}")
     return checks.positive("dt", value)

@@ -96,7 +96,8 @@ def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
 
 @pytest.mark.parametrize("element, told", [
     ("J2xx2", "joints of no thickness: contactors on both sides"), ("Q8Rxx", "reduced or mixed"),
-    ("DKTxx", "a shell: take solid"), ("SPRG2", "a spring between nodes"), ("BARxx", "cn.bars"), ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"),
+    ("DKTxx", "a shell: take solid"), ("SPRG2", "a spring between nodes"), ("BARxx", "cn.bars"),
+    ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"),
 ])  # fmt: skip
 def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, tmp_path):
     folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"

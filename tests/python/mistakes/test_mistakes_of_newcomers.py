@@ -290,12 +290,12 @@ def test_a_document_that_is_no_json_names_the_line(tmp_path, capsys):
 @pytest.mark.parametrize("strategy", [None, cn.SmoothDEM()])
 def test_texts_as_a_step(strategy):
     made = scene()
-    for word, told in (("stabel", "did you mean 'stable'"), ("1e-3", "dt is '1e-3', a text: give a number > 0")):
+    for word, told in (("stabel", "did you mean 'stable'"), ("1e-3", "dt is '1e-3': give a finite number > 0")):
         with pytest.raises(ValueError, match=told):
             cn.Simulation(made, word, strategy)
     there = sim()
     for call in (lambda: setattr(there, "dt", "stable"), lambda: there.step("stable")):
-        with pytest.raises(ValueError, match="dt is 'stable', a text: give a number > 0"):
+        with pytest.raises(ValueError, match="dt is 'stable': give a finite number > 0"):
             call()
 
 

@@ -222,7 +222,7 @@ def test_walls_across_a_periodic_axis_are_refused(dim):
     closed = cn.Scene(dim, periodic=cn.Periodic((*lengths, 1.0)))
     with pytest.raises(ValueError, match="wall with normal"):
         closed.add(cn.wall(zero, up, ROCK))
-    # one that was turned, one that comes later, and a cell that comes after the wall
+    # the same for a turned wall, a wall that is added to a simulation, and a cell that is set after the wall
     body = cn.wall(zero, up, ROCK)
     turned = body.with_(rotation=np.array([np.pi / 2]) if dim == 2 else np.array([[np.sqrt(0.5), 0, np.sqrt(0.5), 0]]))
     with pytest.raises(ValueError, match="periodic along x"):
