@@ -237,6 +237,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/solid_self_stress.cpp
   solvers/sweeps/solid_system.cpp
   solvers/sweeps/solid_zones.cpp
+  solvers/sweeps/solid_zones_interior.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/held_rows.cpp
   solvers/sweeps/jointed_blocks.cpp

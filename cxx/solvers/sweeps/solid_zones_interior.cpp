@@ -1,7 +1,7 @@
 // Interior points for the contacts beside zones. A node on a side, and a node of that side on the first body, often
 // bear the same load: multipliers of an augmented Lagrangian pass it from one to the other slowly, and contacts that
 // close or open cut its steps short. Here every contact presses a little and stands off a little, the product of both
-// shrinks from pass to pass (Wright 1997), and friction follows from the same barrier on its cone.
+// shrinks from pass to pass (Wright 1997), and friction is smoothed by as much.
 #include <algorithm>
 #include <cmath>
 
@@ -34,6 +34,9 @@ void SolidZones::begin_inside(double barrier) {
   }
 }
 
+// Adds the impulse of a contact beside its zone to `bears` [N s], without what the barrier adds, and its stiffness (c,
+// c) [kg] to `answer`. Friction is f w + limit u = 0 with w^2 = |u|^2 + barrier/rho, linearised in f and u with f
+// within the limit (Chan, Golub & Mulet 1999): steps need not be cut where a contact begins or ends to slide.
 void SolidZones::bear_inside(const double* u, double* multiplier, int n, int c, double rho, double distance, double mu,
                              double barrier, double* bears, double* answer) const {
   const double slope = multiplier[0] / distance;
