@@ -12,7 +12,9 @@ using namespace detection;
 
 namespace {
 
-constexpr int facet_numbers = 8; // centre, normal, offset of the plane from the centre, radius of the ball around it
+// centre, normal, offset of the plane from the centre, radius of the ball around it; of each edge the direction in the
+// plane that points away from the triangle, and its offset
+constexpr int facet_numbers = 20;
 constexpr double on_the_safe_side = 1e-6; // of lengths, against rounding
 
 // What x in the axes of a body is in space; q: unit quaternion (w, x, y, z).
@@ -21,6 +23,23 @@ void turn(const double* q, const double* x, double* out) {
   for (int k = 0; k < 3; ++k) t[k] = 2 * (q[1 + (k + 1) % 3] * x[(k + 2) % 3] - q[1 + (k + 2) % 3] * x[(k + 1) % 3]);
   for (int k = 0; k < 3; ++k)
     out[k] = x[k] + q[0] * t[k] + q[1 + (k + 1) % 3] * t[(k + 2) % 3] - q[1 + (k + 2) % 3] * t[(k + 1) % 3];
+}
+
+// Where the edge from x to y ends the triangle, seen from its third vertex z.
+void see_edge(const double* x, const double* y, const double* z, const double* normal, double* out) {
+  double e[3], size = 0, beyond = 0;
+  for (int k = 0; k < 3; ++k) e[k] = y[k] - x[k];
+  for (int k = 0; k < 3; ++k) out[k] = e[(k + 1) % 3] * normal[(k + 2) % 3] - e[(k + 2) % 3] * normal[(k + 1) % 3];
+  for (int k = 0; k < 3; ++k) size += out[k] * out[k];
+  size = size > 0 ? std::sqrt(size) : 1;
+  for (int k = 0; k < 3; ++k) out[k] /= size;
+  out[3] = 0;
+  for (int k = 0; k < 3; ++k) {
+    out[3] += out[k] * x[k];
+    beyond += out[k] * (z[k] - x[k]);
+  }
+  if (beyond > 0)
+    for (int k = 0; k < 4; ++k) out[k] = -out[k];
 }
 
 } // namespace
@@ -83,12 +102,21 @@ void InteractionHandler::Workspace::see_facets(std::int64_t first, std::int64_t 
         std::copy_n(normal, 3, of + 3);
       of[6] = hulls.offset[std::size_t(face)];
       of[7] = hulls.radius[std::size_t(hull)];
+      double v[3][3];
+      for (int k = 0; k < 3; ++k) {
+        const double* x = &hulls.vertex[3 * std::size_t(hulls.first_vertex[std::size_t(hull)] + k)];
+        if (rotation)
+          turn(&rotation[4 * std::int64_t(body)], x, v[k]);
+        else
+          std::copy_n(x, 3, v[k]);
+      }
+      for (int k = 0; k < 3; ++k) see_edge(v[k], v[(k + 1) % 3], v[(k + 2) % 3], of + 3, of + 8 + 4 * k);
     }
   });
 }
 
-// A contact needs a point of the triangle within the reach of the ball, so that the disk which the ball cuts from the
-// plane of the triangle comes as near as the ball around the triangle.
+// A contact needs a point of the triangle within the reach of the ball: in the disk which that cuts from its plane,
+// which is beyond none of the edges then.
 void InteractionHandler::Workspace::leave_far_facets(int kind, std::int64_t first, std::int64_t last) {
   see_facets(first, last);
   near_now.resize(std::size_t(last - first));
@@ -100,18 +128,22 @@ void InteractionHandler::Workspace::leave_far_facets(int kind, std::int64_t firs
       double x[3], shift[3] = {0, 0, 0};
       place_of(ball, x);
       if (any_periodic) image_shift(*cell, found.image[p] & image_bits, shift);
-      double height = -of[6], square = 0;
+      double height = -of[6], square = 0, d[3];
       for (int k = 0; k < 3; ++k) {
-        const double d = x[k] - of[k] - shift[k];
-        height += d * of[3 + k];
-        square += d * d;
+        d[k] = x[k] - of[k] - shift[k];
+        height += d[k] * of[3 + k];
+        square += d[k] * d[k];
       }
       const double reach_of =
           (contactors->radius.values[std::size_t(ball)] + share(ball) + share(facet)) * (1 + on_the_safe_side) +
           on_the_safe_side * of[7];
       const double disk = reach_of * reach_of - height * height;
-      const double apart = std::sqrt(std::max(disk, 0.0)) + of[7];
-      const bool far = disk < 0 || square - height * height > apart * apart * (1 + on_the_safe_side);
+      const double cut = std::sqrt(std::max(disk, 0.0)), apart = cut + of[7];
+      bool far = disk < 0 || square - height * height > apart * apart * (1 + on_the_safe_side);
+      for (int k = 0; k < 3 && !far; ++k) {
+        const double* edge = of + 8 + 4 * k;
+        far = d[0] * edge[0] + d[1] * edge[1] + d[2] * edge[2] - edge[3] > cut + on_the_safe_side * of[7];
+      }
       near_now[std::size_t(n)] = !far || (found.image[p] & declared_bit);
     }
   });
