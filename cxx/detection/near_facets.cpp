@@ -11,7 +11,9 @@ namespace cairn::detection {
 
 namespace {
 
-constexpr int facet_numbers = 8; // centre, normal, offset of the plane from the centre, radius of the ball around it
+// Centre, normal, offset of the plane from the centre, radius of the ball around it; of each edge the unit vector in
+// the plane that points away from the triangle, and its offset.
+constexpr int facet_numbers = 20;
 constexpr double on_the_safe_side = 1e-6; // of lengths, against rounding
 
 // Turns x from the axes of a body to those of space; q: unit quaternion (w, x, y, z).
@@ -20,6 +22,23 @@ void turn(const double* q, const double* x, double* out) {
   for (int k = 0; k < 3; ++k) t[k] = 2 * (q[1 + (k + 1) % 3] * x[(k + 2) % 3] - q[1 + (k + 2) % 3] * x[(k + 1) % 3]);
   for (int k = 0; k < 3; ++k)
     out[k] = x[k] + q[0] * t[k] + q[1 + (k + 1) % 3] * t[(k + 2) % 3] - q[1 + (k + 2) % 3] * t[(k + 1) % 3];
+}
+
+// Where the edge from x to y ends the triangle, seen from its third vertex z.
+void place_edge(const double* x, const double* y, const double* z, const double* normal, double* out) {
+  double e[3], size = 0, beyond = 0;
+  for (int k = 0; k < 3; ++k) e[k] = y[k] - x[k];
+  for (int k = 0; k < 3; ++k) out[k] = e[(k + 1) % 3] * normal[(k + 2) % 3] - e[(k + 2) % 3] * normal[(k + 1) % 3];
+  for (int k = 0; k < 3; ++k) size += out[k] * out[k];
+  size = size > 0 ? std::sqrt(size) : 1;
+  for (int k = 0; k < 3; ++k) out[k] /= size;
+  out[3] = 0;
+  for (int k = 0; k < 3; ++k) {
+    out[3] += out[k] * x[k];
+    beyond += out[k] * (z[k] - x[k]);
+  }
+  if (beyond > 0)
+    for (int k = 0; k < 4; ++k) out[k] = -out[k];
 }
 
 } // namespace
@@ -93,12 +112,21 @@ void NearFacets::place_facets(const OrderedPairs& found, std::int64_t first, std
         std::copy_n(normal, 3, of + 3);
       of[6] = hulls.offset[std::size_t(face)];
       of[7] = hulls.radius[std::size_t(hull)];
+      double v[3][3];
+      for (int d = 0; d < 3; ++d) {
+        const double* x = &hulls.vertex[3 * std::size_t(hulls.first_vertex[std::size_t(hull)] + d)];
+        if (scene_.rotation)
+          turn(&scene_.rotation[4 * std::int64_t(body)], x, v[d]);
+        else
+          std::copy_n(x, 3, v[d]);
+      }
+      for (int d = 0; d < 3; ++d) place_edge(v[d], v[(d + 1) % 3], v[(d + 2) % 3], of + 3, of + 8 + 4 * d);
     }
   });
 }
 
-// A contact needs a point of the triangle within the reach of the ball, so that the disk which the ball cuts from the
-// plane of the triangle comes as near as the ball around the triangle.
+// A contact needs a point of the triangle within the reach of the ball: in the disk that this reach cuts from the plane
+// of the triangle. No such point exists if the disk lies beyond an edge, or farther than the ball around the triangle.
 void NearFacets::drop_far(const OrderedPairs& found, int kind, std::int64_t first, std::int64_t last) {
   const Contactors& k = *scene_.contactors;
   may_touch_.resize(std::size_t(last - first));
@@ -110,18 +138,22 @@ void NearFacets::drop_far(const OrderedPairs& found, int kind, std::int64_t firs
       double x[3], shift[3] = {0, 0, 0};
       place_of(ball, x);
       if (scene_.any_periodic) image_shift(*scene_.cell, found.image[p] & image_bits, shift);
-      double height = -of[6], square = 0;
+      double height = -of[6], square = 0, along[3];
       for (int d = 0; d < 3; ++d) {
-        const double along = x[d] - of[d] - shift[d];
-        height += along * of[3 + d];
-        square += along * along;
+        along[d] = x[d] - of[d] - shift[d];
+        height += along[d] * of[3 + d];
+        square += along[d] * along[d];
       }
       const double reach =
           (k.radius.values[std::size_t(ball)] + scene_.share(ball) + scene_.share(facet)) * (1 + on_the_safe_side) +
           on_the_safe_side * of[7];
       const double disk = reach * reach - height * height;
-      const double apart = std::sqrt(std::max(disk, 0.0)) + of[7];
-      const bool far = disk < 0 || square - height * height > apart * apart * (1 + on_the_safe_side);
+      const double cut = std::sqrt(std::max(disk, 0.0)), apart = cut + of[7];
+      bool far = disk < 0 || square - height * height > apart * apart * (1 + on_the_safe_side);
+      for (int d = 0; d < 3 && !far; ++d) {
+        const double* edge = of + 8 + 4 * d;
+        far = along[0] * edge[0] + along[1] * edge[1] + along[2] * edge[2] - edge[3] > cut + on_the_safe_side * of[7];
+      }
       may_touch_[std::size_t(n)] = !far || (found.image[p] & declared_bit);
     }
   });

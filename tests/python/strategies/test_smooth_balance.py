@@ -106,7 +106,7 @@ def test_loads_drags_and_drives_close(dim):
     floor = scene.add(cn.wall(0 * up, up, ROCK))
     scene.interact("*", "*", LAWS["linear"])
     sim = settle(scene)
-    sim.drive(floor, lift, lambda t: 0.2 * np.sin(1200 * t))
+    sim.drive(floor, lift, cn.Expression("0.2*sin(1200*t)"))
     e = closes(sim, 0.03)
     assert abs(e["work_driven"]) > 1e-4 * e["in_play"] and abs(e["work_external"]) > 1e-4 * e["in_play"]
     assert e["dissipated_bulk"] > 0
