@@ -73,7 +73,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         one_of("exchange", exchange, ("colour", "sweep"))
         if ranks is not None:
             given = over.solved_by_sweeps(given)
-        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else step_length(dt, "stable")
+        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else _step_length(dt, "stable")
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
@@ -139,7 +139,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     @dt.setter
     def dt(self, value):
         self._stage.at_rest("dt")
-        self._dt = step_length(value)
+        self._dt = _step_length(value)
 
     @property
     def strategy(self):
@@ -361,7 +361,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         float
             Its length [s].
         """
-        h = self._dt if dt is None else step_length(dt)
+        h = self._dt if dt is None else _step_length(dt)
         with self._stage.of_loads():
             self._follow_scene()
             self._apply_functions(h)
@@ -949,7 +949,7 @@ def _three(values):
     return out
 
 
-def step_length(value, *words):
+def _step_length(value, *words):
     """The length of a step [s]. words: texts that stand for one where it is given. Raises ValueError for anything else."""
     if isinstance(value, str):
         told = "".join(f', or "{word}" under SmoothDEM' for word in words)
