@@ -50,7 +50,7 @@ FILES = {
     "cxx/solvers/sweeps/solid_self_stress.cpp": "bonds/test_rings_of_bonds.py",
     "cxx/networks/conduction.cpp": "networks/test_thermal.py networks/test_electrical.py",
     "cxx/soe/banded.cpp": "solvers/test_soe.py",
-    "cxx/contactors/hull_shapes.cpp": "detection/test_hull_gaps.py detection/test_surfaces.py",
+    "cxx/contactors/hull_shapes.cpp": "detection/test_hull_gaps.py meshes/test_round_bodies_on_soft_faces.py",
     "cxx/couplings/thermal.cpp": "networks/test_thermal.py networks/test_thermal_closed_forms.py",
     "cxx/solvers/nlgs/extrapolation.cpp": "solvers/test_extrapolated_sweeps.py",
     "cxx/solvers/nlgs/velocity_error.cpp": "solvers/test_accuracy.py",

@@ -1,4 +1,4 @@
-"""Scenes and cases of benchmarks/policy.py: small ones, at least one for each mechanism of the solvers."""
+"""Small scenes and cases of benchmarks/policy.py, some for each mechanism of the solvers."""
 
 import cairn as cn
 import numpy as np
@@ -109,7 +109,6 @@ SCENES = {
     "few disks": (lambda: sim_of(grains(2, 40, 1), 5e-4), 40),
     "90 disks": (lambda: sim_of(grains(2, 90, 1), 5e-4), 40),
     "moving disks": (lambda: sim_of(grains(2, 80, 1, mu=0.1), 5e-4), 5),
-    "60 disks": (lambda: sim_of(grains(2, 60, 1), 5e-4), 40),
     "spheres": (lambda: sim_of(grains(3, 150, 1), 5e-4), 40),
     "60 spheres": (lambda: sim_of(grains(3, 60, 1, mu=0.1), 5e-4), 60),
     "slippery spheres": (lambda: sim_of(grains(3, 100, 1, mu=0.05), 5e-4), 20),
