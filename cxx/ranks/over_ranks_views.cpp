@@ -34,7 +34,7 @@ struct OverRanks::Shown {
   std::vector<double> gap, normal, point;
   std::vector<double> field[std::size(kept_fields)];
   std::vector<std::int32_t> status;
-  bool networks = false; // what they read is there
+  bool networks = false; // their fields are kept
 
   template <class F>
   void each_numbers(int dim, F&& f) {

@@ -1,5 +1,5 @@
-// Joints over ranks: one rank has all of them. It seats them, finds their drift and stiffens their bodies, and all
-// ranks solve again for what it finds.
+// Joints over ranks: one rank has all of them. It seats them, finds their drift and stiffens their bodies. All ranks
+// then solve again with the corrected biases.
 #include <algorithm>
 
 #include "../solvers/sweeps/contact_system.hpp"
@@ -94,7 +94,7 @@ private:
   Part* part_ = nullptr;
 };
 
-// As Nscd::solve_contacts does once contacts are solved.
+// The rest of Nscd::solve_contacts, once contacts are solved.
 void RankedNscd::hold_joints(Simulation& s, double h) {
   constexpr int most = 3;
   ContactsOfRanks contacts(*this);

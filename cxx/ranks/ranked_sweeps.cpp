@@ -292,7 +292,7 @@ int RankedSweeps::sweeps_to_check(double square, double wanted) {
 // Projected over-relaxation where sweeps are not extrapolated (Cryer 1971), less where an error did not fall.
 void RankedSweeps::relax(double square) {
   if (once_) {
-    constexpr double half = 0.5; // below it, what sweeps of ranks do apart is more than what extrapolation is made for
+    constexpr double half = 0.5; // below it, extrapolated sweeps diverge
     once_->follow(square);
     extrapolates_ = extrapolates_ && once_->share() > half;
     return;

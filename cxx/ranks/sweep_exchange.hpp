@@ -1,6 +1,6 @@
-// One exchange a sweep, in the place of one after each colour: each rank sweeps its contacts with what it knows, then
-// the changes of velocities of shared bodies are added up, and a share of the sweep is taken (Preclik & Ruede 2015).
-// The error decides how much. Fewer messages, and bits that depend on the number of ranks.
+// One exchange a sweep, in the place of one after each colour: each rank sweeps its contacts alone, then changes of
+// velocities of shared bodies are added up, and a share of the sweep is taken (Preclik & Ruede 2015). The share is less
+// where the error did not fall. Messages are fewer; bits depend on the number of ranks.
 #pragma once
 #include <limits>
 #include <vector>

@@ -1,4 +1,4 @@
-"""What contacts remember, what holds bodies together and what flows between them, over ranks: the same bits for every number."""
+"""Cohesion, bonds, networks and moving surfaces over ranks: the same bits for every number of them."""
 
 import hashlib
 import math
