@@ -1,6 +1,5 @@
-// Which pairs of balls and triangles of a kept list can touch now: a search reaches farther than most of its pairs ever
-// come, and a triangle whose plane meets the ball beside it costs a few numbers here, not a narrow phase. Nothing is
-// left out that the narrow phase would count.
+// Pairs of balls and triangles of a kept list are sifted here before their narrow phase: a search reaches farther than
+// most of its pairs ever come. Nothing is left out that the narrow phase would count.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +16,7 @@ namespace {
 constexpr int facet_numbers = 20;
 constexpr double on_the_safe_side = 1e-6; // of lengths, against rounding
 
-// What x in the axes of a body is in space; q: unit quaternion (w, x, y, z).
+// Turns x from the axes of a body into those of space; q: unit quaternion (w, x, y, z).
 void turn(const double* q, const double* x, double* out) {
   double t[3];
   for (int k = 0; k < 3; ++k) t[k] = 2 * (q[1 + (k + 1) % 3] * x[(k + 2) % 3] - q[1 + (k + 2) % 3] * x[(k + 1) % 3]);

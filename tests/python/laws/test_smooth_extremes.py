@@ -1,5 +1,5 @@
-"""Smooth laws at their extremes: sizes of 1e-9 and 1e6 m, masses a factor of 1e12 apart, no friction and very much, steps a thousand
-times too long. Each ends in a motion that is possible, or in an error that names the fault."""
+"""Smooth laws at their extremes: sizes of 1e-9 and 1e6 m, masses a factor of 1e12 apart, no friction and very much, steps a
+thousand times too long. Each ends in a motion that is possible, or in an error that names the fault."""
 
 import cairn as cn
 import numpy as np
