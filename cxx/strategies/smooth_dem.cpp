@@ -198,8 +198,8 @@ void SmoothDem::kick(Simulation& s) {
     if (predicts())
       correct(s, first, last, wrong, &sums_[sums_of_tile * t]);
     else if (plain_tile(s, first, last))
-      cairn_verlet_end_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(), b.contact_force.values.data(),
-                               b.velocity.values.data(), &wrong, terms);
+      cairn_verlet_end_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(),
+                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
     else
       cairn_verlet_end(dim_, b.dofs(), first, last, h_, weight_.data(), b.inverse_mass.values.data(),
                        b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),

@@ -14,7 +14,7 @@ namespace cairn {
 void SmoothDem::begin_balance(Simulation& s) {
   if (!settings.energy) return;
   const Bodies& b = s.scene.bodies;
-  driven_before_ = s.energy.work_driven; // what wrapping has given before is in the kinetic energy
+  driven_before_ = s.energy.work_driven; // work of wrapping before is in the kinetic energy
   s.energy.kinetic = s.energy.stored = 0;
   for (std::int64_t t = 0; t < tiles(s); ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);

@@ -841,7 +841,7 @@ class SmoothDEM(Strategy):
         if not 0 <= checks.number("local_damping", self.local_damping) < 1:
             raise ValueError(f"local_damping is {self.local_damping}: give a share of the force in [0, 1); 0.7 is usual for rest")
         if not 1 <= checks.number("mass_scale", self.mass_scale) < math.inf:
-            raise ValueError(f"mass_scale is {self.mass_scale}: give a finite number of at least 1, the inertia over that of the mass")
+            raise ValueError(f"mass_scale is {self.mass_scale}: give a finite number of at least 1, inertia over mass")
         if self.mass_scale > 1 and getattr(self.integrator, "row", "velocity_verlet") != "velocity_verlet":
             raise ValueError("mass_scale is for VelocityVerlet(): leave the integrator out")
         checks.flag("energy", self.energy)

@@ -126,9 +126,9 @@ class StepWarnings:
         if scale > 1:
             self._tell(
                 StableStepWarning,
-                f"mass_scale is {scale:g}: bodies have {scale:g} times the inertia of their mass, so that impacts, waves and flows "
-                f"are {math.sqrt(scale):.3g} times slower; forces are right where loading is slow, and kinetic energy is small "
-                "beside the work of the loads",
+                f"mass_scale is {scale:g}: bodies have {scale:g} times the inertia of their mass, so that impacts, waves and "
+                f"flows are {math.sqrt(scale):.3g} times slower; forces are right where loading is slow, and kinetic energy "
+                "small beside the work of the loads",
                 "mass_scale",
             )
         if type(getattr(simulation.strategy, "integrator", None)).__name__ == "Gear":

@@ -116,7 +116,8 @@ def test_smooth_laws(law, c):
         released = 0.5 * (before_it - tangential) * old @ old
         np.testing.assert_allclose(energy[3, i], released, rtol=0.1 if law == "jkr" else 1e-6, atol=1e-9 * tangential)
         # work against the tangential force, of the spring in the mean of both ends of the step
-        spent = -H * tangent @ u[1:, i] - tangential * spring @ (spring - old)
+        mean = tangent + 0.5 * tangential * (spring - old)
+        spent = -H * mean @ u[1:, i] - 0.5 * tangential * (spring @ spring - old @ old)
         np.testing.assert_allclose(energy[2, i], spent, rtol=1e-9, atol=1e-12)
 
 
@@ -156,7 +157,7 @@ def test_stiffness_of_the_adhesive_spring():
     """The slope of the force by differences, of two bodies at rest, and what the attraction takes from it."""
     stiffness, adhesion, ratio = 400.0, 30.0, 0.3
     p = np.array([stiffness, adhesion, ratio, 2.0, 0.4])
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
     kernel("cairn_law_adhesive_spring_stiffness", "cairn_law_stiffness")(N, overlap, radius, p, k, reach)
     geometry, forces, undamped = np.ones((3, N)), [], np.array([stiffness, adhesion, 0.0, 2.0, 0.4])
     geometry[1] = radius
@@ -176,7 +177,7 @@ def test_stiffness_of_the_adhesive_spring():
 def test_stiffness_of_smooth_laws(law):
     """The slope of the force by differences, and the tangential stiffness that damping and springs have."""
     p = SMOOTH[law]
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
     kernel(f"cairn_law_{law}_stiffness", "cairn_law_stiffness")(N, overlap, radius, np.array(p), k, reach)
     for i in range(N):
         force = [elastic(law, p, -overlap[i] + d, radius[i], True)[0] for d in (-1e-6, 1e-6)]

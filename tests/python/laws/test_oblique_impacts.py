@@ -1,6 +1,6 @@
-"""Impacts of spheres as Chung & Ooi (2011, Granular Matter 13) pose them: along the normal and at an angle, on a plane and between
-spheres, like and unlike, that spin; against closed forms where they slide or roll throughout, and else against an integration of
-the two springs with steps a hundred times as short."""
+"""Impacts of spheres as Chung & Ooi (2011, Granular Matter 13) pose them: along the normal and at an angle, on a plane and
+between spheres, like and unlike, that spin; against closed forms where they slide or roll throughout, and else against an
+integration of the two springs with steps a hundred times as short."""
 
 import math
 
@@ -18,7 +18,7 @@ def law_of(m):
 
 
 def collide(m, radii, velocities, share=2e-3):
-    """Velocities after the impact of spheres along z, or of one sphere and a floor where there is one radius."""
+    """Returns velocities after the impact of spheres along z, or of one sphere and a floor where there is one radius."""
     stone = cn.Material("stone", density=m["density"])
     scene = cn.Scene(3)
     high = [radii[0] * 1.0000001, -(radii[-1]) * 0.9999999]
@@ -98,8 +98,8 @@ def test_oblique_impacts_on_a_plane(angle):
 @pytest.mark.parametrize("spin", [0.5, 4.0, 40.0])
 @pytest.mark.parametrize("radii", [(0.1,), (0.1, 0.1), (0.1, 0.4)])
 def test_spheres_that_spin(m, spin, radii):
-    """Tests 5 to 8: the normal velocity is 0.2 m/s whatever the spin; on a plane, on a like sphere that spins the same way, on one
-    of four times the radius."""
+    """Tests 5 to 8: the normal velocity is 0.2 m/s whatever the spin; on a plane, on a like sphere that spins the same way, on
+    one of four times the radius."""
     before = [(0, 0, -0.2, 0, spin, 0), (0, 0, 0.2, 0, spin, 0)][: len(radii)]
     after, scales = collide(m, list(radii), before)
     closing = -0.2 * len(radii)

@@ -88,7 +88,7 @@ def test_what_the_steps_lose_falls_with_them(law):
 
 
 def test_springs_that_change_are_released():
-    """Mindlin's stiffness follows the normal force while its spring is stretched; without it the error of the steps would not fall."""
+    """Mindlin's stiffness follows the normal force while its spring is stretched: an error of the steps if uncounted."""
     e = closes(heap(3, LAWS["hertz"]), 0.03)
     assert abs(e["released"]) > 1e-6 * e["in_play"]
     e = closes(heap(3, cn.HertzMindlin(young=1e7, poisson=0.3, restitution=0.5, mu=0.0)), 0.03)
@@ -134,7 +134,7 @@ def test_a_mesh_and_local_damping_close():
 
 
 def test_a_sheared_cell_is_paid_for():
-    """The work of a cell that shears a dense packing is what friction, dashpots and springs take, up to the error of the steps."""
+    """The work of a cell that shears a dense packing goes to friction, dashpots and springs, up to the error of the steps."""
     count, pitch = 4, 1.9 * R
     x = np.stack(np.meshgrid(*[np.arange(count)] * 2, indexing="ij"), -1).reshape(-1, 2) * pitch
     scene = cn.Scene(2, periodic=cn.Periodic((count * pitch,) * 2, rate={"xy": 5.0}))
