@@ -174,7 +174,7 @@ private:
   std::vector<double> on_points_, on_planes_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
-  std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)
+  std::vector<double> pressure_, norm_;                                // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
   double fastest_ = 0;  // at the begin of the step [m/s]
