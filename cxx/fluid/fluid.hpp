@@ -26,7 +26,7 @@ struct FluidSettings {
   double courant = 0.25;                                           // sub-step over h / (c + v)
   double depth = 1;                                                // of a plane scene [m]
   int threads = 0;                                                 // 0: those of the program
-  // Of the incompressible form, whose step is that of the bodies; a sound speed makes it give way, 0: none.
+  // The incompressible form takes the step of the bodies; a sound speed is its compressibility, 0: none.
   bool incompressible = false;
   double filter = 0.1;     // share of the compact Laplacian, which filters null modes of the pressure [-]
   double correction = 0.2; // share of a compression that a step takes back [-]

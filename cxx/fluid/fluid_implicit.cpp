@@ -32,9 +32,9 @@ struct Fluid::Implicit {
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
-  // Of bodies (6, n): velocities without the impulses of pressure and contacts, what contacts change, both the pressure
-  // and contacts of the last pass, and what the contacts began from; impulses before pressure and of it.
-  std::vector<double> free, contact, pressed, given, known, impulse, left; // left: by contacts
+  // Velocities of bodies (6, n): without pressure and contacts, changes by contacts, with pressure, those that contacts
+  // begin from. Impulses on them: before pressure, of it. Velocities that contacts left.
+  std::vector<double> free, contact, pressed, given, known, impulse, left;
   std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
   Array<double> inverse_mass, inverse_inertia;
 };
@@ -99,7 +99,7 @@ void Fluid::lay_rows(const Scene& scene) {
   s.load.resize(s.shape.size());
   open_new_.resize(std::size_t(n));
   pack();
-  for (int round = known_ ? 1 : 0; round < 2; ++round) { // what is beside a free surface is known once this is
+  for (int round = known_ ? 1 : 0; round < 2; ++round) { // neighbours of a free surface are known in the second
     const cairn_fluid f = view(scene);
     const cairn_fluid_rows r = rows();
     each_tile(n, [&](std::int64_t first, std::int64_t last) {
@@ -303,7 +303,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
 // volume, and its surface moves the liquid by generalised normals (n, r x n).
 void Fluid::add_mass() {
   Implicit& s = *implicit_;
-  const double carried = dim_ == 2 ? 0.8 : 0.4; // of what is displaced: 1 of a cylinder, 1/2 of a sphere
+  const double carried = dim_ == 2 ? 0.8 : 0.4; // mass over the displaced: 1 of a cylinder, 1/2 of a sphere
   constexpr double turned = 0.25;               // of that for rotations: shorter waves
   std::vector<double> area(bodies_.size()), wet(bodies_.size()), twist(bodies_.size());
   for (std::size_t b = 0; b < body_of_point_.size(); ++b) {

@@ -10,7 +10,7 @@ from ..base.geometry import turn
 
 
 class FluidWarning(UserWarning):
-    """A liquid does not resolve what stands in it."""
+    """The spacing of a liquid does not resolve the scene."""
 
 
 NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
