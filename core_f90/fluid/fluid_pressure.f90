@@ -1,5 +1,5 @@
-!> Pressure of an incompressible fluid of particles, as a condition on the divergence at the end of a step: rows of the divergence,
-!> their adjoint, which is the pressure force, and a compact Laplacian that filters its null modes (Cummins & Rudman 1999).
+!> Pressure of an incompressible fluid of particles, as a condition on the divergence at the end of a step (Cummins & Rudman 1999).
+!> The pressure force is the adjoint of the divergence. A compact Laplacian filters the null modes of both.
 !> A wall has mirrored velocities, so that the adjoint has the pressure of the particle there, and momentum is kept exactly.
 module fluid_pressure
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr

@@ -26,7 +26,7 @@ struct FluidSettings {
   double courant = 0.25;                                           // sub-step over h / (c + v)
   double depth = 1;                                                // of a plane scene [m]
   int threads = 0;                                                 // 0: those of the program
-  // Of the incompressible form, whose step is that of the bodies; a sound speed makes it give way, 0: none.
+  // The incompressible form takes the step of the bodies; a sound speed is its compressibility, 0: none.
   bool incompressible = false;
   double filter = 0.1;     // share of the compact Laplacian, which filters null modes of the pressure [-]
   double correction = 0.2; // share of a compression that a step takes back [-]
@@ -174,7 +174,7 @@ private:
   std::vector<double> on_points_, on_planes_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
-  std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)
+  std::vector<double> pressure_, norm_;                                // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
   double fastest_ = 0;  // at the begin of the step [m/s]

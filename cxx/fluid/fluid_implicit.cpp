@@ -1,5 +1,5 @@
-// The incompressible form: the liquid at the middle of the step of the bodies, where contacts are detected; its pressure
-// at the end of it, as the impulse that keeps the density.
+// The incompressible form: the liquid at the middle of the step of the bodies, where contacts are detected; its
+// pressure at the end of it, as the impulse that keeps the density.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -32,9 +32,9 @@ struct Fluid::Implicit {
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
-  // Of bodies (6, n): velocities without the impulses of pressure and contacts, what contacts change, both the pressure
-  // and contacts of the last pass, and what the contacts began from; impulses before pressure and of it.
-  std::vector<double> free, contact, pressed, given, known, impulse, left; // left: by contacts
+  // Velocities of bodies (6, n): without pressure and contacts, changes by contacts, with pressure, those that contacts
+  // begin from. Impulses on them: before pressure, of it. Velocities that contacts left.
+  std::vector<double> free, contact, pressed, given, known, impulse, left;
   std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
   Array<double> inverse_mass, inverse_inertia;
 };
@@ -99,7 +99,7 @@ void Fluid::lay_rows(const Scene& scene) {
   s.load.resize(s.shape.size());
   open_new_.resize(std::size_t(n));
   pack();
-  for (int round = known_ ? 1 : 0; round < 2; ++round) { // what is beside a free surface is known once this is
+  for (int round = known_ ? 1 : 0; round < 2; ++round) { // neighbours of a free surface are known in the second
     const cairn_fluid f = view(scene);
     const cairn_fluid_rows r = rows();
     each_tile(n, [&](std::int64_t first, std::int64_t last) {
@@ -207,8 +207,8 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   fastest_ = fastest();
   if (!(fastest_ * h <= most_way * settings.spacing))
     throw Error("a step of " + std::to_string(h) + " s moves the fluid by " +
-                std::to_string(fastest_ * h / settings.spacing) +
-                " of its spacing: give a dt of " + std::to_string(0.4 * settings.spacing / fastest_) + " s");
+                std::to_string(fastest_ * h / settings.spacing) + " of its spacing: give a dt of " +
+                std::to_string(0.4 * settings.spacing / fastest_) + " s");
   for (std::size_t i = 0; i < position_.size(); ++i) position_[i] += ahead * velocity_[i];
   place_surfaces();
   if (known_ && !list_known_) renew_as_listed();
@@ -264,9 +264,8 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   const std::vector<double> still(6 * bodies, 0.0);
   divergence(rest, still, s.beside);
   s.diagonal.assign(n, 0.0);
-  const double stiff = settings.sound_speed > 0
-                           ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h)
-                           : 0;
+  const double stiff =
+      settings.sound_speed > 0 ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h) : 0;
   for (std::size_t i = 0; i < n; ++i) {
     double& rho = density_[i];
     if (!closed_ && open_[i] == 2) rho = settings.density;
@@ -304,7 +303,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
 // volume, and its surface moves the liquid by generalised normals (n, r x n).
 void Fluid::add_mass() {
   Implicit& s = *implicit_;
-  const double carried = dim_ == 2 ? 0.8 : 0.4; // of what is displaced: 1 of a cylinder, 1/2 of a sphere
+  const double carried = dim_ == 2 ? 0.8 : 0.4; // mass over the displaced: 1 of a cylinder, 1/2 of a sphere
   constexpr double turned = 0.25;               // of that for rotations: shorter waves
   std::vector<double> area(bodies_.size()), wet(bodies_.size()), twist(bodies_.size());
   for (std::size_t b = 0; b < body_of_point_.size(); ++b) {
@@ -344,16 +343,16 @@ void Fluid::press(Scene& scene) {
     s.divergence[i] += s.beside[i];
   }
   const double filter = settings.filter, h = s.h;
-  const double stiff = settings.sound_speed > 0
-                           ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h)
-                           : 0;
+  const double stiff =
+      settings.sound_speed > 0 ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h) : 0;
   const auto apply = [&](const std::vector<double>& p, std::vector<double>& out) {
     push(p);
     impulses_on_bodies(p, s.of_change);
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
       double change[6];
       inverse_of_body(k, &s.of_change[6 * k], change);
-      for (std::size_t c = 0; c < 6; ++c) s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
+      for (std::size_t c = 0; c < 6; ++c)
+        s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
     }
     divergence(s.change, s.of_change, out);
     for (std::size_t i = 0; i < n; ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
@@ -444,8 +443,7 @@ void Fluid::settle(Scene& scene) {
     const bool by_contacts = s.share[2 * k] < light;
     for (std::size_t c = 0; c < 6; ++c) {
       b.impulse[c] = s.known[6 * k + c] + s.impulse[6 * k + c];
-      s.pressed[6 * k + c] =
-          by_contacts ? s.left[6 * k + c] : s.free[6 * k + c] + change[c] + s.contact[6 * k + c];
+      s.pressed[6 * k + c] = by_contacts ? s.left[6 * k + c] : s.free[6 * k + c] + change[c] + s.contact[6 * k + c];
     }
     if (b.at < 0 || by_contacts || !(s.share[2 * k] < 1)) continue;
     for (int c = 0; c < all.dofs(); ++c)
@@ -470,8 +468,7 @@ void Fluid::finish(Scene& scene) {
   divergence(velocity_, begin, of_begin);
   for (std::size_t i = 0; i < 3 * n; ++i) velocity_[i] = s.star[i] + s.change[i];
   divergence(velocity_, s.pressed, s.divergence);
-  for (std::size_t i = 0; i < n; ++i)
-    density_[i] *= 1 - (s.ahead * of_begin[i] + (s.h - s.ahead) * s.divergence[i]);
+  for (std::size_t i = 0; i < n; ++i) density_[i] *= 1 - (s.ahead * of_begin[i] + (s.h - s.ahead) * s.divergence[i]);
   for (std::size_t i = 0; i < 3 * n; ++i) position_[i] += (s.h - s.ahead) * velocity_[i];
   report.sub_steps = 1;
   report.speed = fastest();

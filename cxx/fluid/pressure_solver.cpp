@@ -81,7 +81,8 @@ PressureSolver::Report PressureSolver::solve(const Problem& problem, std::vector
   std::vector<double> constant = gradient_;
   double reference = std::sqrt(split(nothing, problem.unilateral));
   for (std::size_t i = 0; i < n; ++i) gradient_[i] = scale_[i] * (*problem.measure)[i];
-  if (const double found = std::sqrt(split(nothing, problem.unilateral)); found > 0) reference = std::min(reference, found);
+  if (const double found = std::sqrt(split(nothing, problem.unilateral)); found > 0)
+    reference = std::min(reference, found);
   gradient_ = constant;
   Report report;
   if (!(reference > 0)) { // nothing presses

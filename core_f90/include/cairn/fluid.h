@@ -43,19 +43,19 @@ void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, co
 enum { cairn_fluid_wall_record = 16 };
 typedef struct cairn_fluid_rows {
   int32_t dim, bodies;
-  double step, density, volume;  /* [s], [kg/m3], of a particle [m3 | m2] */
-  const int64_t* first;          /* (particles + 1) where the pairs of a particle begin */
-  int32_t* used;                 /* (particles) how many it has */
-  int32_t* near;                 /* numbers of particles, from 0 */
-  double* pair;                  /* (dim + 1, pairs) */
-  const int64_t* first_wall;     /* (particles + 1) */
-  int32_t* used_wall;            /* (particles) */
-  int32_t* wall_body;            /* numbers of bodies, from 0 */
-  double* wall;                  /* (16, walls) */
-  const int32_t* body_of_point;  /* of each point of a surface */
-  const int32_t* body_of_plane;  /* of each half-space */
-  const double* centre;          /* (3, bodies) [m] */
-  double* shape;                 /* (3 | 6, particles) inverse second moment of the gradients: xx yy [zz] xy [xz yz] */
+  double step, density, volume; /* [s], [kg/m3], of a particle [m3 | m2] */
+  const int64_t* first;         /* (particles + 1) where the pairs of a particle begin */
+  int32_t* used;                /* (particles) how many it has */
+  int32_t* near;                /* numbers of particles, from 0 */
+  double* pair;                 /* (dim + 1, pairs) */
+  const int64_t* first_wall;    /* (particles + 1) */
+  int32_t* used_wall;           /* (particles) */
+  int32_t* wall_body;           /* numbers of bodies, from 0 */
+  double* wall;                 /* (16, walls) */
+  const int32_t* body_of_point; /* of each point of a surface */
+  const int32_t* body_of_plane; /* of each half-space */
+  const double* centre;         /* (3, bodies) [m] */
+  double* shape;                /* (3 | 6, particles) inverse second moment of the gradients: xx yy [zz] xy [xz yz] */
 } cairn_fluid_rows;
 
 void cairn_fluid_fill_rows(const cairn_fluid* f, const cairn_fluid_rows* rows, int64_t first, int64_t last,

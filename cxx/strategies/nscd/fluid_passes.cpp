@@ -1,6 +1,6 @@
-// An incompressible liquid in the step of the bodies: its pressure and the impulses of contacts, each found with the other
-// as last known, until both see the same velocities. In the solution of contacts a body has the mass of the liquid about
-// it beside its own, so that light bodies converge as heavy ones do.
+// An incompressible liquid in the step of the bodies: its pressure and the impulses of contacts, each found with the
+// other as last known, until both see the same velocities. In the solution of contacts a body has the mass of the
+// liquid about it beside its own, so that light bodies converge as heavy ones do.
 #include <cmath>
 #include <string>
 #include <vector>

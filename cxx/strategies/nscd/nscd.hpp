@@ -45,7 +45,8 @@ public:
   void solve_contacts(Simulation& s);
   // Further ones, where stresses of a mesh are not linear: Newton's method round the solution; see newton.cpp.
   void newton_passes(Simulation& s);
-  // Pressure of an incompressible liquid and contacts in turn, until both see the same velocities; see fluid_passes.cpp.
+  // Pressure of an incompressible liquid and contacts in turn, until both see the same velocities; see
+  // fluid_passes.cpp.
   void press_fluid(Simulation& s);
   void fluid_passes(Simulation& s);
   void update_velocity(Simulation& s);

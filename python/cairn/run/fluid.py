@@ -372,7 +372,7 @@ class FluidView:
             f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, "
             f"viscosity {s['viscosity']:g} Pa s ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
             f"  Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
-            f"  incompressible, in the step of contacts, at most {info['stable_step']:.3g} s; last step: {info['passes']} passes, "
+            f"  incompressible, in the contacts' step, at most {info['stable_step']:.3g} s; last step: {info['passes']} passes, "
             f"{info['products']} products, speed {info['speed']:.3g} m/s, density off by {info['compression']:.2%}"
             if s["incompressible"]
             else f"  delta-SPH, sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "

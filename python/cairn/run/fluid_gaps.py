@@ -10,7 +10,7 @@ from ..base.geometry import turn
 
 
 class FluidWarning(UserWarning):
-    """A liquid does not resolve what stands in it."""
+    """The spacing of a liquid does not resolve the scene."""
 
 
 NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
@@ -56,9 +56,9 @@ def warn_of_gaps(bodies, position, spacing, slips, above):
         return
     (a, b), at = next(iter(found.items()))
     warnings.warn(
-        f"{len(found)} pairs of bodies in the liquid leave gaps under its spacing of {spacing:g} m, the first are bodies {a} and {b} "
-        f"at {tuple(round(float(x), 6) for x in at)}: no particle fits between, so that nothing presses there, and a body on the "
-        "bed has no buoyancy; give gaps of a spacing or more, or a smaller spacing",
+        f"{len(found)} pairs of bodies in the liquid leave gaps under its spacing of {spacing:g} m, the first are bodies {a} and "
+        f"{b} at {tuple(round(float(x), 6) for x in at)}: no particle fits between, so that nothing presses there, and a body "
+        "on the bed has no buoyancy; give gaps of a spacing or more, or a smaller spacing",
         FluidWarning,
         stacklevel=above + 1,
     )

@@ -1,4 +1,4 @@
-"""The incompressible liquid, whose pressure is solved with the contacts: weight, release, contacts under water, momentum, refusals."""
+"""The incompressible liquid, whose pressure is solved with the contacts: weight, release, contacts under water, refusals."""
 
 import cairn as cn
 import numpy as np
@@ -81,11 +81,11 @@ def test_a_light_block_presses_on_what_holds_it_down(share):
     # contact and pressure in one step: the body is at rest, and the contact bears what the liquid gives less weight
     scene, block = held_down(share)
     sim = cn.Simulation(scene, dt=5e-3)
-    for _ in range(20):
+    for _ in range(10):
         sim.step()
         assert sim.info["status"] == "converged"
         assert sim.fluid.info["misfit"] <= 1e-3
-    assert abs(sim.bodies.velocity[sim.bodies.id == block][0, 1]) < 1e-3
+    assert abs(sim.bodies.velocity[sim.bodies.id == block][0, 1]) < 2e-3 * 9.81 * 5e-3
     borne = np.abs(np.sum(sim.contacts.impulse[:, 1])) / 5e-3
     lift = sim.fluid.force_on(block)[1] - 1000.0 * share * 9.81 * 0.09
     assert lift > 0 and abs(borne / lift - 1) < 1e-2
