@@ -186,7 +186,7 @@ contains
     real(c_double), intent(in) :: second(3, 3)
     logical, intent(in) :: within
     real(c_double), intent(out) :: shape(3, 3)
-    real(c_double), parameter :: least = 0.3_c_double !< determinant
+    real(c_double), parameter :: least = 0.3_c_double !< smallest determinant that is inverted [-]
     real(c_double) :: a(3, 3), det
     integer :: l
     shape = 0

@@ -72,12 +72,12 @@ public:
 
   // The more a pass costs beside the sweeps until now, the more it has to be worth.
   bool refines(int iterations, double error) override {
-    const double share = policy().refinement_share;
+    const double most = policy().refinement_dearest, share = policy().refinement_share;
     if (!(solid_bonds_ || jointed_) || given_up_ || refined_ > 0 || !(error > 0)) return false;
     if (std::isfinite(options_.accuracy) && solid_bonds_) return true;
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
     const bool wanted =
-        SolidCorrection::amplification(system_) * error_of_speed() > std::max(cost / share, 1.0) * tolerance_;
+        SolidCorrection::amplification(system_) * error_of_speed() > std::clamp(cost / share, 1.0, most) * tolerance_;
     // Self-stress of rings by sweeps stays from step to step: it is dropped after several sweeps, and in small solids.
     const bool cheap = cost <= share || SolidCorrection::operations(system_) < policy().refinement_small;
     only_rings_ = !wanted && iterations > 1 && cheap && SolidCorrection::has_bonds(system_);

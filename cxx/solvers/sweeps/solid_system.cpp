@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "batch.hpp"
 #include "contact_rows.hpp"
@@ -224,6 +225,21 @@ bool SolidSystem::factor() {
 void SolidSystem::refresh() {
   system.load(velocity_free_);
   cairn_add_impulses(&schedule);
+}
+
+bool SolidSystem::moves(const Contact& contact) const {
+  constexpr double rounding = 256 * std::numeric_limits<double>::epsilon();
+  const std::size_t c = std::size_t(contact.components), n = std::size_t(contact.unknowns);
+  const double* rows = &rows_[contact.rows];
+  const std::int32_t* unknown = &clique_[contact.clique];
+  double size = 0, most = 0;
+  for (std::size_t j = 0; j < n; ++j) {
+    double sum = 0; // over both sides
+    for (std::size_t i = 0; i < n; ++i) sum += unknown[i] == unknown[j] ? rows[c * i] : 0;
+    size = std::max(size, std::abs(rows[c * j]));
+    most = std::max(most, std::abs(sum));
+  }
+  return most > rounding * size;
 }
 
 void SolidSystem::add_momentum(const std::vector<double>& impulse, double sign, std::vector<double>& momentum) const {

@@ -50,6 +50,8 @@ public:
       for (std::size_t k = 0; k < c; ++k)
         du[k] += rows_[contact.rows + c * j + k] * velocity[std::size_t(clique_[contact.clique + j])];
   }
+  // False if no unknown changes the normal velocity of a contact: its nodes are driven, or both of its sides have them.
+  bool moves(const Contact& contact) const;
   // Momentum of bodies by impulses, as long as `known`, times `sign`, is added to `momentum`.
   void add_momentum(const std::vector<double>& impulse, double sign, std::vector<double>& momentum) const;
   void mass_times(const std::vector<double>& x, std::vector<double>& y) const;

@@ -17,8 +17,7 @@ namespace {
 
 // Penalty of contacts beside the springs [kg]. Multipliers converge the faster the larger it is, but each contact that
 // closes or opens along a step cuts it short, as many do on meshes. Sheared walls of rigid bricks: 60 of 60 steps
-// converge with the larger penalty, 12 with one of 2^9. Of meshes, from interior points: 22 passes a step with the
-// smaller one, 29 with 2^9; a larger one of 2^15 fails in steps.
+// converge with the larger penalty, 12 with one of 2^9. Of meshes one of 2^15 fails in 2 of 8 steps.
 double penalty(const cairn_batch& b, int lane) {
   constexpr double rigid = 0x1p20, yielding = 0x1p12; // over the mass of the contact's own bodies
   return (b.mapped_a || b.mapped_b ? yielding : rigid) * b.rho[lane];
@@ -66,6 +65,9 @@ void SolidZones::begin() {
        {&velocity_, &moving_, &bears_, &change_, &multiplier_, &presses_, &pressed_, &shift_})
     columns->assign(place_.back(), 0.0);
   stiffness_.resize(solid_.answer.size());
+  moves_.clear();
+  if (meshes_)
+    for (const SolidSystem::Contact& contact : solid_.contacts()) moves_.push_back(solid_.moves(contact));
   for (std::vector<double>* columns : {&u_, &target_, &none_})
     columns->assign(std::size_t(SolidSystem::most_components) * 128, 0.0);
   for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {

@@ -49,7 +49,8 @@ private:
   std::vector<std::size_t> place_; // where the columns of each batch begin
   std::vector<double> velocity_, moving_, bears_, change_, multiplier_, presses_, pressed_, shift_; // columns
   std::vector<double> u_, target_, none_;                                                           // of a batch
-  std::vector<double> stiffness_; // of contacts, laid out as the responses of the system
+  std::vector<double> stiffness_;   // of contacts, laid out as the responses of the system
+  std::vector<std::uint8_t> moves_; // of contacts: SolidSystem::moves
   bool meshes_ = false;
   double slack_ = 0; // of velocities that count as none, times the root of the mass of a contact
   double stays_[36];

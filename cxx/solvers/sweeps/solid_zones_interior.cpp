@@ -17,9 +17,11 @@ constexpr double inside = 1 - 0x1p-7; // share of the way to the boundary
 
 } // namespace
 
+// True if the contact has an impulse besides that of its springs. One that no unknown moves has none: it would grow
+// without bound.
 bool SolidZones::stands_free(const SolidSystem::Contact& contact) const {
   const cairn_batch& b = solid_.system.batches[std::size_t(contact.batch)];
-  return contact.unknowns > 0 && at(b, b.bias, contact.lane, 0) < never();
+  return moves_[std::size_t(&contact - solid_.contacts().data())] && at(b, b.bias, contact.lane, 0) < never();
 }
 
 // Impulses and distances that are at least as far from their bounds as `barrier` [J] asks.
@@ -74,12 +76,13 @@ void SolidZones::linearise_inside(double barrier, Stiffness by) {
       double *bears = &bears_[begin + std::size_t(lane)], *presses = &presses_[begin + std::size_t(lane)];
       for (int i = 0; i < c; ++i) presses[i * n] = 0;
       std::fill_n(stays_, 36, 0.0);
-      if (!stands_free(own)) {
+      if (!(at(b, b.bias, lane, 0) < never())) {
         std::fill_n(answer, c * c, 0.0);
         for (int i = 0; i < c; ++i) known[i] = -at(b, b.r, lane, i), bears[i * n] = 0;
       } else {
-        bear_inside(u + lane, &multiplier_[begin + std::size_t(lane)], n, c, b.rho[lane],
-                    shift_[begin + std::size_t(lane)], mu_[lane], barrier, presses, stays_);
+        if (stands_free(own))
+          bear_inside(u + lane, &multiplier_[begin + std::size_t(lane)], n, c, b.rho[lane],
+                      shift_[begin + std::size_t(lane)], mu_[lane], barrier, presses, stays_);
         for (int i = 0; i < c; ++i) known[i] = bears[i * n] + presses[i * n] - at(b, b.r, lane, i);
       }
       std::copy_n(stays_, c * c, &stiffness_[own.answer]);

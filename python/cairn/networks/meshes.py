@@ -25,8 +25,10 @@ def _cells(mesh):
 
 
 def branches(mesh, conductivity):
-    """Nodes (m, 2) and conductances (m,) of branches equivalent to the conduction of a body's elements: negative off-diagonal
-    entries of the integral of grad N . k grad N, whose rows sum to zero. Their sign may be negative."""
+    """Nodes (m, 2) and conductances (m,) of branches equivalent to the conduction of a body's elements.
+
+    A conductance is minus an off-diagonal entry of the integral of grad N . k grad N, whose rows sum to zero; it may be
+    negative."""
     body, dim = mesh.body, mesh.dim
     # elasticity acting on the gradient of the first displacement component alone: strain xx and the shears with x
     first = np.zeros((3 * dim - 3, 3 * dim - 3))

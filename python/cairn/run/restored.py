@@ -25,7 +25,7 @@ def restore(sim, path):
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
     before |= {"state": sim.get_state(), "strategy": sim._strategy}
     if sim._cell is not None:
-        before["cell"] = sim._cell, sim._core.kept_volume
+        before["cell"] = sim._cell, core_of(sim).kept_volume
     try:
         made = _content(sim, path, _completed(sim, content) if of_program else content)
     except FileError:
