@@ -63,8 +63,10 @@ void SmoothDem::begin_uneven(Simulation& s, std::int64_t tile, double* fastest, 
 
 void SmoothDem::turn_uneven(Simulation& s, std::int64_t tile) {
   Bodies& b = s.scene.bodies;
+  const auto own = uneven_of(tile);
+  if (own.empty()) return;
   const double* turned = &turned_[7 * uneven_start_[tile]];
-  for (const std::int64_t i : uneven_of(tile)) {
+  for (const std::int64_t i : own) {
     if (!(b.driven.active && (*b.driven[i] & 56))) std::copy_n(turned, 4, b.rotation[i]);
     turned += 7;
   }
