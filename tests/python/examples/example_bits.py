@@ -1,5 +1,6 @@
 """The bits in which the examples end, on the machine, by the compiler and the libraries that they were listed for."""
 
+import fcntl
 import hashlib
 import json
 import os
@@ -51,19 +52,32 @@ def made_by():
 
 def listed():
     """why, made_by and bits of the list; empty before the first."""
-    if not LIST.exists():
+    if not LIST.exists() or not LIST.stat().st_size:
         return {"why": "", "made_by": {}, "bits": {}}
     return json.loads(LIST.read_text(encoding="utf-8"))
 
 
-def differing(found):
-    """Names of examples whose bits are not those of the list; after WHY was given there are none. None: listed for another
-    machine, compiler or library."""
+def comparable():
+    """Whether the list was made on a machine, by a compiler and with libraries like these."""
+    return listed()["made_by"] == made_by()
+
+
+def renew(found):
+    """Puts digests of examples (name -> digest) into the list where WHY is given; several processes may at once."""
     why = os.environ.get(WHY, "").strip()
-    if why:
+    if not why or not found:
+        return
+    with open(LIST, "a+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
         bits = {**listed()["bits"], **found}
-        LIST.write_text(json.dumps({"why": why, "made_by": made_by(), "bits": dict(sorted(bits.items()))}, indent=1) + "\n")
-    known = listed()
-    if known["made_by"] != made_by():
-        return None
-    return sorted(name for name, value in found.items() if known["bits"].get(name) != value)
+        file.truncate(0)
+        file.write(json.dumps({"why": why, "made_by": made_by(), "bits": dict(sorted(bits.items()))}, indent=1) + "\n")
+
+
+def differing(found):
+    """Names of examples whose digests (name -> digest) are not those of the list; none where the list is of another
+    machine."""
+    if not comparable():
+        return []
+    known = listed()["bits"]
+    return sorted(name for name, value in found.items() if known.get(name) != value)
