@@ -6,6 +6,7 @@
 
 #include "../fe/called_forces.hpp"
 #include "../files/simulation_state.hpp"
+#include "../simulation/controls.hpp"
 #include "../simulation/report.hpp"
 #include "../strategies/nscd/nscd_options.hpp"
 #include "objects.hpp"

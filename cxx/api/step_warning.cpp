@@ -83,9 +83,11 @@ std::string unmet(const Simulation& s) {
       const bool meets = std::any_of(known.begin(), known.end(), [&](const auto& pair) {
         return (pair.first == a && pair.second == of) || (pair.first == of && pair.second == a);
       });
-      const std::string text = "there is no contact between shapes " + a + " and " + of + ": bodies such as ";
+      std::string text = "there is no contact between shapes ";
+      text.append(a).append(" and ").append(of).append(": bodies such as ");
       if (meets || told.find(text) != std::string::npos) continue;
-      told += text + id_of(s, one.first) + " and " + id_of(s, other) + " pass through each other; ";
+      told.append(text).append(id_of(s, one.first)).append(" and ");
+      told.append(id_of(s, other)).append(" pass through each other; ");
     }
   return told;
 }

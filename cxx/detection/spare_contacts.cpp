@@ -3,6 +3,7 @@
 // out; where no other has it, as a hair behind the rim of a surface, it stays.
 #include "spare_contacts.hpp"
 
+#include "../base/vectors.hpp"
 #include "cairn/core.h"
 
 namespace cairn::detection {
