@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../base/call.hpp"
 #include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
 #include "controls.hpp"
