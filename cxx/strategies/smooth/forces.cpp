@@ -57,7 +57,7 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
   cairn_sphere_records(first, last, b.position.values.data(), b.velocity.values.data(), body_radius_.data(),
                        b.inverse_mass.values.data(), record_.data());
   for (std::int64_t i = first; b.driven.active && i < last; ++i)
-    if (held(s, i)) record_[16 * i + 15] = 0;
+    if (held(s, i)) record_[12 * i + 11] = 0;
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
@@ -69,8 +69,8 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   const double* force = s.scene.bodies.contact_force.values.data();
   for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list.pairs); ++q) {
     const std::int64_t body = list.body_b[q]; // of the next batch: on its way while this one is computed
-    __builtin_prefetch(&record_[16 * body]);
-    __builtin_prefetch(&record_[16 * body + 8]);
+    __builtin_prefetch(&record_[12 * body]);
+    __builtin_prefetch(&record_[12 * body + 8]);
     __builtin_prefetch(&force[6 * body]);
   }
   cairn_sphere_gather(batch.count, &list.body_a[p], &list.body_b[p], record_.data(), entries_[batch.entry].reach, h,
