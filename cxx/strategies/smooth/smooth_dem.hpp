@@ -179,8 +179,8 @@ private:
   void to_local(const double* n, const double* v, double* out) const;
   void begin_tile(Simulation& s, std::int64_t first, std::int64_t last, double* fastest);
   void end_tile(Simulation& s, std::int64_t first, std::int64_t last, std::int64_t& wrong, double* terms);
-  // Calls f(first, last, plain) for each run of bodies of a kind: plain ones are spheres that contacts and gravity alone
-  // move.
+  // Calls f(first, last, plain) for each run of bodies of a kind: plain ones are spheres that contacts and gravity
+  // alone move.
   template <class F>
   void each_run(const Simulation& s, std::int64_t first, std::int64_t last, F&& f) const {
     const Bodies& b = s.scene.bodies;
@@ -245,8 +245,8 @@ private:
   Array<std::int32_t> directed_, viewed_; // viewed_: pairs of the list, then of the contacts of shapes
   std::vector<std::int32_t> walls_;
   Array<std::uint8_t> driven_seen_; // of bodies, as their masses were weighed
-  bool centred_ = true;  // contactor i is on the centre of body i
-  bool records_ = false; // spheres have records, see smooth_spheres3.f90
+  bool centred_ = true;             // contactor i is on the centre of body i
+  bool records_ = false;            // spheres have records, see smooth_spheres3.f90
   Array<double> record_, body_radius_;
   double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
   std::vector<std::unique_ptr<Lanes>> lanes_;
