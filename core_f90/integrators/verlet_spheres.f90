@@ -15,14 +15,15 @@ contains
     real(c_double), intent(in)    :: gravity(3)           !< [m/s2]
     real(c_double), intent(in)    :: inverse_mass(6, 0:*) !< 0: nothing moves it [1/kg, 1/(kg m2)]
     real(c_double), intent(in)    :: contact_force(6, 0:*) !< [N, N m]
-    real(c_double), intent(in)    :: radius(0:*)          !< [m]
+    real(c_double), intent(in)    :: radius(0:*)          !< 0 if it is no sphere [m]
     real(c_double), intent(inout) :: velocity(6, 0:*)     !< at the start; out, at the middle of the step [m/s, rad/s]
     real(c_double), intent(inout) :: position(3, 0:*)     !< [m]
     real(c_double), intent(inout) :: record(12, 0:*)
-    real(c_double), intent(out)   :: fastest(2)           !< square of the greatest velocity; 0, spins move no contact
-    real(c_double) :: r, square
+    real(c_double), intent(out)   :: fastest(2)           !< squares of the greatest velocity and spin
+    real(c_double) :: r, square, spin
     integer(c_int64_t) :: i, j
     square = 0
+    spin = 0
     do j = first, last - 1, few
       call kick(j, min(j + few, last), 0.5_c_double*h, gravity, inverse_mass, contact_force, velocity)
       do i = j, min(j + few, last) - 1
@@ -31,12 +32,13 @@ contains
         position(2, i) = position(2, i) + h*velocity(2, i)
         position(3, i) = position(3, i) + h*velocity(3, i)
         square = max(square, velocity(1, i)**2 + velocity(2, i)**2 + velocity(3, i)**2)
+        spin = max(spin, velocity(4, i)**2 + velocity(5, i)**2 + velocity(6, i)**2)
         record(1:8, i) = [position(1, i), position(2, i), position(3, i), r, velocity(1, i), velocity(2, i), velocity(3, i), &
                           0.0_c_double]
         record(9:12, i) = [velocity(4, i), velocity(5, i), velocity(6, i), inverse_mass(1, i)]
       end do
     end do
-    fastest = [square, 0.0_c_double]
+    fastest = [square, spin]
   end subroutine cairn_verlet_begin_spheres
 
   !> v = v + h/2 a with the forces of the new configuration; terms of the energy if they are asked for.

@@ -147,7 +147,7 @@ void SmoothDem::find_neighbours(Simulation& s) {
     make_list(s);
     s.report.stable_step = contact_limit(s);
   }
-  place_contactors(s);
+  place_contactors(s, false);
 }
 
 void SmoothDem::compute_forces(Simulation& s) {

@@ -5,15 +5,16 @@
 
 namespace cairn {
 
-// Centres and directions of contactors, where they are not those of the bodies.
-void SmoothDem::place_contactors(Simulation& s) {
+// Centres and directions of contactors, where they are not those of the bodies. sides: of triangles in contact too,
+// which find_shaped places otherwise.
+void SmoothDem::place_contactors(Simulation& s, bool sides) {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;
   if (!centred_) {
     centre_.resize(c.count * dim_);
     for (const auto& [first, last] : placed_) place_centres(s, first, last);
-    place_sides(s);
+    if (sides) place_sides(s);
   }
   if (!c.direction.active) return;
   direction_.resize(c.count * (dim_ + 1));
@@ -105,7 +106,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
   if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
-  if (records_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
+  if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list.state[p * states_], &list.active[p], w.lane,

@@ -190,7 +190,8 @@ void SmoothDem::make_list(Simulation& s) {
   list_uneven(s);
   weigh_grains(s);
   read_laws(s);
-  records_ = dim_ == 3 && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
+  records_ = dim_ == 3;
+  spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
   if (records_) {
     record_.resize(12 * b.count);
     body_radius_.assign(b.count, 0);
