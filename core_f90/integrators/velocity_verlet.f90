@@ -80,32 +80,66 @@ contains
     real(c_double), value         :: h                !< step [s]
     real(c_double), intent(in)    :: velocity(6, 0:*) !< spin in 4:6 [rad/s]
     real(c_double), intent(inout) :: rotation(4, 0:*) !< unit quaternion, body to space
-    real(c_double) :: x, y, z, a, c, s, p(4), size
-    integer(c_int64_t) :: i
-    !$omp simd private(x, y, z, a, c, s, p, size)
-    do i = first, last - 1
-      x = 0.5_c_double*h*velocity(4, i)
-      y = 0.5_c_double*h*velocity(5, i)
-      z = 0.5_c_double*h*velocity(6, i)
-      a = x*x + y*y + z*z
-      s = 1 - a/6*(1 - a/20*(1 - a/42*(1 - a/72*(1 - a/110))))
-      c = 1 - a/2*(1 - a/12*(1 - a/30*(1 - a/56*(1 - a/90*(1 - a/132)))))
-      if (a > 0.0625_c_double) then
-        s = sin(sqrt(a))/sqrt(a)
-        c = cos(sqrt(a))
-      end if
-      x = s*x; y = s*y; z = s*z
-      p(1) = c*rotation(1, i) - x*rotation(2, i) - y*rotation(3, i) - z*rotation(4, i)
-      p(2) = c*rotation(2, i) + x*rotation(1, i) + y*rotation(4, i) - z*rotation(3, i)
-      p(3) = c*rotation(3, i) + y*rotation(1, i) + z*rotation(2, i) - x*rotation(4, i)
-      p(4) = c*rotation(4, i) + z*rotation(1, i) + x*rotation(3, i) - y*rotation(2, i)
-      size = 1/sqrt(p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4))
-      rotation(1, i) = size*p(1)
-      rotation(2, i) = size*p(2)
-      rotation(3, i) = size*p(3)
-      rotation(4, i) = size*p(4)
+    integer, parameter :: few = 64
+    real(c_double) :: half(few, 3), square(few), most
+    integer(c_int64_t) :: i, j
+    integer :: k, n
+    do j = first, last - 1, few
+      n = int(min(few + 0_c_int64_t, last - j))
+      do k = 1, n
+        i = j + k - 1
+        half(k, 1) = 0.5_c_double*h*velocity(4, i)
+        half(k, 2) = 0.5_c_double*h*velocity(5, i)
+        half(k, 3) = 0.5_c_double*h*velocity(6, i)
+      end do
+      most = 0
+      !$omp simd reduction(max:most)
+      do k = 1, n
+        square(k) = half(k, 1)*half(k, 1) + half(k, 2)*half(k, 2) + half(k, 3)*half(k, 3)
+        most = max(most, square(k))
+      end do
+      call turn_some(n, half, square, most > 0.0625_c_double, rotation(:, j:j + n - 1))
     end do
   end subroutine cairn_verlet_turn
+
+  !> Rotations times exp(half), with half of the spin times the step.
+  pure subroutine turn_some(n, half, square, any_far, rotation)
+    integer, intent(in)           :: n
+    real(c_double), intent(in)    :: half(64, 3)   !< [-]
+    real(c_double), intent(in)    :: square(64)    !< of its length [-]
+    logical, intent(in)           :: any_far       !< some spin needs sine and cosine
+    real(c_double), intent(inout) :: rotation(4, n)
+    real(c_double) :: x, y, z, a, c, s, p(4), size, sine(64), cosine(64)
+    integer :: k
+    !$omp simd private(a)
+    do k = 1, n
+      a = square(k)
+      sine(k) = 1 - a/6*(1 - a/20*(1 - a/42*(1 - a/72*(1 - a/110))))
+      cosine(k) = 1 - a/2*(1 - a/12*(1 - a/30*(1 - a/56*(1 - a/90*(1 - a/132)))))
+    end do
+    if (any_far) then
+      do k = 1, n
+        if (.not. square(k) > 0.0625_c_double) cycle
+        sine(k) = sin(sqrt(square(k)))/sqrt(square(k))
+        cosine(k) = cos(sqrt(square(k)))
+      end do
+    end if
+    !$omp simd private(x, y, z, c, s, p, size)
+    do k = 1, n
+      s = sine(k)
+      c = cosine(k)
+      x = s*half(k, 1); y = s*half(k, 2); z = s*half(k, 3)
+      p(1) = c*rotation(1, k) - x*rotation(2, k) - y*rotation(3, k) - z*rotation(4, k)
+      p(2) = c*rotation(2, k) + x*rotation(1, k) + y*rotation(4, k) - z*rotation(3, k)
+      p(3) = c*rotation(3, k) + y*rotation(1, k) + z*rotation(2, k) - x*rotation(4, k)
+      p(4) = c*rotation(4, k) + z*rotation(1, k) + x*rotation(3, k) - y*rotation(2, k)
+      size = 1/sqrt(p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4))
+      rotation(1, k) = size*p(1)
+      rotation(2, k) = size*p(2)
+      rotation(3, k) = size*p(3)
+      rotation(4, k) = size*p(4)
+    end do
+  end subroutine turn_some
 
   !> v = v + h/2 a with the forces of the new configuration; terms of the energy if they are asked for.
   subroutine cairn_verlet_end(dim, nd, first, last, h, gravity, inverse_mass, contact_force, velocity, wrong, &

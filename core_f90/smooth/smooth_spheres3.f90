@@ -1,6 +1,6 @@
 !> The fast way for contacts of spheres that are centred on their bodies: smooth_contacts3 does the same for all shapes.
-!> A sphere is one record of 16 numbers, two lines of the cache: x y z r, velocity (3), 0; r times spin (3), r, spin (3), inverse
-!> mass (0 if it is held). What a contact needs of two spheres are the difference of their first lines and the sum of their second.
+!> A sphere is one record of 12 numbers: x y z r, velocity (3), 0, spin (3), inverse mass (0 if it is held). What a contact needs of
+!> two spheres are the differences of all and the sums of the last four.
 module smooth_spheres3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_int8_t, c_double
   implicit none
@@ -20,17 +20,15 @@ contains
     real(c_double), intent(in)    :: velocity(6, 0:*)     !< [m/s, rad/s]
     real(c_double), intent(in)    :: radius(0:*)          !< 0 if it is no sphere [m]
     real(c_double), intent(in)    :: inverse_mass(6, 0:*) !< [1/kg]
-    real(c_double), intent(inout) :: record(16, 0:*)
+    real(c_double), intent(inout) :: record(12, 0:*)
     integer(c_int64_t) :: i
     do i = first, last - 1
       record(1:3, i) = position(:, i)
       record(4, i) = radius(i)
       record(5:7, i) = velocity(1:3, i)
       record(8, i) = 0
-      record(9:11, i) = radius(i)*velocity(4:6, i)
-      record(12, i) = radius(i)
-      record(13:15, i) = velocity(4:6, i)
-      record(16, i) = inverse_mass(1, i)
+      record(9:11, i) = velocity(4:6, i)
+      record(12, i) = inverse_mass(1, i)
     end do
   end subroutine cairn_sphere_records
 
@@ -39,7 +37,7 @@ contains
                                       gap, geometry, state) bind(c)
     integer(c_int32_t), value        :: n                !< pairs, at most 128
     integer(c_int32_t), intent(in)   :: body_a(n), body_b(n) !< from 0
-    real(c_double), intent(in)       :: record(16, 0:*)
+    real(c_double), intent(in)       :: record(12, 0:*)
     real(c_double), value            :: reach            !< gap at which a force begins [m]
     real(c_double), value            :: h                !< step [s]
     real(c_double), intent(inout)    :: stored(3, n)     !< tangential spring in space axes [m]
@@ -53,22 +51,23 @@ contains
     real(c_double), intent(out)      :: gap(n)           !< of the lanes [m]
     real(c_double), intent(out)      :: geometry(*)      !< (filled, 3) 0, effective radius [m], mass, 0 if both are held [kg]
     real(c_double), intent(out)      :: state(*)         !< (filled, 2) spring along t, s [m]
-    real(c_double) :: delta(8, lanes), total(lanes), square(lanes), both(8, lanes), spring(3, lanes), nearest, farthest
+    real(c_double) :: between(4, lanes), delta(8, lanes), turn(8, lanes), total(lanes), square(lanes), spring(4, lanes)
+    real(c_double) :: nearest, farthest
     integer(c_int8_t) :: near(lanes)
     integer :: i, k, l, ia, ib
     do i = 1, n
       ia = body_a(i); ib = body_b(i)
-      !$omp simd simdlen(8)
-      do k = 1, 8
-        delta(k, i) = record(k, ia) - record(k, ib)
+      !$omp simd simdlen(4)
+      do k = 1, 4
+        between(k, i) = record(k, ia) - record(k, ib)
       end do
-      total(i) = record(12, ia) + record(12, ib) ! of the second line, which comes on its way thereby
+      total(i) = record(4, ia) + record(4, ib)
     end do
     nearest = longest
     farthest = shortest
     !$omp simd reduction(min:nearest) reduction(max:farthest)
     do i = 1, n
-      square(i) = delta(1, i)*delta(1, i) + delta(2, i)*delta(2, i) + delta(3, i)*delta(3, i)
+      square(i) = between(1, i)*between(1, i) + between(2, i)*between(2, i) + between(3, i)*between(3, i)
       nearest = min(nearest, square(i))
       farthest = max(farthest, square(i))
     end do
@@ -99,21 +98,25 @@ contains
       ia = body_a(l); ib = body_b(l)
       !$omp simd simdlen(8)
       do k = 1, 8
-        delta(k, i) = delta(k, l)
-        both(k, i) = record(8 + k, ia) + record(8 + k, ib)
+        delta(k, i) = record(k, ia) - record(k, ib)
+      end do
+      !$omp simd simdlen(4)
+      do k = 1, 4
+        turn(k, i) = record(8 + k, ia) + record(8 + k, ib)
+        turn(4 + k, i) = record(8 + k, ia) - record(8 + k, ib)
       end do
       total(i) = total(l)
       square(i) = square(l)
       spring(1, i) = stored(1, l); spring(2, i) = stored(2, l); spring(3, i) = stored(3, l)
     end do
-    call localize(filled, delta, both, total, square, spring, h, frame, arm, u, gap, geometry, state)
+    call localize(filled, delta, turn, total, square, spring, h, frame, arm, u, gap, geometry, state)
   end subroutine cairn_sphere_gather
 
   !> Local frame of each lane, and in it the relative velocity and the spring: turned into the new tangent plane at its length,
   !> and about the normal with the mean spin.
-  pure subroutine localize(m, delta, both, total, square, spring, h, frame, arm, u, gap, geometry, state)
+  pure subroutine localize(m, delta, turn, total, square, spring, h, frame, arm, u, gap, geometry, state)
     integer, intent(in)         :: m
-    real(c_double), intent(in)  :: delta(8, lanes), both(8, lanes), total(lanes), square(lanes), spring(3, lanes), h
+    real(c_double), intent(in)  :: delta(8, lanes), turn(8, lanes), total(lanes), square(lanes), spring(4, lanes), h
     real(c_double), intent(out) :: frame(lanes, 6), arm(lanes, 2), u(m, 3), gap(m), geometry(m, 3), state(m, 2)
     real(c_double) :: distance, nx, ny, nz, w, a, b, c, tx, ty, tz, sx, sy, sz, ux, uy, uz, half, px, py, pz, size, kept
     integer :: i
@@ -133,9 +136,11 @@ contains
       sx = b; sy = w + ny*ny*a; sz = -ny
       frame(i, 1) = nx; frame(i, 2) = ny; frame(i, 3) = nz
       frame(i, 4) = tx; frame(i, 5) = ty; frame(i, 6) = tz
-      px = both(1, i) + half*both(5, i) ! sum of arm times spin
-      py = both(2, i) + half*both(6, i)
-      pz = both(3, i) + half*both(7, i)
+      a = 0.5_c_double*(total(i) + gap(i)) ! mean arm
+      b = 0.5_c_double*delta(4, i)
+      px = a*turn(1, i) + b*turn(5, i) ! sum of arm times spin
+      py = a*turn(2, i) + b*turn(6, i)
+      pz = a*turn(3, i) + b*turn(7, i)
       ux = delta(5, i) - (py*nz - pz*ny)
       uy = delta(6, i) - (pz*nx - px*nz)
       uz = delta(7, i) - (px*ny - py*nx)
@@ -144,12 +149,12 @@ contains
       u(i, 3) = sx*ux + sy*uy + sz*uz
       geometry(i, 1) = 0
       geometry(i, 2) = (total(i)*total(i) - delta(4, i)*delta(4, i))/(4*total(i))
-      geometry(i, 3) = merge(1/max(both(8, i), tiny(a)), 0.0_c_double, both(8, i) > 0)
+      geometry(i, 3) = merge(1/max(turn(4, i), tiny(a)), 0.0_c_double, turn(4, i) > 0)
       px = spring(1, i); py = spring(2, i); pz = spring(3, i)
       size = px*px + py*py + pz*pz
       c = tx*px + ty*py + tz*pz
       b = sx*px + sy*py + sz*pz
-      w = 0.5_c_double*h*(nx*both(5, i) + ny*both(6, i) + nz*both(7, i))
+      w = 0.5_c_double*h*(nx*turn(1, i) + ny*turn(2, i) + nz*turn(3, i))
       a = c - w*b
       b = b + w*c
       kept = sqrt(size/max(a*a + b*b, tiny(a)))
@@ -200,7 +205,7 @@ contains
       l = lane(i)
       lane_force(:, l) = on_a(1:3, i)
       stored(:, l) = spring(:, i)
-      force(:, body_a(l)) = force(:, body_a(l)) + on_a(:, i)
+      call add_six(on_a(:, i), force(:, body_a(l)))
     end do
     if (present(other)) then
       do i = 1, count
@@ -208,8 +213,23 @@ contains
       end do
     else
       do i = 1, count
-        force(:, body_b(lane(i))) = force(:, body_b(lane(i))) + on_b(:, i)
+        call add_six(on_b(:, i), force(:, body_b(lane(i))))
       end do
     end if
   end subroutine cairn_sphere_scatter
+
+  !> Adds six numbers as four and two at once, which the compiler does not find by itself.
+  pure subroutine add_six(push, total)
+    real(c_double), intent(in)    :: push(6)
+    real(c_double), intent(inout) :: total(6)
+    integer :: k
+    !$omp simd simdlen(4)
+    do k = 1, 4
+      total(k) = total(k) + push(k)
+    end do
+    !$omp simd simdlen(2)
+    do k = 5, 6
+      total(k) = total(k) + push(k)
+    end do
+  end subroutine add_six
 end module smooth_spheres3

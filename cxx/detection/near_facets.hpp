@@ -9,7 +9,8 @@
 namespace cairn::detection {
 
 // A search reaches farther than most of its pairs ever come; a triangle whose plane meets the ball beside it costs a
-// few numbers here instead of a narrow phase. No pair is left out that the narrow phase would count.
+// few numbers here instead of a narrow phase, and none as long as the ball stays where it was, seen from the body of
+// the triangle. No pair is left out that the narrow phase would count.
 class NearFacets {
 public:
   explicit NearFacets(const PlacedScene& scene) : scene_(scene) {}
@@ -17,21 +18,34 @@ public:
   // Keeps the pairs of hulls of the last search (`searches`: its number) that may touch where bodies are now.
   void find(const OrderedPairs& found, std::int64_t searches);
   const OrderedPairs& pairs() const { return near_; }
-  std::size_t bytes() const { return near_.bytes() + facet_.capacity() * sizeof(double); }
+  std::size_t bytes() const {
+    return near_.bytes() + facet_.capacity() * sizeof(double) + close_.capacity() * sizeof(std::int64_t) +
+           groups_.capacity() * sizeof(Group);
+  }
 
 private:
+  // Pairs of a ball with triangles of one body, and those of them that were close when the ball was last at `at`.
+  struct Group {
+    std::int64_t first = 0, last = 0, close = 0; // pairs; how many are close, from `first` of close_
+    std::int32_t ball = 0, body = 0, image = 0;
+    bool known = false;
+    double at[3] = {0, 0, 0}, reach = 0; // in axes of the body; of the ball then [m]
+  };
   void place_of(std::int32_t contactor, double* x) const;
-  void list_facets(const OrderedPairs& found, std::int64_t first, std::int64_t last);
-  bool mark_moved(bool all);
-  void place_facets(const OrderedPairs& found, std::int64_t first, std::int64_t last, std::int64_t searches);
-  void drop_far(const OrderedPairs& found, int kind, std::int64_t first, std::int64_t last);
+  void list_groups(const OrderedPairs& found, std::int64_t first, std::int64_t last);
+  void place_facet(std::int32_t i);
+  void place_ball(const Group& group, double* x) const;
+  bool is_far(const OrderedPairs& found, std::int64_t p, const double* ball, double reach) const;
+  void look_at(const OrderedPairs& found, Group& group);
 
   const PlacedScene& scene_;
   OrderedPairs near_;
-  std::vector<double> facet_, pose_;            // triangles where they are; poses of their bodies then
-  std::vector<std::int32_t> facets_, bodies_;   // contactors, and the bodies that carry them
-  std::vector<std::uint8_t> moved_, may_touch_; // bodies since then; pairs
-  std::int64_t placed_in_ = -1;                 // number of the search
+  std::vector<double> facet_; // triangles in axes of their bodies
+  std::vector<std::uint8_t> placed_, may_touch_;
+  std::vector<std::int64_t> close_; // pairs
+  std::vector<Group> groups_;
+  std::vector<std::size_t> kind_groups_; // end of the groups of each kind
+  std::int64_t placed_in_ = -1;          // number of the search
 };
 
 } // namespace cairn::detection

@@ -134,63 +134,100 @@ void PlacedScene::place_mapped() {
   }
 }
 
-// Lists the hulls of the pairs, each once, and makes room for them.
-void PlacedScene::list_hulls(const OrderedPairs& last) {
+// Makes room for all contactors, and forgets where they were.
+void PlacedScene::begin_again() {
+  const std::int64_t n = contactors->count;
   const Hulls& hulls = contactors->hulls;
   const std::int32_t* hull = contactors->hull.values.data();
-  mark_again_.resize(std::size_t(contactors->count), 0);
-  placed_again_.clear();
+  again_.known = true;
+  again_.memory.begin();
+  for (auto* array : {&again_.centre, &again_.direction, &again_.reach, &again_.turned, &again_.box}) *array = {};
+  again_.hull_place = {};
+  again_.centre.make_room(again_.memory, n * dim);
+  again_.reach.make_room(again_.memory, n);
+  if (contactors->direction.active) again_.direction.make_room(again_.memory, n * (dim + 1));
+  again_.box.make_room(again_.memory, 2 * dim * n);
+  again_.hull_place.make_room(again_.memory, n);
   std::int64_t next = 0;
+  for (std::int64_t i = 0; i < n; ++i) {
+    again_.hull_place[i] = next;
+    if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
+  }
+  again_.turned.make_room(again_.memory, next);
+  for (auto* list : {&again_.seen, &again_.placed}) list->assign(std::size_t(n), 0);
+  for (auto* list : {&again_.body_seen, &again_.pose_number}) list->assign(std::size_t(bodies->count), 0);
+  again_.pose.assign(std::size_t(bodies->count) * 7, 0);
+}
+
+// Number of the pose of a body, a new one if it moved since the last call.
+std::int64_t PlacedScene::pose_number(std::int32_t body) {
+  std::int64_t& number = again_.pose_number[std::size_t(body)];
+  if (again_.body_seen[std::size_t(body)] == again_.calls) return number;
+  again_.body_seen[std::size_t(body)] = again_.calls;
+  const int turns = dim == 2 ? 1 : 4;
+  double pose[7] = {};
+  std::copy_n(position + std::int64_t(body) * dim, dim, pose);
+  if (rotation) std::copy_n(rotation + std::int64_t(body) * turns, turns, pose + 3);
+  double* last = &again_.pose[7 * std::size_t(body)];
+  if (number > 0 && std::equal(pose, pose + 7, last)) return number;
+  std::copy_n(pose, 7, last);
+  return ++number;
+}
+
+// False if a contactor stands nowhere.
+bool PlacedScene::place_again(std::int64_t i) {
+  const Hulls& hulls = contactors->hulls;
+  const std::int64_t pose = pose_number(placed_on[i]);
+  const double far = contactors->radius.values[std::size_t(i)] + margin->constant / 2;
+  std::int64_t& placed = again_.placed[std::size_t(i)];
+  if (placed == pose && !(reach[i] < far || far < reach[i])) return true;
+  placed = pose;
+  std::int64_t at_centre = -1;
+  const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
+  cairn_contactor_centres(dim, i, i + 1, placed_on, position, offset != nullptr, offset, rotation != nullptr, rotation,
+                          centre.data(), &at_centre);
+  if (contactors->direction.active)
+    cairn_contactor_directions(dim, i, i + 1, placed_on, contactors->direction.values.data(), rotation != nullptr,
+                               rotation, direction.data());
+  reach[i] = far;
+  cairn_hull_place(dim, i, i + 1, placed_on, contactors->hull.values.data(), hull_place.data(),
+                   hulls.first_vertex.data(), hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(),
+                   hulls.offset.data(), rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(),
+                   turned.data(), box.data());
+  return at_centre < 0;
+}
+
+// Places the hulls of the pairs of the last search alone, each once: triangles far from all bodies cost nothing, and
+// those of bodies that stay where they are, little.
+void PlacedScene::place_hulls_again(const OrderedPairs& last) {
+  name_carriers();
+  if (!again_.known) begin_again();
+  centre = again_.centre;
+  direction = again_.direction;
+  reach = again_.reach;
+  turned = again_.turned;
+  box = again_.box;
+  hull_place = again_.hull_place;
+  ++again_.calls;
+  std::int64_t bad = -1;
   for (int k = 0; k < kinds; ++k) {
     if (!pair_kinds[k].hull_contact) continue;
     for (std::int64_t p = k > 0 ? last.kind_end[std::size_t(k - 1)] : 0; p < last.kind_end[std::size_t(k)]; ++p)
       for (const std::int32_t i : {last.a[p], last.b[p]}) {
-        if (mark_again_[std::size_t(i)]) continue;
-        mark_again_[std::size_t(i)] = 1;
-        placed_again_.push_back(i);
-        hull_place[i] = next;
-        if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
+        std::int64_t& seen = again_.seen[std::size_t(i)];
+        if (seen == again_.calls) continue;
+        seen = again_.calls;
+        if (!place_again(i)) bad = i;
       }
   }
-  turned.make_room(*scratch, next);
-  for (const std::int32_t i : placed_again_) mark_again_[std::size_t(i)] = 0;
-}
-
-// Places the hulls of the pairs of the last search alone, each once: triangles far from all bodies cost nothing.
-void PlacedScene::place_hulls_again(const OrderedPairs& last) {
-  const std::int64_t n = contactors->count;
-  const Hulls& hulls = contactors->hulls;
-  const std::int32_t* hull = contactors->hull.values.data();
-  const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
-  const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
-  name_carriers();
-  centre.make_room(*scratch, n * dim);
-  reach.make_room(*scratch, n);
-  if (turned_from) direction.make_room(*scratch, n * (dim + 1));
-  hull_place.make_room(*scratch, n);
-  box.make_room(*scratch, 2 * dim * n);
-  list_hulls(last);
-  std::int64_t bad = -1;
-  for (const std::int32_t i : placed_again_) {
-    std::int64_t at_centre = -1;
-    cairn_contactor_centres(dim, i, i + 1, placed_on, position, offset != nullptr, offset, rotation != nullptr,
-                            rotation, centre.data(), &at_centre);
-    if (at_centre >= 0) bad = i;
-    if (turned_from)
-      cairn_contactor_directions(dim, i, i + 1, placed_on, turned_from, rotation != nullptr, rotation,
-                                 direction.data());
-    reach[i] = contactors->radius.values[std::size_t(i)] + margin->constant / 2;
-    cairn_hull_place(dim, i, i + 1, placed_on, hull, hull_place.data(), hulls.first_vertex.data(),
-                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(),
-                     rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(), turned.data(),
-                     box.data());
-  }
-  if (bad >= 0)
-    throw Error("position: " + name_of(*contactors, *bodies, bad) +
-                " stands nowhere; check its velocity, force and the step before");
+  if (bad < 0) return;
+  again_.known = false;
+  throw Error("position: " + name_of(*contactors, *bodies, bad) +
+              " stands nowhere; check its velocity, force and the step before");
 }
 
 void PlacedScene::place_contactors() {
+  again_.known = false; // hulls may be others
   const std::int64_t n = contactors->count;
   name_carriers();
   centre.make_room(*scratch, n * dim);

@@ -75,12 +75,23 @@ private:
   void check_placed(std::int64_t bad_centre, std::int64_t bad_reach) const;
   void place_mapped();
   void place_hulls();
-  void list_hulls(const OrderedPairs& last);
+  void begin_again();
   void place_hulls_again(const OrderedPairs& last);
+  bool place_again(std::int64_t contactor);
+  std::int64_t pose_number(std::int32_t body);
 
   ScratchArray<std::int32_t> carrier_of_, placed_on_of_;
-  std::vector<std::int32_t> placed_again_; // contactors, and whether they are among them
-  std::vector<std::int8_t> mark_again_;
+  // Places that last from call to call of hulls_again: those of bodies that do not move are not made anew.
+  struct Again {
+    bool known = false;
+    std::int64_t calls = 0;
+    Scratch memory;
+    ScratchArray<double> centre, direction, reach, turned, box;
+    ScratchArray<std::int64_t> hull_place;
+    std::vector<std::int64_t> seen, body_seen;     // number of the last call that had a contactor, a body
+    std::vector<std::int64_t> placed, pose_number; // the pose of its body when a contactor was placed; the last pose
+    std::vector<double> pose;
+  } again_;
 };
 
 } // namespace cairn::detection

@@ -115,24 +115,19 @@ void SmoothDem::kick_and_drift(Simulation& s) {
 #pragma omp parallel for schedule(static) reduction(max : unsolved)
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
-    const bool plain = !predicts() && plain_tile(s, first, last);
+    double* fastest = &sums_[sums_of_tile * t];
     half_step_works(s, t, false);
     if (predicts())
-      predict(s, first, last, &sums_[sums_of_tile * t]);
-    else if (plain)
-      cairn_verlet_begin_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(),
-                                 b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
-                                 b.position.values.data(), record_.data(), &sums_[sums_of_tile * t]);
+      predict(s, first, last, fastest);
     else
-      cairn_verlet_begin(dim_, b.dofs(), first, last, h_, weight_.data(), b.inverse_mass.values.data(),
-                         b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(),
-                         &sums_[sums_of_tile * t], dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force),
-                         pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
-    begin_uneven(s, t, &sums_[sums_of_tile * t + 1], unsolved);
+      begin_tile(s, first, last, fastest);
+    begin_uneven(s, t, fastest + 1, unsolved);
+    for (const std::int64_t i : uneven_of(t))
+      if (records_) fill_records(s, i, i + 1); // their spins have changed
     if (dim_ == 3 && b.rotation.active)
       cairn_verlet_turn(first, last, h_, b.velocity.values.data(), b.rotation.values.data());
     turn_uneven(s, t);
-    if (records_ && !plain) fill_records(s, first, last);
+    if (records_ && predicts()) fill_records(s, first, last);
   }
   if (unsolved >= 0)
     throw Error("body " + std::to_string(*b.id[unsolved]) +
@@ -152,7 +147,7 @@ void SmoothDem::find_neighbours(Simulation& s) {
     make_list(s);
     s.report.stable_step = contact_limit(s);
   }
-  place_contactors(s);
+  place_contactors(s, false);
 }
 
 void SmoothDem::compute_forces(Simulation& s) {
@@ -197,13 +192,8 @@ void SmoothDem::kick(Simulation& s) {
     half_step_works(s, t, true);
     if (predicts())
       correct(s, first, last, wrong, &sums_[sums_of_tile * t]);
-    else if (plain_tile(s, first, last))
-      cairn_verlet_end_spheres(first, last, h_, weight_.data(), b.inverse_mass.values.data(),
-                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
     else
-      cairn_verlet_end(dim_, b.dofs(), first, last, h_, weight_.data(), b.inverse_mass.values.data(),
-                       b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
-                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
+      end_tile(s, first, last, wrong, terms);
     end_uneven(s, t, wrong, terms);
   }
   double corrected = 0;
@@ -224,11 +214,39 @@ void SmoothDem::kick(Simulation& s) {
                 "back to a checkpoint");
 }
 
-// True if contacts and gravity are the only forces on the bodies of a tile of spheres.
-bool SmoothDem::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
-  const Bodies& b = s.scene.bodies;
-  if (!records_ || b.force.active || b.damping.active) return false;
-  return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
+// First half of a step of velocity Verlet, and the records of spheres where they then are. fastest: squares of the
+// greatest velocity and spin.
+void SmoothDem::begin_tile(Simulation& s, std::int64_t first, std::int64_t last, double* fastest) {
+  Bodies& b = s.scene.bodies;
+  fastest[0] = fastest[1] = 0;
+  each_run(s, first, last, [&](std::int64_t from, std::int64_t to, bool plain) {
+    double own[2];
+    if (plain)
+      cairn_verlet_begin_spheres(from, to, h_, weight_.data(), b.inverse_mass.values.data(),
+                                 b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
+                                 b.position.values.data(), record_.data(), own);
+    else
+      cairn_verlet_begin(dim_, b.dofs(), from, to, h_, weight_.data(), b.inverse_mass.values.data(),
+                         b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(), own,
+                         dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force), pointer(b.damping),
+                         bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
+    if (records_ && !plain) fill_records(s, from, to);
+    for (int k = 0; k < 2; ++k) fastest[k] = std::max(fastest[k], own[k]);
+  });
+}
+
+// The other half.
+void SmoothDem::end_tile(Simulation& s, std::int64_t first, std::int64_t last, std::int64_t& wrong, double* terms) {
+  Bodies& b = s.scene.bodies;
+  each_run(s, first, last, [&](std::int64_t from, std::int64_t to, bool plain) {
+    if (plain)
+      cairn_verlet_end_spheres(from, to, h_, weight_.data(), b.inverse_mass.values.data(),
+                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
+    else
+      cairn_verlet_end(dim_, b.dofs(), from, to, h_, weight_.data(), b.inverse_mass.values.data(),
+                       b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
+                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
+  });
 }
 
 } // namespace cairn

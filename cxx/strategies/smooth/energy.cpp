@@ -34,13 +34,15 @@ void SmoothDem::half_step_works(Simulation& s, std::int64_t tile, bool second) {
   Bodies& b = s.scene.bodies;
   const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
   double* works = &works_[4 * tile];
-  if (plain_tile(s, first, last))
-    cairn_verlet_works_spheres(first, last, second, h_, weight_.data(), b.inverse_mass.values.data(),
-                               b.contact_force.values.data(), b.velocity.values.data(), works);
-  else
-    cairn_verlet_works(dim_, b.dofs(), first, last, second, h_, weight_.data(), b.inverse_mass.values.data(),
-                       b.contact_force.values.data(), b.velocity.values.data(), works, pointer(b.force),
-                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
+  each_run(s, first, last, [&](std::int64_t from, std::int64_t to, bool plain) {
+    if (plain)
+      cairn_verlet_works_spheres(from, to, second, h_, weight_.data(), b.inverse_mass.values.data(),
+                                 b.contact_force.values.data(), b.velocity.values.data(), works);
+    else
+      cairn_verlet_works(dim_, b.dofs(), from, to, second, h_, weight_.data(), b.inverse_mass.values.data(),
+                         b.contact_force.values.data(), b.velocity.values.data(), works, pointer(b.force),
+                         pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
+  });
   const auto uneven = uneven_of(tile); // their spins turn freely between the kicks, which keeps their energy
   if (!second && !uneven.empty())
     works[0] -= cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),

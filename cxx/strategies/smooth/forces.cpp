@@ -5,15 +5,16 @@
 
 namespace cairn {
 
-// Centres and directions of contactors, where they are not those of the bodies.
-void SmoothDem::place_contactors(Simulation& s) {
+// Centres and directions of contactors, where they are not those of the bodies. sides: of triangles in contact too,
+// which find_shaped places otherwise.
+void SmoothDem::place_contactors(Simulation& s, bool sides) {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;
   if (!centred_) {
     centre_.resize(c.count * dim_);
     for (const auto& [first, last] : placed_) place_centres(s, first, last);
-    place_sides(s);
+    if (sides) place_sides(s);
   }
   if (!c.direction.active) return;
   direction_.resize(c.count * (dim_ + 1));
@@ -57,7 +58,7 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
   cairn_sphere_records(first, last, b.position.values.data(), b.velocity.values.data(), body_radius_.data(),
                        b.inverse_mass.values.data(), record_.data());
   for (std::int64_t i = first; b.driven.active && i < last; ++i)
-    if (held(s, i)) record_[16 * i + 15] = 0;
+    if (held(s, i)) record_[12 * i + 11] = 0;
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
@@ -69,8 +70,8 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   const double* force = s.scene.bodies.contact_force.values.data();
   for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list.pairs); ++q) {
     const std::int64_t body = list.body_b[q]; // of the next batch: on its way while this one is computed
-    __builtin_prefetch(&record_[16 * body]);
-    __builtin_prefetch(&record_[16 * body + 8]);
+    __builtin_prefetch(&record_[12 * body]);
+    __builtin_prefetch(&record_[12 * body + 8]);
     __builtin_prefetch(&force[6 * body]);
   }
   cairn_sphere_gather(batch.count, &list.body_a[p], &list.body_b[p], record_.data(), entries_[batch.entry].reach, h,
@@ -105,7 +106,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
   if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
-  if (records_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
+  if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list.state[p * states_], &list.active[p], w.lane,

@@ -134,6 +134,7 @@ bool SmoothDem::held(const Simulation& s, std::int64_t body) const {
 bool SmoothDem::weigh_grains(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
   bool other = false;
+  driven_seen_ = s.scene.bodies.driven.values;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const double mass = settings.mass_scale * *s.scene.bodies.mass[*c.body[k]];
     const double inverse_mass = held(s, *c.body[k]) ? 0 : 1 / mass;
@@ -145,7 +146,8 @@ bool SmoothDem::weigh_grains(const Simulation& s) {
 
 // Bodies may have been held or let go since the list was made.
 void SmoothDem::follow_drives(const Simulation& s) {
-  if (s.scene.bodies.driven.active && weigh_grains(s)) pair_limit_ = pair_limit(s);
+  const auto& driven = s.scene.bodies.driven;
+  if (driven.active && driven.values != driven_seen_ && weigh_grains(s)) pair_limit_ = pair_limit(s);
 }
 
 void SmoothDem::make_list(Simulation& s) {
@@ -188,9 +190,10 @@ void SmoothDem::make_list(Simulation& s) {
   list_uneven(s);
   weigh_grains(s);
   read_laws(s);
-  records_ = dim_ == 3 && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
+  records_ = dim_ == 3;
+  spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
   if (records_) {
-    record_.resize(16 * b.count);
+    record_.resize(12 * b.count);
     body_radius_.assign(b.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k)
       if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];

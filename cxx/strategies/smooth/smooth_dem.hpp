@@ -124,7 +124,7 @@ private:
   void recall(const Simulation& s);
   bool list_is_old(const Simulation& s) const;
   double walls_move(const Simulation& s) const;
-  void place_contactors(Simulation& s);
+  void place_contactors(Simulation& s, bool sides = true);
   void place_centres(const Simulation& s, std::int64_t first, std::int64_t last);
   void place_sides(const Simulation& s);
   bool is_facet(const Simulation& s, std::int64_t contactor) const;
@@ -177,7 +177,22 @@ private:
     return &list->force[p * dim_];
   }
   void to_local(const double* n, const double* v, double* out) const;
-  bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
+  void begin_tile(Simulation& s, std::int64_t first, std::int64_t last, double* fastest);
+  void end_tile(Simulation& s, std::int64_t first, std::int64_t last, std::int64_t& wrong, double* terms);
+  // Calls f(first, last, plain) for each run of bodies of a kind: plain ones are bodies in 3D that contacts and
+  // gravity alone move.
+  template <class F>
+  void each_run(const Simulation& s, std::int64_t first, std::int64_t last, F&& f) const {
+    const Bodies& b = s.scene.bodies;
+    const bool plain = records_ && !predicts() && !b.force.active && !b.damping.active;
+    if (!plain || !b.driven.active) return f(first, last, plain);
+    const std::uint8_t* driven = b.driven.values.data();
+    for (std::int64_t from = first, to = first; from < last; from = to) {
+      const bool free = driven[from] == 0;
+      while (to < last && (driven[to] == 0) == free) ++to;
+      f(from, to, free);
+    }
+  }
   // The balance of energy: see energy.cpp.
   void begin_balance(Simulation& s);
   void half_step_works(Simulation& s, std::int64_t tile, bool second);
@@ -229,8 +244,10 @@ private:
   Array<double> grain_, centre_, direction_, margins_, sums_;
   Array<std::int32_t> directed_, viewed_; // viewed_: pairs of the list, then of the contacts of shapes
   std::vector<std::int32_t> walls_;
-  bool centred_ = true;  // contactor i is on the centre of body i
-  bool records_ = false; // spheres have records, see smooth_spheres3.f90
+  Array<std::uint8_t> driven_seen_; // of bodies, as their masses were weighed
+  bool centred_ = true;             // contactor i is on the centre of body i
+  bool records_ = false;            // bodies have records, see smooth_spheres3.f90
+  bool spheres_alone_ = false;      // contacts of spheres may go the way of these records
   Array<double> record_, body_radius_;
   double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
   std::vector<std::unique_ptr<Lanes>> lanes_;

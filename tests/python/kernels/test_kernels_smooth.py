@@ -153,7 +153,7 @@ def test_spheres_go_the_general_way_faster():
     """The kernels that know spheres alone, against those of all shapes."""
     bodies, n, h, reach = 9, 10, 0.01, 0.05
     x, v, radius, inverse = some(bodies, 3), some(bodies, 6), positive(bodies), positive(bodies, 6)
-    record = np.zeros((bodies, 16))
+    record = np.zeros((bodies, 12))
     kernel("cairn_sphere_records")(0, bodies, x, v, radius, inverse, record)
     body_a, body_b = np.triu_indices(bodies, 1)
     chosen = RNG.permutation(len(body_a))[:n]
