@@ -113,9 +113,8 @@ void SmoothDem::read_laws(const Simulation& s) {
     turns_ = turns_ || shape.turns;
     shape.bonds = !law.state.empty() && law.state[0] == "held";
     const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
-    double k[3];
-    law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
-                                                            &shape.reach);
+    double k[4];
+    law.stiffness(1, law.components(dim_), &overlap, &radius, s.laws.entry(e).params, k, &shape.reach);
   }
 }
 
@@ -188,7 +187,8 @@ void SmoothDem::make_list(Simulation& s) {
   list_uneven(s);
   weigh_grains(s);
   read_laws(s);
-  records_ = dim_ == 3 && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
+  records_ = dim_ == 3 && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any() &&
+             !b.stretch.active;
   if (records_) {
     record_.resize(16 * b.count);
     body_radius_.assign(b.count, 0);
