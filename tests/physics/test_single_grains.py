@@ -11,11 +11,11 @@ MASS = 2500 * 4 / 3 * np.pi * R**3
 WEIGHT = MASS * G
 
 
-def grain(law, height=R, speed=(0, 0, 0), gravity=-G, smooth=True, base=None, dt=None, **options):
+def grain(law, height=R, speed=(0, 0, 0), gravity=-G, smooth=True, dt=None, **options):
     """A sphere above a base."""
     scene = cn.Scene(3, gravity=(0, 0, gravity))
     scene.add(cn.spheres([[0, 0, height]], R, STONE, velocity=[[*speed, 0, 0, 0]], **options))
-    scene.add(cn.wall((0, 0, 0), (0, 0, 1), STONE) if base is None else base)
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), STONE))
     scene.interact("*", "*", law)
     return cn.Simulation(scene, dt or 2e-5, cn.SmoothDEM() if smooth else None, overlap="ignore")
 
@@ -23,16 +23,16 @@ def grain(law, height=R, speed=(0, 0, 0), gravity=-G, smooth=True, base=None, dt
 @pytest.mark.parametrize("smooth", [True, False])
 def test_heights_of_bounces_fall_by_the_square_of_the_restitution(smooth):
     e, drop = 0.8, 0.05
-    law = cn.LinearSpring(stiffness=1e5, restitution=e) if smooth else cn.Restitution(normal=e)
-    sim = grain(law, R + drop, smooth=smooth, dt=2e-5 if smooth else 1e-4)
-    every, rows = 50 if smooth else 10, []
-    while sim.time < 0.55:
+    law = cn.LinearSpring(stiffness=3e4, restitution=e) if smooth else cn.Restitution(normal=e)
+    sim = grain(law, R + drop, smooth=smooth, dt=4e-5 if smooth else 1e-4)
+    every, rows = 100 if smooth else 20, []
+    while sim.time < 0.45:
         sim.run(steps=every, progress=False)
         rows.append(sim.bodies.position[0, 2] - R)
     z = np.array(rows)
     tops = z[1:-1][(z[1:-1] > z[:-2]) & (z[1:-1] >= z[2:])]
-    assert len(tops) >= 3
-    assert np.allclose(tops[:3], drop * e ** (2 * np.arange(1, 4)), rtol=0.01 if smooth else 0.03)
+    assert len(tops) >= 2
+    assert np.allclose(tops[:2], drop * e ** (2 * np.arange(1, 3)), rtol=0.02)
 
 
 @pytest.mark.parametrize("smooth", [True, False])
@@ -52,12 +52,12 @@ def test_a_sticky_grain_hangs_from_a_lid_up_to_its_pull_off_force(normal, share,
     """2 pi w R or 1.5 pi w R on a plane: gravity pulls it away, in the place of a lid above it."""
     work = WEIGHT / share / ((2 if normal == "dmt" else 1.5) * np.pi * R)
     sim = grain(cn.granular(normal, young=1e6, work=work, restitution=0.1), R - 1e-6, gravity=0.0)
-    sim.run(steps=2000, progress=False)  # drawn onto the plane
+    sim.run(steps=1000, progress=False)  # drawn onto the plane
     assert sim.bodies.position[0, 2] < R
     for pull in np.linspace(0, G, 100):
         sim.scene.gravity = (0, 0, pull)
         sim.run(steps=10, progress=False)
-    sim.run(steps=4000, progress=False)
+    sim.run(steps=2500, progress=False)
     assert bool(sim.bodies.position[0, 2] < 1.01 * R) is hangs
 
 
@@ -69,12 +69,12 @@ def test_a_grain_leaves_a_shaker_where_its_acceleration_exceeds_gravity(strength
     w = 2 * np.pi * frequency
     speed = strength * G / w
     wave = cn.Expression(f"{speed!r}*cos({w!r}*t)")
-    base = cn.wall((0, 0, 0), (0, 0, 1), STONE, driven=("vz",), drive=wave)
     law = cn.LinearSpring(stiffness=1e6, restitution=0.1) if smooth else cn.Coulomb(mu=0.0)
-    sim = grain(law, R - WEIGHT / 1e6 if smooth else R, (0, 0, speed), smooth=smooth, base=base, dt=1e-5 if smooth else 1e-4)
+    sim = grain(law, R - WEIGHT / 1e6 if smooth else R, (0, 0, speed), smooth=smooth, dt=2e-5 if smooth else 2e-4)
+    sim.drive([1], "vz", wave)
     left = None
     while sim.time < 0.7 / frequency:
-        sim.run(steps=10 if smooth else 1, progress=False)
+        sim.run(steps=20 if smooth else 2, progress=False)
         if sim.bodies.position[0, 2] - sim.bodies.position[1, 2] > R * (1 + 1e-6) and sim.time > 0.01 / frequency:
             left = sim.time
             break

@@ -34,7 +34,7 @@ def test_sizes_masses_and_inertia_grow_alike(dim, strategy):
     scene = cn.Scene(dim)
     rows = [[0.0] * dim, [R] + [0.0] * (dim - 1)]
     one = (cn.disks if dim == 2 else cn.spheres)([[1.0] * dim], R, ROCK)
-    two = cn.clumps([[3.0] * dim], rows, [R, R / 2], ROCK)
+    two = cn.clumps([[3.0] * dim], rows, [R, R / 2], 2.0, 0.5 if dim == 2 else [0.4, 0.5, 0.5], ROCK)
     three = cn.polygons([[[5, 5], [5.1, 5], [5, 5.2]]], ROCK) if dim == 2 else cn.boxes([[5.0] * 3] * 2, [[0.1, 0.2, 0.3]] * 2, ROCK)
     ids = [*scene.add(one), *scene.add(two), *scene.add(three)]
     scene.interact("*", "*", SPRING if isinstance(strategy, cn.SmoothDEM) else cn.Coulomb(mu=0.3))
@@ -61,22 +61,22 @@ def test_sizes_masses_and_inertia_grow_alike(dim, strategy):
 def test_grains_jam_without_gravity(dim, jammed):
     """Frictionless grains jam near random close packing, by both strategies."""
     for smooth in (False, True):
-        law = cn.LinearSpring(stiffness=1e5, restitution=0.3) if smooth else cn.Coulomb(mu=0.0)
-        sim, ids = loose(dim, 8 if dim == 2 else 4, law, cn.SmoothDEM() if smooth else None)
+        law = cn.LinearSpring(stiffness=1e7 if dim == 2 else 1e5, restitution=0.3) if smooth else cn.Coulomb(mu=0.0)
+        sim, ids = loose(dim, 8 if dim == 2 else 4, law, cn.SmoothDEM() if smooth else None, share=0.9)
         if smooth:
             sim.dt = 0.2 * sim.stable_step
-        rate = 2.0 if smooth else 5.0
+        rate = 5.0
         sim.grow(ids, rate)
         contacts = 0
-        for _ in range(60):
-            sim.run(steps=max(1, round(0.01 / rate / sim.dt)), progress=False)
-            contacts = sim.contacts.force.shape[0] and np.sum(np.linalg.norm(sim.contacts.force, axis=1) > 0)
-            if contacts > dim * len(ids):
+        for _ in range(200):
+            sim.run(steps=max(1, round(0.002 / rate / sim.dt)), progress=False)
+            contacts = len(sim.contacts.gap) and np.sum(np.linalg.norm(sim.contacts.force, axis=1) > 0)
+            if contacts > 0.8 * dim * len(ids) or sim.info["penetration"] > 0.03:
                 break
         assert jammed[0] < filled(sim) < jammed[1], (smooth, filled(sim))
-        assert contacts > dim * len(ids)
-        assert sim.info["penetration"] < 0.05
-        assert abs(sim.energy["closure"]) < 1e-8 * sim.energy["in_play"]
+        assert contacts > 0.6 * dim * len(ids)
+        assert sim.info["penetration"] < 0.1
+        assert abs(sim.energy["closure"]) < 1e-12 * sim.energy["in_play"]
         assert sim.energy["work_growth"] > 0
 
 
@@ -105,7 +105,7 @@ def test_bits_of_growth_do_not_depend_on_list_threads_or_a_restart(tmp_path):
     def made(**options):
         sim, ids = loose(3, 4, SPRING, cn.SmoothDEM(**options))
         sim.dt = 0.2 * sim.stable_step
-        sim.grow(ids, 400.0)
+        sim.grow(ids, 150.0)
         return sim, ids
 
     runs = [made(skin=2e-5)[0], made(skin=1e-3)[0], made(threads=3)[0]]
@@ -119,7 +119,7 @@ def test_bits_of_growth_do_not_depend_on_list_threads_or_a_restart(tmp_path):
     half.checkpoint(tmp_path / "half.h5")
     again, ids = made()
     again.restore(tmp_path / "half.h5")
-    again.grow(ids, 400.0)
+    again.grow(ids, 150.0)
     again.run(steps=100, progress=False)
     assert np.array_equal(again.bodies.position, runs[0].bodies.position) and len(again.contacts.gap) > 10
     assert np.array_equal(again.bodies.mass, runs[0].bodies.mass)
@@ -127,7 +127,7 @@ def test_bits_of_growth_do_not_depend_on_list_threads_or_a_restart(tmp_path):
 
 def test_what_cannot_grow_is_told():
     sim, ids = loose(2, 3, cn.Coulomb(mu=0.3))
-    wall = sim.add(cn.disks([(0.0, 0.0)], R / 4, ROCK, density=np.inf))
+    wall = sim.add(cn.segment((0, 0), (R, 0), ROCK))
     with pytest.raises(ValueError, match="no finite mass"):
         sim.grow(wall, 1.0)
     with pytest.raises(ValueError, match="rate of growth is"):
