@@ -71,6 +71,14 @@ void bind_controls(py::class_<Simulation>& simulation) {
              servo.depth = depth;
              return cairn::loaded_area(s, servo);
            })
+      .def("grow",
+           [](Simulation& s, const Input<std::int64_t>& ids, const std::string& rate) {
+             s.controlled().grow(s, {ids.data(), std::size_t(ids.size())}, cairn::Expression(rate));
+           })
+      .def("stop_growth",
+           [](Simulation& s, const Input<std::int64_t>& ids) {
+             s.controlled().stop_growth({ids.data(), std::size_t(ids.size())});
+           })
       .def("drive_cell",
            [](Simulation& s, const std::string& component, const std::string& rate) {
              s.controlled().drive_cell(s, component, cairn::Expression(rate));

@@ -260,6 +260,7 @@ set(CAIRN_CXX_SOURCES
   ranks/virtual_ranks.cpp
   base/expression.cpp
   simulation/contact_fields.cpp
+  simulation/body_growth.cpp
   simulation/controls.cpp
   simulation/probes.cpp
   simulation/servo_area.cpp

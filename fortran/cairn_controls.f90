@@ -6,7 +6,7 @@ module cairn_controls
   use cairn_simulations, only: cairn_simulation
   implicit none
   private
-  public :: drive_bodies_by, set_servo, drive_cell, press_cell, weigh_cell, cell_state, add_probe, read_probe
+  public :: drive_bodies_by, set_servo, grow_bodies, drive_cell, press_cell, weigh_cell, cell_state, add_probe, read_probe
 
   interface
     integer(c_int32_t) function c_drive_by(simulation, n, bodies, dof, velocity, error) &
@@ -26,6 +26,14 @@ module cairn_controls
       real(c_double), intent(in) :: normal(*)
       character(c_char), intent(in) :: stress(*), area(*)
       real(c_double), value :: depth
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_grow(simulation, n, bodies, rate, error) bind(c, name="cairn_simulation_grow")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: n
+      integer(c_int64_t), intent(in) :: bodies(*)
+      character(c_char), intent(in), optional :: rate(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_drive_cell(simulation, component, rate, error) bind(c, name="cairn_simulation_drive_cell")
@@ -112,6 +120,23 @@ contains
     if (present(depth)) thick = depth
     call report_back(c_set_servo(simulation%handle, body, normal, c_text(stress), c_text(kind), thick, what), what, error)
   end subroutine set_servo
+
+  !> Sizes of bodies grow by d(ln size)/dt = rate [1/s], shapes and densities kept; without a rate no more.
+  subroutine grow_bodies(simulation, bodies, rate, error)
+    type(cairn_simulation), intent(in) :: simulation
+    integer(c_int64_t), intent(in), contiguous :: bodies(:)      !< their numbers
+    character(*), intent(in), optional :: rate                   !< of time [1/s]
+    type(cairn_error), intent(out), optional :: error
+    integer(c_int32_t) :: code
+    type(c_error) :: what
+
+    if (present(rate)) then
+      code = c_grow(simulation%handle, size(bodies, kind=c_int64_t), bodies, c_text(rate), what)
+    else
+      code = c_grow(simulation%handle, size(bodies, kind=c_int64_t), bodies, error=what)
+    end if
+    call report_back(code, what, error)
+  end subroutine grow_bodies
 
   !> Component "xx", "yy", "zz", "xy", "xz" or "yz" of the velocity gradient of the periodic cell [1/s].
   subroutine drive_cell(simulation, component, rate, error)

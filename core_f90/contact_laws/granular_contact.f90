@@ -146,7 +146,7 @@ contains
     if (axes == 2 .or. nint(params(p_twist)) == 0) return
     most = params(p_twisting)*geometry(:, 2)*limit
     if (nint(params(p_twist)) == marshall) most = 2*params(p_mu)*limit*a/3
-    stiffness = 0.5_c_double*a**2*merge(params(p_ratio)*k, shear_of(params)*a, nint(params(p_model)) == hooke)
+    stiffness = twist_stiffness(params, a, k)
     damping = 0
     angle(:, 1) = twist
     one(:, 1) = w(:, 1)
@@ -154,6 +154,13 @@ contains
     moment(:, 1) = turn(:, 1)
     twist = angle(:, 1)
   end subroutine spins
+
+  !> Half of the tangential stiffness times a^2 (Marshall 2009) [N m/rad].
+  pure function twist_stiffness(params, a, k) result(stiffness)
+    real(c_double), intent(in) :: params(own), a(:), k(:)
+    real(c_double) :: stiffness(size(a))
+    stiffness = 0.5_c_double*a**2*merge(params(p_ratio)*k, shear_of(params)*a, nint(params(p_model)) == hooke)
+  end function twist_stiffness
 
   !> E* of two like bodies; of linear springs the stiffness itself.
   pure function modulus_of(params) result(modulus)
@@ -171,12 +178,13 @@ contains
   end function shear_of
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins or ends.
-  subroutine cairn_law_granular_contact_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_granular_contact_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
+    integer(c_int32_t), value   :: c           !< components of the force: 3 in 2D, 6 in 3D
     real(c_double), intent(in)  :: overlap(n)  !< [m]
     real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
     real(c_double), intent(in)  :: params(own) !< as for the force
-    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)     !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)    !< [m]
     real(c_double) :: f(n), a(n), stored(n)
     logical :: touched(n)
@@ -184,10 +192,13 @@ contains
     call normal_force(n, nint(params(p_model)), modulus_of(params), params(p_work), -max(overlap, 0.0_c_double), radius, touched, &
                       f, a, k(:, 1), stored)
     k(:, 2) = shear_of(params)*a
-    if (nint(params(p_model)) == hooke) k(:, 2) = params(p_ratio)*k(:, 1)
+    if (nint(params(p_slip)) == linear) k(:, 2) = params(p_ratio)*merge(k(:, 1), k(:, 2), nint(params(p_model)) == hooke)
     if (nint(params(p_slip)) == no_history .or. .not. params(p_mu) > 0) k(:, 2) = 0
     k(:, 3) = 0
     if (nint(params(p_damping)) <= 1) k(:, 3) = damping_of(params(p_value))
+    k(:, 4) = 0
+    if (nint(params(p_roll)) == spring_dashpot) k(:, 4) = params(p_roll_ratio)*k(:, 1)*(params(p_rolling)*radius)**2
+    if (c == 6 .and. nint(params(p_twist)) /= 0) k(:, 4) = max(k(:, 4), twist_stiffness(params, a, k(:, 1)))
     reach = 0
     if (nint(params(p_model)) == jkr_contact) reach = 1.5_c_double*tear_gap(neck_of(modulus_of(params), params(p_work)), radius)
   end subroutine cairn_law_granular_contact_stiffness

@@ -58,18 +58,20 @@ contains
   end subroutine cairn_law_hertz_mindlin_force
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins.
-  subroutine cairn_law_hertz_mindlin_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_hertz_mindlin_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n          !< contacts
+    integer(c_int32_t), value   :: c          !< components of the force
     real(c_double), intent(in)  :: overlap(n) !< [m]
     real(c_double), intent(in)  :: radius(n)  !< effective radius [m]
     real(c_double), intent(in)  :: params(4)  !< as for the force
-    real(c_double), intent(out) :: k(n, 3)    !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)    !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)   !< [m]
     real(c_double) :: a(n)
     a = sqrt(radius*max(overlap, 0.0_c_double))
     k(:, 1) = params(1)/(1 - params(2)**2)*a
     k(:, 2) = merge(2*params(1)/((2 - params(2))*(1 + params(2)))*a, 0*a, params(4) > 0)
     k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(3))
+    k(:, 4) = 0
     reach = 0
   end subroutine cairn_law_hertz_mindlin_stiffness
 end module hertz_mindlin

@@ -67,12 +67,13 @@ contains
   end subroutine cairn_law_jkr_force
 
   !> Stiffness at an overlap, damping ratio, and a gap beyond that at which the neck tears.
-  subroutine cairn_law_jkr_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_jkr_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n          !< contacts
+    integer(c_int32_t), value   :: c          !< components of the force
     real(c_double), intent(in)  :: overlap(n) !< [m]
     real(c_double), intent(in)  :: radius(n)  !< effective radius [m]
     real(c_double), intent(in)  :: params(5)  !< as for the force
-    real(c_double), intent(out) :: k(n, 3)    !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)    !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)   !< [m]
     real(c_double) :: normal, b, a(n)
     logical :: touched(n)
@@ -83,6 +84,7 @@ contains
     k(:, 1) = 2*normal*a
     k(:, 2) = 2*params(1)/((2 - params(3))*(1 + params(3)))*a
     k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(4))
+    k(:, 4) = 0
     reach = 1.5_c_double*tear_gap(b, radius)
   end subroutine cairn_law_jkr_stiffness
 

@@ -46,16 +46,18 @@ contains
   end subroutine cairn_law_linear_spring_force
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins.
-  subroutine cairn_law_linear_spring_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_linear_spring_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n          !< contacts
+    integer(c_int32_t), value   :: c          !< components of the force
     real(c_double), intent(in)  :: overlap(n) !< [m]
     real(c_double), intent(in)  :: radius(n)  !< effective radius [m]
     real(c_double), intent(in)  :: params(4)  !< as for the force
-    real(c_double), intent(out) :: k(n, 3)    !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)    !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)   !< [m]
     k(:, 1) = params(1)
     k(:, 2) = merge(params(2)*params(1), 0.0_c_double, params(4) > 0)
     k(:, 3) = damping_of(params(3))
+    k(:, 4) = 0
     reach = 0
   end subroutine cairn_law_linear_spring_stiffness
 end module linear_spring

@@ -107,18 +107,20 @@ contains
   end function rupture
 
   !> Stiffness at an overlap, damping ratio, and a gap beyond that at which bridges rupture.
-  subroutine cairn_law_liquid_bridge_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_liquid_bridge_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
+    integer(c_int32_t), value   :: c           !< components of the force
     real(c_double), intent(in)  :: overlap(n)  !< [m]
     real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
     real(c_double), intent(in)  :: params(own) !< as for the force
-    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)     !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)    !< [m]
     real(c_double) :: a(n)
     a = sqrt(radius*max(overlap, 0.0_c_double))
     k(:, 1) = params(p_young)/(1 - params(p_poisson)**2)*a
     k(:, 2) = merge(2*params(p_young)/((2 - params(p_poisson))*(1 + params(p_poisson)))*a, 0*a, params(p_mu) > 0)
     k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(p_restitution))
+    k(:, 4) = 0
     reach = 1.001_c_double*rupture(params)
   end subroutine cairn_law_liquid_bridge_stiffness
 end module liquid_bridge

@@ -92,16 +92,18 @@ contains
   end function energy_of
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins.
-  subroutine cairn_law_plastic_contact_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_plastic_contact_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
+    integer(c_int32_t), value   :: c           !< components of the force
     real(c_double), intent(in)  :: overlap(n)  !< [m]
     real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
     real(c_double), intent(in)  :: params(own) !< as for the force
-    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)     !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)    !< [m]
     k(:, 1) = max(params(p_unloading), params(p_loading)) + 0*(overlap + radius)
     k(:, 2) = merge(params(p_ratio)*params(p_loading), 0.0_c_double, params(p_mu) > 0)
     k(:, 3) = params(p_damping)
+    k(:, 4) = 0
     reach = 0
   end subroutine cairn_law_plastic_contact_stiffness
 end module plastic_contact

@@ -136,21 +136,23 @@ contains
     twisting = 2*bending
   end subroutine sections
 
-  !> Stiffness, its tangential part with the moments, damping ratio, and the opening up to which a bond may go: that at which
-  !> tension breaks it, at most the effective radius.
-  subroutine cairn_law_smooth_bond_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  !> Stiffness of forces and moments, damping ratio, and the opening up to which a bond may go: that at which tension breaks it, at
+  !> most the effective radius.
+  subroutine cairn_law_smooth_bond_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
+    integer(c_int32_t), value   :: c           !< components of the force: 3 in 2D, 6 in 3D
     real(c_double), intent(in)  :: overlap(n)  !< not read [m]
     real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
     real(c_double), intent(in)  :: params(own) !< as for the force
-    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)     !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)    !< [m]
     real(c_double) :: area(n), bending(n), twisting(n)
-    call sections(3, 2*params(p_radius)*(radius + 0*overlap), area, bending, twisting)
-    area = max(area, 4*params(p_radius)*radius) ! of the disk, or of the strip
+    call sections(merge(2, 3, c == 3), 2*params(p_radius)*radius, area, bending, twisting)
     k(:, 1) = params(p_normal)*area
-    k(:, 2) = area*(params(p_shear)*(1 + params(p_radius)**2/2) + params(p_normal)*params(p_radius)**2/4)
+    k(:, 2) = params(p_shear)*area
     k(:, 3) = params(p_damping)
+    k(:, 4) = params(p_normal)*bending
+    if (c /= 3) k(:, 4) = max(k(:, 4), params(p_shear)*twisting)
     reach = params(p_within) + radius
     if (params(p_normal) > 0) reach = params(p_within) + min(radius, 1.0001_c_double*params(p_tension)/params(p_normal))
   end subroutine cairn_law_smooth_bond_stiffness

@@ -89,12 +89,13 @@ contains
   end subroutine loaded
 
   !> Stiffness at an overlap, damping ratio, and the gap at which the force begins.
-  subroutine cairn_law_yield_contact_stiffness(n, overlap, radius, params, k, reach) bind(c)
+  subroutine cairn_law_yield_contact_stiffness(n, c, overlap, radius, params, k, reach) bind(c)
     integer(c_int32_t), value   :: n           !< contacts
+    integer(c_int32_t), value   :: c           !< components of the force
     real(c_double), intent(in)  :: overlap(n)  !< [m]
     real(c_double), intent(in)  :: radius(n)   !< effective radius [m]
     real(c_double), intent(in)  :: params(own) !< as for the force
-    real(c_double), intent(out) :: k(n, 3)     !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: k(n, 4)     !< normal, tangential [N/m], damping ratio [-], of spins [N m/rad]
     real(c_double), intent(out) :: reach(n)    !< [m]
     real(c_double) :: modulus, force, work, flat
     integer :: i
@@ -107,6 +108,7 @@ contains
       if (params(p_mu) > 0) k(i, 2) = k(i, 1)*2*(1 - params(p_poisson))/(2 - params(p_poisson))
     end do
     k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(p_restitution))
+    k(:, 4) = 0
     reach = 0
   end subroutine cairn_law_yield_contact_stiffness
 end module yield_contact

@@ -57,6 +57,18 @@ int32_t cairn_simulation_set_servo(cairn_simulation* simulation, int64_t body, c
   });
 }
 
+int32_t cairn_simulation_grow(cairn_simulation* simulation, int64_t n, const int64_t* bodies, const char* rate,
+                              cairn_error* error) {
+  return guarded(error, [&] {
+    cairn::Simulation& s = between_steps(simulation, "cairn_simulation_grow").simulation;
+    if (counted(n) > 0) require(bodies, "bodies");
+    if (rate)
+      s.controlled().grow(s, span_of(bodies, n), cairn::Expression(rate));
+    else
+      s.controlled().stop_growth(span_of(bodies, n));
+  });
+}
+
 int32_t cairn_simulation_drive_cell(cairn_simulation* simulation, const char* component, const char* rate,
                                     cairn_error* error) {
   return guarded(error, [&] {

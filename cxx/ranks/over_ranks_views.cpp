@@ -61,7 +61,7 @@ void OverRanks::check_scene(const Simulation& s) const {
   if (s.networks && s.networks->repeats()) refuse("steps are repeated with the temperatures at their end (coupling)");
   if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
   if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
-  if (s.scene.has(Need::growing)) refuse("bodies grow with their temperature");
+  if (s.scene.has(Need::growing)) refuse("bodies grow");
   if (s.controls && s.controls->has_cell()) refuse("rates or stresses drive the periodic cell");
 }
 

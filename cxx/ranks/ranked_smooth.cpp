@@ -62,9 +62,10 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
   double law = 0;
   for (int e = 0; e < s.laws.entries(); ++e) {
     const double overlap = 0, radius = 1;
-    double k[3], reach = 0;
+    double k[4], reach = 0;
     const LawTable::Entry& entry = s.laws.entry(e);
-    law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
+    const LawInfo& info = law_infos()[std::size_t(entry.law)];
+    info.stiffness(1, info.components(s.scene.bodies.dim), &overlap, &radius, entry.params, k, &reach);
     law = std::max(law, reach);
   }
   const auto cut = [&] {

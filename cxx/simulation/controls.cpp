@@ -122,6 +122,12 @@ void Controls::find_places(Simulation& s) {
   }
   std::erase_if(drives_, [](const Drive& d) { return d.ids.empty(); });
   std::erase_if(servos_, [&](const Servo& one) { return s.scene.find_body(one.body) < 0; });
+  for (Growth& g : growths_) {
+    g.place.clear();
+    std::erase_if(g.ids, [&](std::int64_t id) { return s.scene.find_body(id) < 0; });
+    for (const std::int64_t id : g.ids) g.place.push_back(s.scene.find_body(id));
+  }
+  std::erase_if(growths_, [](const Growth& g) { return g.ids.empty(); });
   order_ = s.scene.order_version();
   bodies_ = s.scene.bodies.count;
 }
@@ -130,6 +136,9 @@ void Controls::apply(Simulation& s, double h, double end_share, bool cell_may_fo
   if (!(h > 0) || !std::isfinite(h)) return; // the strategy refuses it
   Bodies& b = s.scene.bodies;
   find_places(s);
+  begin_ = s.time;
+  if (!growths_.empty() && s.strategy().name == "event_driven")
+    throw Error("bodies grow, and strategy event_driven lets none do so: take NSCD or SmoothDEM");
   for (const Drive& d : drives_) {
     const double v =
         number_at(d.velocity, s.time + h, "velocity", [&] { return "body " + std::to_string(d.ids.front()); });

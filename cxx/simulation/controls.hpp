@@ -1,5 +1,5 @@
 // Controls of a run by functions of time that are compiled once: velocities of bodies, walls under a stress, the
-// shape of a periodic cell.
+// shape of a periodic cell, growth of bodies.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -42,6 +42,13 @@ public:
   void keep_volume(Simulation& s, bool keep);
   double kept_volume() const { return keeps_volume_ ? volume_ : 0; } // [m3]; 0: none is kept
   void set_kept_volume(double volume) { volume_ = volume; }          // that of a run before
+  // From now on bodies grow by d(ln size)/dt = rate [1/s], shapes and densities kept, in the place of what they grew by
+  // before; body_growth.cpp. Throws Error for bodies whose mass is not finite, that expand with their temperature, or
+  // that a law holds at points of theirs.
+  void grow(Simulation& s, std::span<const std::int64_t> ids, Expression rate);
+  void stop_growth(std::span<const std::int64_t> ids);
+  // Growth of a step of h [s] that was made: sizes, masses, inertia, and the kinetic energy that comes with them.
+  void grow_bodies(Simulation& s, double h);
   // Inertia of the cell over the mass of the bodies that move [-], thickness in 2D [m].
   void weigh_cell(Simulation& s, double share, double depth);
   void release_bodies() { drives_.clear(), servos_.clear(); }
@@ -61,6 +68,11 @@ private:
     Expression velocity;
     std::vector<std::int32_t> place; // internal numbers, of those that are there
   };
+  struct Growth {
+    std::vector<std::int64_t> ids;
+    Expression rate;
+    std::vector<std::int32_t> place;
+  };
   struct Component {
     int i, j;
     bool follows; // the stress
@@ -72,11 +84,13 @@ private:
 
   std::vector<Drive> drives_;
   std::vector<Servo> servos_;
+  std::vector<Growth> growths_;
   std::vector<Component> components_;
   bool keeps_volume_ = false;
   double volume_ = 0;    // to be kept [m3]
   double cell_mass_ = 1; // over that of the bodies
   double depth_ = 1;
+  double begin_ = 0;                      // of the step at hand [s]
   std::int64_t order_ = -1, bodies_ = -1; // that the places are of
 };
 

@@ -67,6 +67,7 @@ const StepReport& Simulation::step(double h) {
 const StepReport& Simulation::step_of_bodies(double h) {
   if (!held_motions.empty() && h > 0 && std::isfinite(h)) move_held(*this, h); // else the strategy refuses the step
   const StepReport& made = networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
+  grow_bodies(h);
   if (probes) probes->record(*this);
   return made;
 }

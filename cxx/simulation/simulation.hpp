@@ -182,6 +182,7 @@ public:
 
 private:
   void reduce_lean();
+  void grow_bodies(double h); // see controls.hpp
   const StepReport& step_of_bodies(double h);
 
   std::unique_ptr<Strategy> strategy_;

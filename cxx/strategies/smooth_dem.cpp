@@ -93,6 +93,7 @@ void SmoothDem::begin_step(Simulation& s, double h) {
     s.scene.renumber();
   }
   if (s.scene.cell.any()) s.wrap_into_cell();
+  follow_growth(s);
   if (list_is_old(s)) make_list(s);
   follow_drives(s);
   if (settings.refuse_unstable && h > pair_limit_) refuse_step(h);
@@ -101,6 +102,8 @@ void SmoothDem::begin_step(Simulation& s, double h) {
     compute_forces(s);
     s.report.stable_step = contact_limit(s);
     begin_balance(s);
+  } else {
+    count_growth(s);
   }
   h_ = h;
   take_scheme(s, h);

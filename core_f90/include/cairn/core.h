@@ -50,9 +50,9 @@ typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* con
  * out: f (n, c) on A [N], energy (n, 3) stored, dissipated by damping, by friction [J], or NULL. */
 typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u,
                              const double* params, double* state, double* f, double* energy);
-/* k (n, 3): normal and tangential stiffness [N/m] at an overlap, damping ratio; reach (n): gap of its begin. */
-typedef void cairn_law_stiffness(int32_t n, const double* overlap, const double* radius, const double* params,
-                                 double* k, double* reach);
+/* k (n, 4): normal, tangential stiffness [N/m] at an overlap, damping ratio, of spins [N m]; reach (n): first gap. */
+typedef void cairn_law_stiffness(int32_t n, int32_t c, const double* overlap, const double* radius,
+                                 const double* params, double* k, double* reach);
 /* softening: what solve alone may say, of a bond that loses stiffness in this step by the impulse that is found. */
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3, cairn_softening = 4 };
 /* Which rule is about two materials. word (2, materials): of the group, -1 without, and of the material; apart

@@ -345,8 +345,13 @@ int32_t cairn_simulation_drive_by(cairn_simulation* simulation, int64_t n, const
  * [m2]. Along the axes of a periodic cell it is its length, in 2D times depth [m]. */
 int32_t cairn_simulation_set_servo(cairn_simulation* simulation, int64_t body, const double* normal, const char* stress,
                                    const char* area, double depth, cairn_error* error);
+/* Sizes of n bodies grow by d(ln size)/dt = rate(t) [1/s], a function as above, shapes and densities kept; NULL: no
+ * more. Grains pack so without gravity. Refused: bodies without a finite mass, that expand with their temperature, or
+ * that a law holds at points. Checkpoints hold sizes, and no rates. */
+int32_t cairn_simulation_grow(cairn_simulation* simulation, int64_t n, const int64_t* bodies, const char* rate,
+                              cairn_error* error);
 /* Component "xx", "yy", "zz", "xy", "xz" or "yz" of the velocity gradient of the periodic cell [1/s], or of the stress
- * of contacts that it follows (NSCD alone), compression positive [Pa]; components that nobody names stay. */
+ * of contacts that it follows, compression positive [Pa]; components that nobody names stay. */
 int32_t cairn_simulation_drive_cell(cairn_simulation* simulation, const char* component, const char* rate,
                                     cairn_error* error);
 int32_t cairn_simulation_press_cell(cairn_simulation* simulation, const char* component, const char* stress,

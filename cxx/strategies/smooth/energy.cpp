@@ -13,19 +13,56 @@ namespace cairn {
 // Initial energy balance: kinetic energy, and that of the springs under the first forces.
 void SmoothDem::begin_balance(Simulation& s) {
   if (!settings.energy) return;
-  const Bodies& b = s.scene.bodies;
   driven_before_ = s.energy.work_driven; // work of wrapping before is in the kinetic energy
-  s.energy.kinetic = s.energy.stored = 0;
+  s.energy.kinetic = kinetic_of(s);
+  s.energy.stored = 0;
+  for (std::int64_t t = 0; t < tiles(s); ++t) s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
+}
+
+// What bodies gained with their masses, at the same velocity, is work of growth.
+void SmoothDem::count_growth(Simulation& s) const {
+  if (!settings.energy || !s.scene.bodies.stretch.active) return;
+  const double wrapped = s.energy.work_driven - driven_before_, gained = kinetic_of(s) - wrapped - s.energy.kinetic;
+  s.energy.kinetic += gained;
+  s.energy.work_growth += gained;
+}
+
+double SmoothDem::kinetic_of(const Simulation& s) const {
+  const Bodies& b = s.scene.bodies;
+  double sum = 0;
   for (std::int64_t t = 0; t < tiles(s); ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
-    s.energy.kinetic +=
-        cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
+    sum += cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
     const auto uneven = uneven_of(t);
     if (!uneven.empty())
-      s.energy.kinetic += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
-                                               b.angular_momentum.values.data());
-    s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
+      sum += cairn_uneven_kinetic(std::int64_t(uneven.size()), uneven.data(), b.velocity.values.data(),
+                                  b.angular_momentum.values.data());
   }
+  return sum;
+}
+
+// Masses and curvatures of bodies that grew after the last step; their pairs came closer by as much.
+void SmoothDem::follow_growth(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  if (!b.stretch.active || !list_.valid || list_is_old(s)) return;
+  double most = 0, largest = 0;
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const double share = *b.stretch[*c.body[k]];
+    if (!(share < 0 || share > 0)) continue;
+    grain_[2 * k] /= 1 + share;
+    const double arm = arm_of(s, k);
+    most = std::max(most, std::abs(share) * arm);
+    largest = std::max(largest, share);
+    if (has_shaped_) body_arm_[*c.body[k]] = std::max(body_arm_[*c.body[k]], arm);
+  }
+  if (!(most > 0)) return;
+  cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
+                       b.inverse_mass.values.data());
+  for (double& one : b.inverse_mass.values) one /= settings.mass_scale;
+  weigh_grains(s);
+  moved_ += most;
+  arm_ *= 1 + largest;
 }
 
 // Works of the first half of the step, before it, or of the second, before its end.
@@ -66,24 +103,25 @@ void SmoothDem::account(Simulation& s, std::int64_t n) {
   const double wrapped = e.work_driven - driven_before_; // by the cell, as bodies passed through its sides
   const double kinetic = sum[4], potential = sum[5], external = sum[6], moved = sum[13], local = sum[9],
                driven = sum[7] + works[3], bulk = sum[8] + works[2], stored = sum[16], normal = sum[17],
-               friction = sum[18], released = sum[19];
+               friction = sum[18], released = sum[19], grown = sum[14];
   const double bodies = kinetic - e.kinetic - wrapped + potential - external - driven + bulk; // 0 without contacts
   const double contacts = predicts() ? bodies : works[0] + works[1]; // works on bodies, and what telescopes
   const double before = e.kinetic,
-               integrator = moved - contacts - local - (stored - e.stored) - normal - friction - released;
+               integrator = moved + grown - contacts - local - (stored - e.stored) - normal - friction - released;
   e.closure += bodies - contacts;
   e.kinetic = kinetic;
   e.stored = stored;
   e.potential += potential;
   e.work_external += external;
   e.work_driven += driven + moved;
+  e.work_growth += grown;
   e.dissipated_bulk += bulk + local;
   e.dissipated_normal += normal;
   e.dissipated_friction += friction;
   e.dissipated_integrator += integrator;
   e.released += released;
   e.turned_over += std::abs(potential) + std::abs(external) + std::abs(driven) + std::abs(moved) + std::abs(normal) +
-                   std::abs(friction) + std::abs(bulk) + std::abs(local) + std::abs(released);
+                   std::abs(friction) + std::abs(bulk) + std::abs(local) + std::abs(released) + std::abs(grown);
   e.largest_kinetic = std::max({e.largest_kinetic, kinetic, before});
   e.in_play = e.largest_kinetic + e.turned_over;
 }

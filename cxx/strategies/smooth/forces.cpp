@@ -144,11 +144,27 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
     cairn_smooth_moments(dim_, n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], b.contact_force.values.data(), other);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
+  if (b.stretch.active) sums[14] += growth_work(s, list, batch, count, w);
   if (sheared) add_cell_forces(s, list, batch, count, m, w, sums);
   for (int i = 0; (belts || sheared) && i < count; ++i)
     for (int k = 0; k < dim_; ++k)
       sums[13] += h * list.force[(p + w.lane[i] - 1) * dim_ + k] * w.jump[k * n + w.lane[i] - 1];
   if (energy) keep_loss(list, batch, count, m, w);
+}
+
+// Work of surfaces that grew after the last step against the forces of their contacts.
+double SmoothDem::growth_work(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                              int count, const Lanes& w) const {
+  double work = 0;
+  for (int i = 0; i < count; ++i) {
+    const int l = w.lane[i] - 1;
+    const std::int64_t p = batch.first + l;
+    const double grown_a = *s.scene.bodies.stretch[list.body_a[p]], grown_b = *s.scene.bodies.stretch[list.body_b[p]];
+    for (int k = 0; k < dim_; ++k)
+      work += list.force[p * dim_ + k] *
+              (grown_b * w.lever_b[k * batch.count + l] - grown_a * w.lever_a[k * batch.count + l]);
+  }
+  return work;
 }
 
 // Forces of contacts with images times the shifts of these, and their effective masses.
@@ -166,8 +182,9 @@ void SmoothDem::add_cell_forces(const Simulation& s, const NeighbourList& list, 
 }
 
 // Rates of a cell that follows a stress, for the next step: L_ij += h (-sum f_i s_j - P_ij V)/(m H_jj^2), see
-// moving_cell.hpp. Its inertia is at least twice the effective masses of the contacts across its sides, so that it is
-// as stable as these.
+// moving_cell.hpp, less a share against the rate (Cundall 1987): the cell is as heavy as all bodies, so that dashpots
+// of contacts hardly damp it, and the stress swings by the root of stiffness over pressure. Its inertia is at least
+// twice the effective masses of the contacts across its sides, so that it is as stable as these.
 void SmoothDem::follow_stress(Simulation& s, std::int64_t n) {
   Cell& cell = s.scene.cell;
   double sum[10] = {};
@@ -179,8 +196,11 @@ void SmoothDem::follow_stress(Simulation& s, std::int64_t n) {
       const int e = i + 3 * j;
       const double length = cell.vectors[4 * j];
       if (volume > 0) cell.stress[e] = sum[e] / volume;
-      if (cell.follows[e] && mass > 0)
-        cell.velocity_gradient[e] += h_ * (sum[e] - cell.pressure[e] * volume) / (mass * length * length);
+      if (!cell.follows[e] || !(mass > 0)) continue;
+      double& rate = cell.velocity_gradient[e];
+      const double push = (sum[e] - cell.pressure[e] * volume) / (mass * length * length), along = rate * push;
+      const double share = along > 0 ? 1 - settings.cell_damping : along < 0 ? 1 + settings.cell_damping : 1;
+      rate += h_ * share * push;
     }
 }
 

@@ -113,9 +113,8 @@ void SmoothDem::read_laws(const Simulation& s) {
     turns_ = turns_ || shape.turns;
     shape.bonds = !law.state.empty() && law.state[0] == "held";
     const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
-    double k[3];
-    law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
-                                                            &shape.reach);
+    double k[4];
+    law.stiffness(1, law.components(dim_), &overlap, &radius, s.laws.entry(e).params, k, &shape.reach);
   }
 }
 
@@ -190,7 +189,7 @@ void SmoothDem::make_list(Simulation& s) {
   list_uneven(s);
   weigh_grains(s);
   read_laws(s);
-  records_ = dim_ == 3;
+  records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
   spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
   if (records_) {
     record_.resize(12 * b.count);

@@ -99,8 +99,8 @@ public:
 private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
-  // and driven, D bulk, 9: D of local damping; 12: greatest correction, work of moving surfaces; 16: energy stored,
-  // dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
+  // and driven, D bulk, 9: D of local damping; 12: greatest correction, works of moving and of growing surfaces; 16:
+  // energy stored, dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
   // effective masses of contacts with images
   static constexpr int sums_of_tile = 40;
   struct EntryShape {
@@ -154,11 +154,16 @@ private:
   void turn_uneven(Simulation& s, std::int64_t tile);
   void end_uneven(Simulation& s, std::int64_t tile, std::int64_t& wrong, double* terms);
   void fill_records(const Simulation& s, std::int64_t first, std::int64_t last);
-  double stiffness_over_mass(const Simulation& s, const double k[3], std::int64_t body, double arm) const;
+  double stiffness_over_mass(const Simulation& s, const double k[4], std::int64_t body, double arm) const;
   double inverse_inertia(const Simulation& s, std::int64_t body) const;
   bool held(const Simulation& s, std::int64_t body) const;
   void follow_drives(const Simulation& s);
   bool weigh_grains(const Simulation& s);
+  void follow_growth(Simulation& s);
+  void count_growth(Simulation& s) const;
+  double growth_work(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                     const Lanes& w) const;
+  double kinetic_of(const Simulation& s) const;
   int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
                     double* sums);
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;

@@ -14,16 +14,18 @@ double damped_share(double ratio) { return std::sqrt(1 + ratio * ratio) - ratio;
 
 } // namespace
 
-// Stiffness over mass of a contact on a body: along the normal, or along the tangent where the spin gives way too.
-double SmoothDem::stiffness_over_mass(const Simulation& s, const double k[3], std::int64_t body, double arm) const {
+// Stiffness over mass of a contact on a body: along the normal, or along the tangent where the spin gives way too, to
+// the moments of the law as well.
+double SmoothDem::stiffness_over_mass(const Simulation& s, const double k[4], std::int64_t body, double arm) const {
   const Bodies& b = s.scene.bodies;
   const int spins = dim_ == 2 ? 4 : 56;
   const double inverse_mass = held(s, body) ? 0 : b.inverse_mass[body][0];
   const bool turns = !b.driven.active || (*b.driven[body] & spins) != spins;
-  const double spin_gives = turns ? arm * arm * inverse_inertia(s, body) : 0;
+  const double per_spin = turns ? inverse_inertia(s, body) : 0, spin_gives = arm * arm * per_spin;
   // away from its centre a body gives way to the normal force by its spin, too
   const bool off_centre = has_shaped_ ? body_arm_[body] > 0 : !uneven_.empty();
-  return std::max(k[0] * (inverse_mass + (off_centre ? spin_gives : 0)), k[1] * (inverse_mass + spin_gives));
+  return std::max(k[0] * (inverse_mass + (off_centre ? spin_gives : 0)),
+                  k[1] * (inverse_mass + spin_gives) + k[3] * per_spin);
 }
 
 // Critical time step for a collision of any body with its like, at the overlap of the options; no contact need exist
@@ -39,9 +41,9 @@ double SmoothDem::pair_limit(const Simulation& s) const {
     if (!(b.inverse_mass[*c.body[i]][0] > 0) || !(radius > 0)) continue;
     const int entry = s.laws.find(*c.material[i], *c.material[i]);
     if (entry < 0) continue;
-    double k[3], reach;
-    law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
-                                                                &reach);
+    double k[4], reach;
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(entry).law)];
+    law.stiffness(1, law.components(dim_), &overlap, &radius, s.laws.entry(entry).params, k, &reach);
     const double rate =
         2 * stiffness_over_mass(s, k, *c.body[i], shaped || !uneven_.empty() ? arm_of(s, i) : 2 * radius);
     if (rate > 0) limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
@@ -67,13 +69,14 @@ double SmoothDem::contact_limit(Simulation& s) {
     }
     if (batch.kind < 0) shaped_grains(s, list, batch, w);
     const LawTable::Entry& entry = s.laws.entry(batch.entry);
+    const LawInfo& law = law_infos()[std::size_t(entry.law)];
     for (int i = 0; i < batch.count; ++i) {
       if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
       const std::int64_t p = batch.first + i;
       const double radius = 1 / (w.grain_a[i] + w.grain_b[i]);
       const double overlap = std::max(-w.gap[i], settings.overlap * radius);
-      double k[3], reach;
-      law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
+      double k[4], reach;
+      law.stiffness(1, law.components(dim_), &overlap, &radius, entry.params, k, &reach);
       damping = std::max(damping, k[2]);
       for (const std::int32_t body : {list.body_a[p], list.body_b[p]}) {
         const bool first = body == list.body_a[p];

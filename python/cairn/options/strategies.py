@@ -797,6 +797,8 @@ class SmoothDEM(Strategy):
     local_damping : float, default 0.0
         Share of the force on each body, along each axis, that is set against its motion (Cundall 1987), in [0, 1): brings bodies
         to rest; flows and impacts are wrong under it. It is part of `bodies.contact_force`, and `dissipated_bulk` of the energy.
+    cell_damping : float, default 0.25
+        Share of the force on each rate of a periodic cell that follows a stress which is set against that rate, below 1.
     mass_scale : float, default 1.0
         Inertia of bodies over that of their mass, at least 1, at the same weight (mass scaling): the stable step is longer by its
         root. For slow loading alone: impacts, waves and flows are slower by the same root, which gives a warning.
@@ -824,6 +826,7 @@ class SmoothDEM(Strategy):
     overlap: float = 0.01
     unstable: str = "error"
     local_damping: float = 0.0
+    cell_damping: float = 0.25
     mass_scale: float = 1.0
     energy: bool = True
     threads: int = 0
@@ -840,6 +843,8 @@ class SmoothDEM(Strategy):
         one_of("unstable", self.unstable, ("error", "warn", "ignore"))
         if not 0 <= checks.number("local_damping", self.local_damping) < 1:
             raise ValueError(f"local_damping is {self.local_damping}: give a share of the force in [0, 1); 0.7 is usual for rest")
+        if not 0 <= checks.number("cell_damping", self.cell_damping) < 1:
+            raise ValueError(f"cell_damping is {self.cell_damping}: give a share of the force in [0, 1)")
         if not 1 <= checks.number("mass_scale", self.mass_scale) < math.inf:
             raise ValueError(f"mass_scale is {self.mass_scale}: give a finite number of at least 1, inertia over mass")
         if self.mass_scale > 1 and getattr(self.integrator, "row", "velocity_verlet") != "velocity_verlet":
@@ -869,6 +874,7 @@ class SmoothDEM(Strategy):
             "skin": math.nan if self.skin is None else float(self.skin),
             "overlap": float(self.overlap),
             "local_damping": float(self.local_damping),
+            "cell_damping": float(self.cell_damping),
             "mass_scale": float(self.mass_scale),
             "refuse_unstable": self.unstable == "error",
             "energy": bool(self.energy),

@@ -1,12 +1,50 @@
-"""Methods of Simulation that change bodies between steps: make them deformable or rigid, join and merge them."""
+"""Methods of Simulation that change bodies: make them deformable or rigid, join and merge them, let them grow."""
 
 from __future__ import annotations
 
 from ..base import checks
+from ..base.expressions import texts_of
 
 
 class Reshaping:
-    """Methods of Simulation that reshape, join and merge bodies."""
+    """Methods of Simulation that reshape, join and merge bodies, and let them grow."""
+
+    def grow(self, ids, rate):
+        """Lets bodies grow in later steps, d(ln size)/dt = rate: grains pack so without gravity.
+
+        Shapes and densities are kept: masses grow with the size to the power of dim. Growth does work, the term "work_growth" of
+        the balance. A later call replaces the rate. A checkpoint holds the sizes, not the rate: give it again.
+
+        Parameters
+        ----------
+        ids : array_like of int
+            Ids of the bodies.
+        rate : float, Table, Harmonic, Expression or None
+            Rate [1/s], negative if they shrink; None ends their growth.
+
+        Raises
+        ------
+        ValueError
+            If a body has no finite mass, expands with its temperature or is held at points by a law, or the rate is no function
+            that the core can evaluate.
+
+        Examples
+        --------
+        Disks in a periodic cell of 0.1 m by 0.1 m, until they fill four fifths of it::
+
+            sim.grow(disks, 5.0)
+            sim.run(while_=lambda s: np.pi * np.sum(s.radii() ** 2) < 0.8 * 0.01, until=1.0)
+            sim.grow(disks, None)
+        """
+        self.between_steps("grow")
+        ids = checks.body_ids(ids)
+        if rate is None:
+            self._core.stop_growth(ids)
+            return
+        texts = None if isinstance(rate, str) else texts_of(rate)
+        if texts is None or len(texts) != 1:
+            raise ValueError(f"rate of growth is {rate!r}: give a finite number, cairn.Table, Harmonic or Expression [1/s]")
+        self._core.grow(ids, texts[0])
 
     def deform(self, id, body, *, material=None, **options):
         """Makes a rigid body deformable between steps.
