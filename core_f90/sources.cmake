@@ -116,5 +116,6 @@ set(CAIRN_CORE_SOURCES
   solvers/sweeps/normal_sweep.f90
   solvers/sweeps/radial_passes.f90
   solvers/sweeps/extrapolated_sweep.f90
+  solvers/sweeps/ranked_sweep.f90
   solvers/sweeps/radial_sweep.f90
 )

@@ -250,6 +250,7 @@ set(CAIRN_CXX_SOURCES
   ranks/mpi_ranks.cpp
   ranks/part.cpp
   ranks/partition.cpp
+  ranks/ranked_cell.cpp
   ranks/ranked_joints.cpp
   ranks/ranked_nscd.cpp
   ranks/over_ranks_partition.cpp

@@ -51,6 +51,8 @@ protected:
   bool must_partition(const Simulation& s) const;
   // margin: what a body adds to the gap up to which it meets others, besides its way [m].
   void partition(Simulation& s, double margin);
+  // State, loads and drives of all bodies to the parts.
+  void bring_parts(const Simulation& s);
   // Largest way of an own body since the partition, and what `more` adds for it; over all ranks.
   double farthest(const std::vector<std::vector<double>>& more);
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
@@ -84,6 +86,7 @@ protected:
   std::vector<std::uint8_t> everywhere_, fixed_, jointed_;
   int joint_rank_ = -1; // that has all joints, and contacts of their bodies; -1: there are none
   double reach_ = 0, reach_factor_ = 1;
+  bool taken_ = false;                       // the state of bodies is that of their owners
   bool anew_ = true, both_remember_ = false; // ranks of both bodies need what their contact remembers
   int colours_ = 0;
   std::int64_t partitions_ = 0, since_partition_ = 0;

@@ -231,6 +231,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   for (const Part& part : parts_) memory.push_back(own_memory(part));
   add_held(s, around, memory, ghosts);
   parts_.clear();
+  taken_ = false;
   for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
     const int rank = exchange_->local()[l];
     std::vector<std::int32_t> bodies = ghosts[l];
@@ -243,6 +244,7 @@ void OverRanks::partition(Simulation& s, double margin) {
       part.owner.push_back(owner_[std::size_t(body)]);
       part.fixed.push_back(fixed_[std::size_t(body)]);
     }
+    find_runs(part);
     part.has_joints = rank == joint_rank_;
   }
   give_memory(s, memory);

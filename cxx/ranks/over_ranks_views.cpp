@@ -7,7 +7,6 @@
 #include "../base/call.hpp"
 #include "../networks/network.hpp"
 #include "../simulation/contact_fields.hpp"
-#include "../simulation/controls.hpp"
 #include "../simulation/probes.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_nscd.hpp"
@@ -62,7 +61,6 @@ void OverRanks::check_scene(const Simulation& s) const {
   if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
   if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
   if (s.scene.has(Need::growing)) refuse("bodies grow");
-  if (s.controls && s.controls->has_cell()) refuse("rates or stresses drive the periodic cell");
 }
 
 void OverRanks::check_laws(const Simulation& s) const {
@@ -77,7 +75,7 @@ void OverRanks::check_laws(const Simulation& s) const {
 void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
   check_scene(s);
   check_laws(s);
-  s.apply_controls(h, end_share, false);
+  s.apply_controls(h, end_share, true);
   before_ = exchange_->traffic;
   shown_.reset();
   s.contacts_known = false;
@@ -107,7 +105,13 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   return true;
 }
 
+void OverRanks::bring_parts(const Simulation& s) {
+  for (Part& part : parts_) bring(s, part, taken_);
+  taken_ = false; // a step that fails, or is made again, finds it as it was
+}
+
 void OverRanks::changed(Simulation& s, bool places) {
+  taken_ = false;
   s.contacts_known = false;
   shown_.reset();
   for (Part& part : parts_) {
@@ -330,6 +334,7 @@ void OverRanks::collect(Simulation& s) {
     for (const Part& part : parts_) pack_own(part, mine);
     for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s);
   }
+  taken_ = true;
   s.scene.cell = parts_[0].simulation->scene.cell;
   std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
   double largest[] = {0, 0}; // way, bodies that turned too far

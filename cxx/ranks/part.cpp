@@ -31,6 +31,16 @@ void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Fiel
     std::copy_n(from[rows[i]], from.components, to.values.data() + i * std::size_t(from.components));
 }
 
+template <class T>
+void copy_runs(const Field<T>& from, const std::vector<Run>& runs, bool to_part, Field<T>& to) {
+  const auto n = std::size_t(from.components);
+  for (const Run& run : runs) {
+    const auto whole = std::size_t(run.whole) * n, part = std::size_t(run.part) * n;
+    const T* first = from.values.data() + (to_part ? whole : part);
+    std::copy(first, first + std::size_t(run.rows) * n, to.values.data() + (to_part ? part : whole));
+  }
+}
+
 // Workspace of a step, which each part fills by itself.
 bool made_in_step(std::string_view name) {
   return name == "velocity_free" || name == "inverse_inertia" || name == "inverse_mass" || name.ends_with("_begin");
@@ -114,7 +124,23 @@ Part make_part(const Simulation& whole, const Strategy& model, int rank, std::ve
   return part;
 }
 
-void bring(const Simulation& whole, Part& part) {
+void find_runs(Part& part) {
+  part.runs.clear();
+  part.own_runs.clear();
+  part.ghost_runs.clear();
+  const auto add = [](std::vector<Run>& runs, std::int64_t whole, std::int64_t own) {
+    if (!runs.empty() && runs.back().whole + runs.back().rows == whole && runs.back().part + runs.back().rows == own)
+      ++runs.back().rows;
+    else
+      runs.push_back({whole, own, 1});
+  };
+  for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+    add(part.runs, part.bodies[i], std::int64_t(i));
+    add(part.own[i] ? part.own_runs : part.ghost_runs, part.bodies[i], std::int64_t(i));
+  }
+}
+
+void bring(const Simulation& whole, Part& part, bool taken) {
   auto& from = const_cast<Simulation&>(whole);
   Simulation& s = *part.simulation;
   s.scene.gravity = whole.scene.gravity;
@@ -122,15 +148,17 @@ void bring(const Simulation& whole, Part& part) {
   s.steps = whole.steps;
   s.time = whole.time;
   each_pair(from.scene.bodies, s.scene.bodies, [&](auto& of_whole, auto& own) {
-    if (!made_in_step(own.name) || own.active != of_whole.active) copy_rows(of_whole, part.bodies, own);
+    if (own.active != of_whole.active || own.values.size() != part.bodies.size() * std::size_t(own.components))
+      copy_rows(of_whole, part.bodies, own);
+    else if (own.active && !made_in_step(own.name))
+      copy_runs(of_whole, taken && left_by_step(own.name, own.stage) ? part.ghost_runs : part.runs, true, own);
   });
 }
 
 void take(const Part& part, Simulation& whole) {
   each_pair(part.simulation->scene.bodies, whole.scene.bodies, [&](auto& own, auto& of_whole) {
     if (!of_whole.active || !own.active || !left_by_step(own.name, own.stage)) return;
-    for (std::size_t i = 0; i < part.bodies.size(); ++i)
-      if (part.own[i]) std::copy_n(own[std::int64_t(i)], own.components, of_whole[part.bodies[i]]);
+    copy_runs(own, part.own_runs, false, of_whole);
   });
 }
 

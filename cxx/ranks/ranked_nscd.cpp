@@ -9,6 +9,7 @@
 #include "../base/threads.hpp"
 #include "../contacts/assembly_input.hpp"
 #include "../contacts/surface_motion.hpp"
+#include "../simulation/controls.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_sweeps.hpp"
 
@@ -17,6 +18,9 @@ namespace cairn {
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
+  const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
+  if (s.scene.cell.moves() && std::ranges::any_of(s.laws.laws(), joins))
+    refuse("joints hold bodies in a periodic cell that follows a stress");
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought
   for (int tries = 0; !attempt(s, h); ++tries) {
@@ -83,8 +87,8 @@ double margin_of(const Simulation& s, double given) {
 // False: a body went farther than ghosts were sought, and nothing happened.
 bool RankedNscd::attempt(Simulation& s, double h) {
   if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
+  s.timed("predict_configuration", [&] { bring_parts(s); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
-    bring(s, part);
     of(part).leave_out = [this, &part](Candidates& found) { keep_own_contacts(part, found); };
     of(part).begin_step(*part.simulation, h);
     leave_contacts_of_others(part);
@@ -100,13 +104,13 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   s.timed("colour_contacts", [&] { choose_colours(); });
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
   s.timed("solve_contacts", [&] {
-    s.report.solve = solve(settings().solver);
+    s.report.solve = solve(settings().solver, s.controls && s.controls->has_cell() ? h : 0);
     if (joint_rank_ >= 0) hold_joints(s, h);
   });
   ExactSum work[contact_terms];
   s.timed("update_velocity", [&] {
     end_velocities(s);
-    add_contact_sums(work);
+    add_contact_sums(s.scene.cell, work);
   });
   on_ranks(s, "commit_contacts", [&](Part& part) {
     Interactions& contacts = part.simulation->interactions;
@@ -129,9 +133,11 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   return true;
 }
 
-SolveReport RankedNscd::solve(const SolverOptions& options) {
-  return RankedSweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr)
-      .solve();
+// h: of the step, where the periodic cell is driven; 0: its rates stay as they are.
+SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
+  RankedSweeps sweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr);
+  if (h > 0) sweeps.drive_cell(h);
+  return sweeps.solve();
 }
 
 // Ghosts were sought up to a gap that bodies use up by their ways and margins.
@@ -276,18 +282,21 @@ void RankedNscd::add_reactions(Simulation& s) {
 
 // Work of contacts at the mean of the velocities at both ends of the step, by contact: normal, rest, given, size; with
 // the velocities of surfaces and images, and the work of these.
-void RankedNscd::add_contact_sums(std::span<ExactSum> sums) {
+void RankedNscd::add_contact_sums(const Cell& begin, std::span<ExactSum> sums) {
   for (Part& part : parts_) {
     ContactSystem& system = part.simulation->interactions.system();
     const Scene& scene = part.simulation->scene;
     const Bodies& b = scene.bodies;
     if (system.batches.empty()) continue;
+    Cell cell = scene.cell; // at the mean of both ends, too
+    for (int e = 0; cell.moves() && e < 9; ++e)
+      cell.velocity_gradient[e] = 0.5 * (begin.velocity_gradient[e] + cell.velocity_gradient[e]);
     AssemblyInput in(scene.dim);
     in.bodies = &b;
     in.contactors = &scene.contactors;
     in.candidates = &part.simulation->candidates;
-    in.cell = &scene.cell;
-    in.sheared = scene.cell.any() && changes_shape(scene.cell);
+    in.cell = &cell;
+    in.sheared = cell.any() && changes_shape(cell);
     Field<double> spare = b.velocity;
     system.load({b.velocity});
     system.unload_and_add(spare, {b.velocity_begin});
@@ -320,7 +329,7 @@ void RankedNscd::add_contact_sums(std::span<ExactSum> sums) {
 
 // Bodies that leave a cell which changes its shape take the velocity of the image that they become.
 void RankedNscd::add_work_of_cell(Simulation& s) {
-  if (!changes_shape(s.scene.cell)) return;
+  if (!changes_shape(parts_[0].simulation->scene.cell)) return;
   ExactSum sum[1];
   const auto n = std::size_t(s.scene.bodies.dofs());
   for (const Part& part : parts_) {

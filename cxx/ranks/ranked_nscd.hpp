@@ -26,13 +26,14 @@ private:
   void keep_own_contacts(const Part& part, Candidates& c) const;
   void choose_colours();
   void colour_anew();
-  SolveReport solve(const SolverOptions& options);
+  SolveReport solve(const SolverOptions& options, double h = 0);
   void seat_joints(Simulation& s);
   void hold_joints(Simulation& s, double h);
   bool any_rank(bool value);
   friend class ContactsOfRanks;
   void end_velocities(Simulation& s);
-  void add_contact_sums(std::span<ExactSum> sums);
+  // begin: the cell at the begin of the step
+  void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
   void add_work_of_cell(Simulation& s);
   void account(Simulation& s, double h, std::span<ExactSum> work);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
@@ -57,6 +58,7 @@ double RankedSmooth::next_way(const Part& part, std::int64_t body, double h) con
 const StepReport& RankedSmooth::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, 0.5, settings().renumber_every);
+  if (s.scene.cell.moves()) refuse("the periodic cell follows a stress under SmoothDEM");
   s.scene.activate(Need::smooth);
   const Threads threads(settings().threads, s.scene.bodies.count);
   double law = 0;
@@ -73,10 +75,10 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
     forces_known_ = forces_known_ && s.steps > 0;
   };
   if (must_partition(s)) cut();
+  s.timed("kick_and_drift", [&] { bring_parts(s); });
   for (int tries = 0; exchange_->ranks() > 1; ++tries) { // ghosts reach as far as bodies go in the step
     std::vector<std::vector<double>> ways;
     for (Part& part : parts_) {
-      bring(s, part);
       auto& of_part = ways.emplace_back();
       for (std::size_t i = 0; i < part.bodies.size(); ++i)
         of_part.push_back(law / 2 + 1.01 * next_way(part, std::int64_t(i), h));
@@ -87,12 +89,10 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
       throw Error("bodies move too far in a step of " + std::to_string(h) + " s for ghosts to be found: lower dt");
     if (tries > 0) reach_factor_ *= 2;
     cut();
+    bring_parts(s);
   }
-  on_ranks(s, "kick_and_drift", [&](Part& part) {
-    bring(s, part);
-    of(part).begin_step(*part.simulation, h);
-  });
-  if (!forces_known_) total_forces(s);
+  on_ranks(s, "kick_and_drift", [&](Part& part) { begin_step(part, h); });
+  if (!forces_known_) total_forces(s, false);
   forces_known_ = true;
   on_ranks(s, "kick_and_drift", [&](Part& part) { of(part).kick_and_drift(*part.simulation); });
   on_ranks(s, "find_neighbours", [&](Part& part) {
@@ -101,7 +101,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
     if (!(own.report.stable_step > 0)) own.report.stable_step = of(part).contact_limit(own); // of a new list
   });
   on_ranks(s, "compute_forces", [&](Part& part) { of(part).compute_forces(*part.simulation); });
-  total_forces(s);
+  total_forces(s, true);
   on_ranks(s, "kick", [&](Part& part) { of(part).kick(*part.simulation); });
   double most[] = {0, -std::numeric_limits<double>::infinity()}; // overlap, least stable step
   for (const Part& part : parts_) {
@@ -119,86 +119,127 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
   return s.report;
 }
 
-// Adds forces and moments of pairs to own bodies, in the order of the other contactors' ids, and those of own pairs to
-// the exact sums of bodies that are everywhere.
-void RankedSmooth::add_forces(Part& part, std::vector<ExactSum>& on_all, const std::vector<std::int32_t>& place) {
-  Simulation& s = *part.simulation;
-  s.contacts_known = false; // bodies moved since they were seen
-  part.strategy->view(s);
-  const Candidates& c = s.candidates;
-  const int dim = s.scene.dim, nd = s.scene.bodies.dofs();
-  const auto& id = s.scene.contactors.id;
-  std::vector<double> force(std::size_t(dim * c.count));
-  of(part).force_space(force.data());
-  std::vector<std::vector<Push>> pushes(part.bodies.size());
-  const int turns = nd - dim;
-  std::vector<double> moment(of(part).has_moments() ? std::size_t(turns * c.count) : 0);
-  if (of(part).has_moments()) of(part).moment_space(moment.data());
-  const auto push_of = [&](std::size_t pair, std::int32_t body, double sign, double out[6]) {
-    const double *f = &force[pair * std::size_t(dim)], *point = &c.point[pair * std::size_t(dim)],
-                 *x = s.scene.bodies.position[body];
-    double arm[3] = {0, 0, 0}, shift[3] = {0, 0, 0};
-    if (sign < 0 && s.scene.cell.any()) image_shift(s.scene.cell, c.image[pair], shift);
-    for (int k = 0; k < dim; ++k) {
-      arm[k] = point[k] - shift[k] - x[k];
-      out[k] = sign * f[k];
-    }
-    if (dim == 2) out[2] = arm[0] * out[1] - arm[1] * out[0];
-    for (int k = 0; k < 3 && dim == 3; ++k)
-      out[3 + k] = arm[(k + 1) % 3] * out[(k + 2) % 3] - arm[(k + 2) % 3] * out[(k + 1) % 3];
-    for (int k = 0; k < turns && !moment.empty(); ++k)
-      out[dim + k] += sign * moment[pair * std::size_t(turns) + std::size_t(k)];
-  };
-  std::int64_t& own = contacts_[std::size_t(part.rank)];
-  own = 0;
-  for (std::size_t i = 0; i < std::size_t(c.count); ++i) {
-    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    own += owns_contact(part, a, b);
-    for (const bool first : {true, false}) {
-      const std::int32_t body = *s.scene.contactors.body[first ? a : b];
-      const double sign = first ? 1 : -1;
-      if (const std::int32_t to = place[std::size_t(part.bodies[std::size_t(body)])]; to >= 0) {
-        if (!owns_contact(part, a, b)) continue;
-        double push[6];
-        push_of(i, body, sign, push);
-        for (int k = 0; k < nd; ++k) on_all[std::size_t(to * nd + k)].add(push[k]);
-      } else if (part.own[std::size_t(body)]) {
-        pushes[std::size_t(body)].push_back(
-            {*id[first ? b : a], *id[first ? a : b], c.image[i], std::int32_t(i), sign});
+void RankedSmooth::begin_step(Part& part, double h) {
+  Simulation& own = *part.simulation;
+  of(part).keeps_pushes = true;
+  if (!forces_known_) of(part).changed(own, true); // it computes the first forces then
+  of(part).begin_step(own, h);
+}
+
+// Pushes on own bodies, by the ids of the contactors that they meet, so that their sums depend on no list.
+void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Order& order) const {
+  const auto& id = part.simulation->scene.contactors.id;
+  std::vector<Push> all;
+  order.on_all.clear();
+  order.owned.clear();
+  for (const NeighbourList::Batch& batch : list.batches)
+    for (int i = 0; i < batch.count; ++i) {
+      const std::int64_t p = batch.first + i;
+      const std::int32_t a = list.a[p], b = list.b[p];
+      const bool owned = owns_contact(part, a, b);
+      if (owned) order.owned.push_back(std::int32_t(p));
+      for (const bool first : {true, false}) {
+        const std::int32_t body = (first ? list.body_a : list.body_b)[p];
+        const auto push = std::int32_t(2 * batch.first + (first ? 0 : batch.count) + i);
+        if (everywhere_[std::size_t(part.bodies[std::size_t(body)])]) {
+          if (owned) order.on_all.push_back({push, body});
+        } else if (part.own[std::size_t(body)]) {
+          all.push_back({*id[first ? b : a], *id[first ? a : b], list.image[p], push, body});
+        }
       }
     }
-  }
-  Field<double>& total = s.scene.bodies.contact_force;
-  for (std::size_t body = 0; body < pushes.size(); ++body) {
-    if (!part.own[body] || place[std::size_t(part.bodies[body])] >= 0) continue;
-    std::sort(pushes[body].begin(), pushes[body].end(), [](const Push& p, const Push& q) {
+  const std::size_t bodies = part.bodies.size();
+  order.first.assign(bodies + 1, 0);
+  for (const Push& p : all) ++order.first[std::size_t(p.body) + 1];
+  std::partial_sum(order.first.begin(), order.first.end(), order.first.begin());
+  std::vector<Push> sorted(all.size());
+  std::vector<std::int64_t> next(order.first.begin(), order.first.end() - 1);
+  for (const Push& p : all) sorted[std::size_t(next[std::size_t(p.body)]++)] = p;
+  bool twins = false; // two bodies meet twice, by images whose numbers change
+  for (std::size_t body = 0; body < bodies; ++body) {
+    const auto begin = sorted.begin() + order.first[body], end = sorted.begin() + order.first[body + 1];
+    std::sort(begin, end, [](const Push& p, const Push& q) {
       return p.other != q.other ? p.other < q.other : p.own != q.own ? p.own < q.own : p.image < q.image;
     });
-    double sum[6] = {};
-    for (const Push& p : pushes[body]) {
-      double push[6];
-      push_of(std::size_t(p.pair), std::int32_t(body), p.sign, push);
-      for (int k = 0; k < nd; ++k) sum[k] += push[k];
-    }
-    std::copy_n(sum, nd, total[std::int64_t(body)]);
+    const auto same = [](const Push& p, const Push& q) { return p.other == q.other && p.own == q.own; };
+    twins = twins || std::adjacent_find(begin, end, same) != end;
+  }
+  order.push.resize(sorted.size());
+  std::ranges::transform(sorted, order.push.begin(), &Push::push);
+  order.known = !twins;
+}
+
+// Forces of own pairs with images times the shifts of these, for the stress of the cell: (9) sums [N m].
+void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums) {
+  const int dim = s.scene.dim;
+  for (const std::int32_t p : order.owned) {
+    if (!list.active[p] || list.image[p] == own_image) continue;
+    double shift[3];
+    image_shift(s.scene.cell, list.image[p], shift);
+    for (int j = 0; j < dim; ++j)
+      for (int k = 0; k < dim; ++k) sums[k + 3 * j].add(-list.force[std::int64_t(p) * dim + k] * shift[j]);
   }
 }
 
-void RankedSmooth::total_forces(Simulation& s) {
+// Adds forces and moments of pairs to own bodies, and those of own pairs to the exact sums of bodies that are
+// everywhere.
+void RankedSmooth::add_forces(Part& part, std::array<Order, 2>& orders, std::vector<ExactSum>& on_all,
+                              const std::vector<std::int32_t>& place) {
+  Simulation& s = *part.simulation;
+  const auto nd = std::size_t(s.scene.bodies.dofs());
+  const NeighbourList* lists[] = {&of(part).list(), &of(part).contacts_of_shapes()};
+  std::int64_t& own = contacts_[std::size_t(part.rank)];
+  own = 0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const NeighbourList& list = *lists[k];
+    Order& order = orders[k];
+    if (!order.known || order.list != of(part).lists_made() || k > 0) put_in_order(part, list, order);
+    order.list = of(part).lists_made();
+    own += std::ranges::count_if(order.owned, [&](std::int32_t p) { return list.active[p] != 0; });
+    if (s.scene.cell.any()) add_stress(s, list, order, &on_all[on_all.size() - 9]);
+    for (const Order::OnAll& one : order.on_all) {
+      ExactSum* sum = &on_all[std::size_t(place[std::size_t(part.bodies[std::size_t(one.body)])]) * nd];
+      for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.push[std::size_t(one.push) * nd + c]);
+    }
+    if (k > 0 && list.pairs == 0) continue;
+    Field<double>& total = s.scene.bodies.contact_force;
+#pragma omp parallel for schedule(static)
+    for (std::int64_t body = 0; body < s.scene.bodies.count; ++body) {
+      if (!part.own[std::size_t(body)]) continue;
+      double sum[6] = {};
+      for (std::size_t c = 0; k > 0 && c < nd; ++c) sum[c] = total[body][c];
+      for (std::int64_t i = order.first[std::size_t(body)]; i < order.first[std::size_t(body) + 1]; ++i) {
+        const double* push = &list.push[std::size_t(order.push[std::size_t(i)]) * nd];
+        for (std::size_t c = 0; c < nd; ++c) sum[c] += push[c];
+      }
+      std::copy_n(sum, nd, total[body]);
+    }
+  }
+}
+
+// damped: as in a step, where the first forces are without.
+void RankedSmooth::total_forces(Simulation& s, bool damped) {
   const int nd = s.scene.bodies.dofs();
   std::vector<std::int32_t> place(std::size_t(s.scene.bodies.count), -1);
   std::int32_t all = 0;
   for (std::size_t i = 0; i < place.size(); ++i)
     if (everywhere_[i]) place[i] = all++;
-  std::vector<ExactSum> sums(std::size_t(all * nd));
+  std::vector<ExactSum> sums(std::size_t(all * nd) + 9); // and of the stress of the cell
   contacts_.assign(std::size_t(exchange_->ranks()), 0);
-  on_ranks(s, "add_forces", [&](Part& part) { add_forces(part, sums, place); });
+  if (orders_of_ != partitions_) orders_.assign(parts_.size(), {});
+  orders_of_ = partitions_;
+  on_ranks(s, "add_forces",
+           [&](Part& part) { add_forces(part, orders_[std::size_t(&part - parts_.data())], sums, place); });
   add_over_ranks(sums, *exchange_);
   for (Part& part : parts_) {
     Field<double>& total = part.simulation->scene.bodies.contact_force;
     for (std::size_t i = 0; i < part.bodies.size(); ++i)
       if (const std::int32_t from = place[std::size_t(part.bodies[i])]; from >= 0)
         for (int k = 0; k < nd; ++k) total[std::int64_t(i)][k] = sums[std::size_t(from * nd + k)].value();
+    if (damped) of(part).damp(*part.simulation);
+    Cell& cell = part.simulation->scene.cell;
+    for (std::size_t e = 0; e < 9 && cell.volume(s.scene.dim) > 0; ++e)
+      cell.stress[e] = sums[sums.size() - 9 + e].value() / cell.volume(s.scene.dim);
   }
   follow_ghosts(&Bodies::contact_force);
 }

@@ -1,6 +1,8 @@
 // Smooth DEM over ranks: each finds the forces on its own bodies, those of pairs with ghosts too, and adds them up in
 // the order of the other contactors' ids.
 #pragma once
+#include <array>
+
 #include "../strategies/smooth/smooth_dem.hpp"
 #include "over_ranks.hpp"
 
@@ -23,21 +25,37 @@ public:
   double stable_step(Simulation& s) override { return s.report.stable_step; }
 
 private:
-  // A pair that acts on a body, by the id of the contactor that it meets.
-  struct Push {
+  // Order in which forces of the pairs of a list are added up.
+  struct Order {
+    std::int64_t list = -1;          // that this is of
+    bool known = false;              // and stays until the next list
+    std::vector<std::int64_t> first; // of each own body
+    std::vector<std::int32_t> push;  // of them
+    struct OnAll {
+      std::int32_t push, body;
+    };
+    std::vector<OnAll> on_all;       // of own pairs on bodies that are everywhere
+    std::vector<std::int32_t> owned; // pairs
+  };
+  struct Push { // on a body, by the ids of the contactor that it meets and of its own
     std::int64_t other, own;
-    std::int32_t image, pair;
-    double sign;
+    std::int32_t image, push, body;
   };
   const SmoothDemOptions& settings() const { return static_cast<const SmoothDem&>(*model_).settings; }
   static SmoothDem& of(Part& part) { return static_cast<SmoothDem&>(*part.strategy); }
   std::int64_t own_contacts(const Part& part) const override { return contacts_[std::size_t(part.rank)]; }
   double next_way(const Part& part, std::int64_t body, double h) const;
-  void add_forces(Part& part, std::vector<ExactSum>& on_all, const std::vector<std::int32_t>& place);
-  void total_forces(Simulation& s);
+  void begin_step(Part& part, double h);
+  void put_in_order(const Part& part, const NeighbourList& list, Order& order) const;
+  static void add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums);
+  void add_forces(Part& part, std::array<Order, 2>& orders, std::vector<ExactSum>& on_all,
+                  const std::vector<std::int32_t>& place);
+  void total_forces(Simulation& s, bool damped);
 
   bool forces_known_ = false;
-  std::vector<std::int64_t> contacts_; // that act, by rank
+  std::vector<std::int64_t> contacts_;       // that act, by rank
+  std::vector<std::array<Order, 2>> orders_; // of each part: of its list, and of contacts of shapes
+  std::int64_t orders_of_ = -1;              // the partition that they were made in
 };
 
 } // namespace cairn

@@ -11,6 +11,7 @@
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/step_error.hpp"
 #include "cairn/rows/contact_terms.h"
+#include "cairn/rows/ranked_sweep.h"
 
 namespace cairn {
 namespace {
@@ -43,8 +44,11 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
   for (Part& part : parts) {
     ContactSystem& system = part.simulation->interactions.system();
     const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
-    shares_.push_back({&system, &part.simulation->scene.bodies, system.schedule(threads), {}, {}, {}, {}, {}});
-    shares_.back().schedule.softening_relaxation = options.softening_relaxation;
+    Share& share = shares_.emplace_back();
+    share.system = &system;
+    share.bodies = &part.simulation->scene.bodies;
+    share.schedule = system.schedule(threads);
+    share.schedule.softening_relaxation = options.softening_relaxation;
     for (const cairn_batch& b : system.batches) {
       counts[0] += b.contacts;
       if (faced(b)) counts[1] += b.contacts;
@@ -66,6 +70,12 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
   const bool on_faces = other_shapes[0] > 0 && 2 * counts[1] > counts[0];
   extrapolates_ = options.extrapolates && mass_ratio_ <= most_ratio && !on_faces;
   clumps_ = !(other_shapes[0] > 0);
+}
+
+void RankedSweeps::drive_cell(double h) {
+  cell_.begin(parts_, h, exchange_);
+  extrapolates_ = extrapolates_ && !cell_.follows();
+  if (cell_.follows()) cell_.follow(parts_, exchange_);
 }
 
 // kernel(schedule) on the contacts of each colour, and the velocities that it changed to those who share them.
@@ -130,19 +140,25 @@ void RankedSweeps::each_row(Share& share, F&& f) const {
 }
 
 // Begins beyond the last sweep (Nesterov 1983): velocities follow, since they are linear in the impulses.
-void RankedSweeps::extrapolate(double factor) {
+void RankedSweeps::extrapolate_velocities(double factor) {
   const int n = shares_[0].system->velocities();
   for (Share& share : shares_) {
     ContactSystem& system = *share.system;
     share.before.resize(std::size_t(n) * std::size_t(system.bodies));
-    double* before = share.before.data();
-    for (std::int64_t b = 0; b < system.bodies; ++b)
-      for (int k = 0; k < n; ++k, ++before) {
-        double& v = system.record[std::size_t(b)].x[k];
-        const double now = v;
-        if (factor > 0) v = now + factor * (now - *before);
-        *before = now;
+#pragma omp parallel for schedule(static) num_threads(share.schedule.threads) if (share.schedule.threads > 1)
+    for (std::int64_t b = 0; b < system.bodies; ++b) {
+      double *before = share.before.data() + n * b, *v = system.record[std::size_t(b)].x;
+      for (int k = 0; k < n; ++k) {
+        const double now = v[k];
+        if (factor > 0) v[k] = now + factor * (now - before[k]);
+        before[k] = now;
       }
+    }
+  }
+}
+
+void RankedSweeps::extrapolate_impulses(double factor) {
+  for (Share& share : shares_) {
     std::size_t at = 0;
     each_row(share, [&](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
       if (share.r_before.size() < at + count) share.r_before.resize(at + count), share.r_start.resize(at + count);
@@ -163,18 +179,66 @@ void RankedSweeps::follow_sweep() {
     std::size_t at = 0;
     each_row(share,
              [&](const double* r, std::size_t count, std::size_t lanes, std::size_t first, const cairn_batch& b) {
-               for (std::size_t k = 0; k < count; ++k, ++at) {
-                 const std::size_t lane = first + k % lanes;
-                 if (lane >= std::size_t(b.contacts)) continue;
-                 const double change = r[k] - share.r_start[at];
-                 if (!(change < 0 || change > 0)) continue;
-                 sums[0].add(change * change / b.rho[lane]);
-                 sums[1].add(-change * (r[k] - share.r_before[at]) / b.rho[lane]);
+               for (std::size_t lane = 0; lane < lanes && first + lane < std::size_t(b.contacts); ++lane) {
+                 double square = 0, way = 0;
+                 for (std::size_t k = lane; k < count; k += lanes) {
+                   const double change = r[k] - share.r_start[at + k];
+                   square += change * change;
+                   way -= change * (r[k] - share.r_before[at + k]);
+                 }
+                 sums[0].add(square / b.rho[first + lane]);
+                 sums[1].add(way / b.rho[first + lane]);
                }
+               at += count;
              });
   }
   add_over_ranks(sums, exchange_);
   sequence_.follow(sums[0].value(), sums[1].value());
+}
+
+// Reciprocal of a unit: a sum near `scale` then has 13 digits, and terms up to 128 times `scale` are told apart.
+double RankedSweeps::reciprocal_unit(double scale) {
+  constexpr int digits = 44, most = 1000;
+  int exponent = 0;
+  std::frexp(scale, &exponent);
+  return std::ldexp(1.0, std::min(digits - exponent, most));
+}
+
+// Sums of whole numbers, in units that follow the last sweep: exact sums would cost a third of a sweep. A sum that is
+// far smaller or larger than the last one is coarse once, and no more in the next sweep.
+void RankedSweeps::sweep_extrapolated() {
+  constexpr double steps_over_change = 1024; // extrapolated steps are longer than the changes of a sweep
+  const double factor = sequence_.factor(), of_change = reciprocal_unit(change_),
+               of_way = reciprocal_unit(steps_over_change * change_);
+  extrapolate_velocities(factor);
+  for (Share& share : shares_) {
+    std::int32_t components = 1;
+    for (const cairn_batch& b : share.system->batches) components = std::max(components, b.components);
+    share.stride = components;
+    share.r_before.resize(std::size_t(components) * std::size_t(share.system->places()));
+    share.change.resize(share.system->batches.size());
+    share.along.resize(share.system->batches.size());
+  }
+  by_colours([&](const cairn_schedule& schedule, ContactSystem& system) {
+    Share& share = *std::ranges::find(shares_, &system, &Share::system);
+    cairn_ranked_sweep(&schedule, factor, share.stride, share.r_before.data(), of_change, of_way, share.change.data(),
+                       share.along.data());
+  });
+  std::int64_t sums[] = {0, 0, 0, 0}; // of changes, their low and their high words; of those against the way
+  const auto add = [&](std::int64_t sum, std::int64_t* words) {
+    words[0] += sum & 0xffffffff;
+    words[1] += sum >> 32;
+  };
+  for (const Share& share : shares_)
+    for (std::size_t b = 0; b < share.system->batches.size(); ++b) {
+      add(share.change[b], sums);
+      add(share.along[b], sums + 2);
+    }
+  exchange_.sum(sums);
+  const auto total = [](const std::int64_t* words) { return std::ldexp(double(words[1]), 32) + double(words[0]); };
+  const double least = 0x1p-40 * change_, change = total(sums) / of_change;
+  sequence_.follow(change, total(sums + 2) / of_way);
+  change_ = std::max(change, least);
 }
 
 // A sweep with one exchange at its end, of which a share is taken: impulses as velocities.
@@ -200,13 +264,22 @@ void RankedSweeps::sweep_once(Kernel&& kernel) {
 
 void RankedSweeps::sweep() {
   const bool extrapolates = extrapolates_ && iterations_ >= plain_sweeps;
-  if (extrapolates) extrapolate(sequence_.factor());
-  for (Share& share : shares_) share.schedule.relaxation = extrapolates || once_ ? 1 : relaxation_;
+  const double factor = sequence_.factor();
+  for (Share& share : shares_) share.schedule.relaxation = extrapolates || once_ || cell_.follows() ? 1 : relaxation_;
   const auto kernel = [](const cairn_schedule& schedule, ContactSystem& system) {
     cairn_nlgs_sweep(1, &schedule, system.change.data());
   };
-  once_ ? sweep_once(kernel) : by_colours(kernel);
-  if (extrapolates) follow_sweep();
+  if (extrapolates && !once_) {
+    sweep_extrapolated();
+  } else if (extrapolates) {
+    extrapolate_velocities(factor);
+    extrapolate_impulses(factor);
+    sweep_once(kernel);
+    follow_sweep();
+  } else {
+    once_ ? sweep_once(kernel) : by_colours(kernel);
+  }
+  if (cell_.follows()) cell_.follow(parts_, exchange_);
   ++iterations_;
 }
 
@@ -244,6 +317,7 @@ void RankedSweeps::measure_free() {
   constexpr double some = 16 * std::numeric_limits<double>::epsilon();
   free_energy_ = sums[0].value();
   rounding_ = some * some * sums[1].value();
+  change_ = free_energy_;
 }
 
 RankedSweeps::Error RankedSweeps::measure() {
@@ -331,6 +405,7 @@ bool RankedSweeps::give_back(double square) {
     });
   }
   give_impulses();
+  if (cell_.follows()) cell_.follow(parts_, exchange_);
   return true;
 }
 
@@ -362,6 +437,8 @@ SolveReport RankedSweeps::solve() {
   report.drift = depth[1];
   if (contacts_ == 0) {
     for (Share& share : shares_) share.system->load({share.bodies->velocity_free});
+    if (cell_.driven()) cell_.follow(parts_, exchange_);
+    cell_.end(parts_);
     return report;
   }
   const bool may_end_early = options_.enough > options_.tolerance;
@@ -397,6 +474,7 @@ SolveReport RankedSweeps::solve() {
     if (may_end_early && iterations_ < options_.patience) next = std::min(next, options_.patience);
   }
   finish(wanted, report);
+  cell_.end(parts_);
   return report;
 }
 
@@ -404,6 +482,7 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   constexpr double differs = 900; // light bodies between heavy ones would feel the rounding of impulses
   const bool keeps = mass_ratio_ > differs && report.status != SolveStatus::diverged;
   if (!keeps) give_impulses();
+  if (cell_.driven()) cell_.follow(parts_, exchange_);
   Error end = measure();
   if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure();
   const double least_scale = 0x1p-40 * free_energy_ / double(contacts_);

@@ -12,6 +12,7 @@
 #include "colouring.hpp"
 #include "exact_sum.hpp"
 #include "part.hpp"
+#include "ranked_cell.hpp"
 #include "sweep_exchange.hpp"
 
 namespace cairn {
@@ -23,17 +24,21 @@ class RankedSweeps {
 public:
   RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int colours, Exchange& exchange,
                const SolverOptions& options, SweepExchange* once_a_sweep);
+  // The shape of the periodic cell of the parts is driven: its rates and its stress follow the impulses.
+  void drive_cell(double h);
   // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
   // on.
   SolveReport solve();
 
 private:
   struct Share { // of a part
-    ContactSystem* system;
-    const Bodies* bodies;
-    cairn_schedule schedule;
+    ContactSystem* system = nullptr;
+    const Bodies* bodies = nullptr;
+    cairn_schedule schedule{};
     Array<double> before;                  // velocities when the last sweep began [m/s]
     std::vector<double> r_before, r_start; // impulses when the last sweep began, and this one [N s]
+    Array<std::int64_t> change, along;     // by batch: see ranked_sweep.h [units]
+    std::int32_t stride = 1;               // components of a contact, at most
     std::vector<double> best;              // impulses of the smallest error
     std::vector<double> r_sweep;           // impulses when a sweep with one exchange began
   };
@@ -49,8 +54,11 @@ private:
   void sweep_once(Kernel&& kernel);
   void give_impulses();
   void sweep();
-  void extrapolate(double factor);
+  void extrapolate_velocities(double factor);
+  void extrapolate_impulses(double factor);
   void follow_sweep();
+  void sweep_extrapolated();
+  static double reciprocal_unit(double scale);
   void measure_free();
   Error measure();
   static void add_rounding(const Share& share, ExactSum& sum);
@@ -76,7 +84,9 @@ private:
   double relaxed_square_ = std::numeric_limits<double>::infinity(); // the smallest that was measured
   double least_square_ = std::numeric_limits<double>::infinity();   // that of the impulses that were kept
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false;
+  RankedCell cell_;
   NesterovSequence sequence_;
+  double change_ = 0; // of the last extrapolated sweep, or what comes near it [J]
   int iterations_ = 0, checks_ = 0, last_check_ = 0;
   double last_square_ = 0;
 };

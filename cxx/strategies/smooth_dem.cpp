@@ -163,18 +163,23 @@ void SmoothDem::compute_forces(Simulation& s) {
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t t = 0; t < n; ++t) tile_forces(s, t, *lanes_[omp_get_thread_num()], h_, &sums_[sums_of_tile * t]);
 #pragma omp parallel for schedule(static) if (list_.others + shaped_.others > 0)
-  for (std::int64_t t = 0; t < n; ++t)
+  for (std::int64_t t = 0; t < (keeps_pushes ? 0 : n); ++t)
     each_list([&](NeighbourList& list) {
       const std::int64_t first = list.tile_incoming[t], last = list.tile_incoming[t + 1];
       cairn_smooth_add(b.dofs(), last - first, list.incoming_body.data() + first, list.incoming_place.data() + first,
                        list.other.data(), b.contact_force.values.data());
     });
-  for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
-    damp_locally(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count),
-                 &sums_[sums_of_tile * t + 9]);
+  if (!keeps_pushes) damp(s);
   if (h_ > 0 && s.scene.cell.any()) follow_stress(s, n);
   contactors_seen_ = s.scene.next_contactor_id;
   forces_known_ = true;
+}
+
+void SmoothDem::damp(Simulation& s) {
+  const std::int64_t n = tiles(s);
+  for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
+    damp_locally(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, s.scene.bodies.count),
+                 &sums_[sums_of_tile * t + 9]);
 }
 
 void SmoothDem::damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const {

@@ -11,6 +11,7 @@
 #include "cairn/rows/law.h"
 #include "cairn/rows/pair.h"
 #include "cairn/rows/pose.h"
+#include "cairn/rows/ranked_sweep.h"
 #include "cairn/rows/side.h"
 #include "cairn/seams.h"
 #include "cairn/smooth_bodies.h"

@@ -61,9 +61,26 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
     if (held(s, i)) record_[12 * i + 11] = 0;
 }
 
+// Bodies, or the pairs of the batch one after the other.
+SmoothDem::Target SmoothDem::target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const {
+  static constexpr auto in_turn = [] {
+    std::array<std::int32_t, NeighbourList::lanes> numbers{};
+    for (int i = 0; i < NeighbourList::lanes; ++i) numbers[std::size_t(i)] = i;
+    return numbers;
+  }();
+  const int nd = s.scene.bodies.dofs();
+  if (keeps_pushes) {
+    double* push = &list.push[2 * batch.first * nd];
+    std::fill_n(push, std::int64_t(batch.count) * nd, 0.0);
+    return {in_turn.data(), push, push + std::int64_t(batch.count) * nd};
+  }
+  return {&list.body_a[batch.first], s.scene.bodies.contact_force.values.data(),
+          batch.other < 0 ? nullptr : &list.other[batch.other * nd]};
+}
+
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
-int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
-                             double* sums) {
+int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, const Target& to,
+                             Lanes& w, double h, double* sums) {
   const std::int64_t p = batch.first;
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   std::int32_t count = 0, m = 0;
@@ -81,9 +98,8 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
-  cairn_sphere_scatter(batch.count, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, w.arm, w.f, w.state,
-                       &list.state[3 * p], &list.force[3 * p], s.scene.bodies.contact_force.values.data(),
-                       batch.other < 0 ? nullptr : &list.other[batch.other * 6]);
+  cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state,
+                       &list.state[3 * p], &list.force[3 * p], to.force, to.other);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (energy) keep_loss(list, batch, count, m, w);
   return count;
@@ -103,10 +119,10 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const int n = batch.count, nd = b.dofs();
   const EntryShape& shape = entries_[batch.entry];
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
-  double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
-  if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
+  const Target to = target_of(s, list, batch);
+  if (to.other) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
-  if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, w, h, sums) >= 0) return;
+  if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0) return;
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list.state[p * states_], &list.active[p], w.lane,
@@ -138,11 +154,11 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
                                             energy);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
-      n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
-      shape.vectors, w.state, stored, &list.force[p * dim_], b.contact_force.values.data(), other);
+      n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
+      w.state, stored, &list.force[p * dim_], to.force, to.other);
   if (shape.turns)
-    cairn_smooth_moments(dim_, n, count, m, w.lane, &list.body_a[p], &list.body_b[p], w.frame, &w.f[dim_ * m],
-                         &list.moment[p * (nd - dim_)], b.contact_force.values.data(), other);
+    cairn_smooth_moments(dim_, n, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, &w.f[dim_ * m],
+                         &list.moment[p * (nd - dim_)], to.force, to.other);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (b.stretch.active) sums[14] += growth_work(s, list, batch, count, w);
   if (sheared) add_cell_forces(s, list, batch, count, m, w, sums);

@@ -269,6 +269,7 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   list.state.assign(pairs * states_, 0);
   list.force.assign(pairs * dim_, 0);
   list.moment.assign(turns_ ? pairs * (2 * dim_ - 3) : 0, 0);
+  list.push.resize(keeps_pushes ? 2 * pairs * s.scene.bodies.dofs() : 0);
   list.active.assign(pairs, 0);
   list.loss.assign(counts_loss_ ? pairs : 0, 0);
   cut_batches(s, shaped, kinds, list);
@@ -424,11 +425,12 @@ std::int64_t SmoothDem::body_bytes() const {
 }
 
 std::int64_t SmoothDem::contact_bytes() const {
-  return std::int64_t(
-      4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
-      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity() + list_.loss.capacity()) +
-      list_.active.capacity() + 8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) +
-      16 * found_.image.capacity());
+  return std::int64_t(4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
+                      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity() +
+                           list_.loss.capacity() + list_.push.capacity()) +
+                      list_.active.capacity() +
+                      8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) +
+                      16 * found_.image.capacity());
 }
 
 } // namespace cairn

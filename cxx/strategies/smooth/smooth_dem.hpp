@@ -27,6 +27,7 @@ struct NeighbourList {
   Array<double> force;  // (dim, pairs) on A [N]
   Array<double> loss;   // (pairs) to damping and friction in the step, if anyone asks for it [J]
   Array<double> moment; // (1 | 3, pairs) on A, where laws have one [N m]
+  Array<double> push;   // (dofs, 2 pairs), of a batch on all A, then on all B, where they are kept [N, N m]
   Array<std::int8_t> active;
   Array<std::int32_t> source;                   // of contacts of shapes: their numbers among those that were found
   std::vector<std::int64_t> start, begin, slot; // of groups of pairs, as they are laid out
@@ -48,6 +49,7 @@ public:
   ~SmoothDem() override;
 
   SmoothDemOptions settings;
+  bool keeps_pushes = false; // forces of pairs are kept, and whoever asked for it adds them up on bodies
 
   // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
   // throws and does not restore bodies: go back to a checkpoint.
@@ -59,6 +61,11 @@ public:
   void find_neighbours(Simulation& s);
   void compute_forces(Simulation& s);
   void kick(Simulation& s);
+  // Damping of the forces on bodies, once these are added up.
+  void damp(Simulation& s);
+  const NeighbourList& list() const { return list_; }
+  const NeighbourList& contacts_of_shapes() const { return shaped_; } // found anew in each step
+  std::int64_t lists_made() const { return lists_made_; }
 
   std::vector<std::string_view> stages(const Simulation& s) const override;
   std::vector<Option> options() override;
@@ -108,6 +115,10 @@ private:
     bool bonds = false; // the law joins bodies that came in touching
     bool turns = false; // the law sees relative spins and gives moments
     double reach = 0;   // gap at which the force of the law begins [m]
+  };
+  struct Target { // of the forces of a batch
+    const std::int32_t* body_a;
+    double *force, *other;
   };
   void read_laws(const Simulation& s);
   void make_list(Simulation& s);
@@ -164,8 +175,9 @@ private:
   double growth_work(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                      const Lanes& w) const;
   double kinetic_of(const Simulation& s) const;
-  int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
-                    double* sums);
+  int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, const Target& to, Lanes& w,
+                    double h, double* sums);
+  Target target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const;
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
   void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                  bool first, Lanes& w) const;

@@ -17,28 +17,6 @@ from .views import core_of
 VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script
 
 
-def refuse_driven(cell, dim):
-    """Raises ValueError for a periodic cell that is driven.
-
-    Parameters
-    ----------
-    cell : Periodic
-        The cell.
-    dim : int
-        2 or 3.
-
-    Raises
-    ------
-    ValueError
-        If it has rates, stresses or a constant volume.
-    """
-    rates, stresses = cell.components(dim)
-    if rates or stresses or cell.constant_volume:
-        raise ValueError(
-            "the periodic cell is driven, and driven cells do not run over ranks: leave out ranks, or its rate and stress"
-        )
-
-
 def asked(ranks):
     """Ranks for a simulation: the given ones, or those of `cairn run --ranks`; None for no ranks.
 

@@ -87,8 +87,6 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
         if scene.periodic is not None:
-            if ranks is not None:
-                over.refuse_driven(scene.periodic, scene.dim)
             driven_cell.drive_cell(self._core, scene, scene.periodic)
         self._cell = scene.periodic
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
@@ -887,8 +885,6 @@ class Simulation(Reshaping, Restarts, Spelt):
         given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}
         cell = dataclasses.replace(self.scene.periodic, **given)
         cell.components(self.scene.dim)
-        if self._ranks is not None:
-            over.refuse_driven(cell, self.scene.dim)
         driven_cell.change(self._core, self.scene, cell)
         self._cell = cell
 

@@ -315,22 +315,6 @@ def test_smooth_contacts_have_no_sweeps():
         cn.Simulation(smooth, dt=1e-4, strategy=cn.SmoothDEM(energy=False), ranks=2, exchange="sweep")
 
 
-@pytest.mark.parametrize("given", [{"stress": 1e3}, {"rate": {"xy": 0.5}}])
-def test_driven_cells_are_refused(given):
-    def disks(**cell):
-        rock = cn.Material("rock", density=2800.0)
-        scene = cn.Scene(2, periodic=cn.Periodic((1.0, 1.0), **cell))
-        scene.add(cn.disks([[0.3, 0.3], [0.7, 0.7]], 0.1, rock))
-        scene.interact(rock, rock, cn.Coulomb(mu=0.4))
-        return scene
-
-    with pytest.raises(ValueError, match="driven cells do not run over ranks"):
-        cn.Simulation(disks(**given), 1e-3, ranks=2)
-    sim = cn.Simulation(disks(), 1e-3, ranks=2)
-    with pytest.raises(ValueError, match="driven cells do not run over ranks"):
-        sim.drive_cell(**given)
-
-
 @pytest.mark.parametrize("ranks", ["many", 0, -1, 1.5, True])
 def test_a_wrong_number_of_ranks_is_refused(ranks):
     with pytest.raises(ValueError, match="ranks"):

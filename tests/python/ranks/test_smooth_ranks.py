@@ -95,6 +95,22 @@ def test_motion_is_that_without_ranks(dim):
     assert over.bodies.contact_force[walls] == pytest.approx(alone.bodies.contact_force[walls], rel=1e-6, abs=1e-3)
 
 
+def test_local_damping_acts_over_ranks():
+    def damped(ranks, share):
+        strategy = cn.SmoothDEM(energy=False, local_damping=share)
+        sim = cn.Simulation(scene(2), dt=4e-4, strategy=strategy, overlap="ignore", ranks=ranks)
+        for _ in range(100):
+            sim.step()
+        return sim
+
+    alone, free = damped(None, 0.5), damped(None, 0.0)
+    sims = [damped(ranks, 0.5) for ranks in (1, 3)]
+    assert digest(sims[0]) == digest(sims[1])
+    size = np.abs(alone.bodies.velocity).max()
+    assert np.abs(alone.bodies.velocity - free.bodies.velocity).max() > 0.01 * size
+    assert np.abs(alone.bodies.velocity - sims[0].bodies.velocity).max() < 1e-9 * size
+
+
 def test_restart_on_other_numbers_of_ranks(tmp_path):
     whole, path = run(scene(2), 2, 300), tmp_path / "smooth.checkpoint.h5"
     sim = run(scene(2), 3, 100)

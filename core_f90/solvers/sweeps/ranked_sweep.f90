@@ -1,0 +1,191 @@
+!> Sweep from an extrapolated start (Nesterov 1983), as extrapolated_sweep has it, where ranks share contacts. The sums that tell
+!> if the extrapolation still points along the sweeps (O'Donoghue & Candes 2015) are of whole numbers: each term is rounded towards
+!> zero to a multiple of a given unit (Demmel & Nguyen 2013), so that the sums do not depend on which rank has which contact.
+module ranked_sweep
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
+  use contact_batch, only: cairn_schedule, cairn_batch, max_batch, max_components
+  use contact_schedule, only: schedule_view, open_schedule
+  use nlgs, only: sweep_batch
+  !$ use omp_lib, only: omp_get_thread_num
+  implicit none
+  private
+  public :: cairn_ranked_sweep
+  integer, parameter :: w8 = 8 !< contacts at a time
+  real(c_double), parameter :: most = 2.0_c_double**51 !< units of a term, at most
+contains
+
+  !> A sweep over the contacts of the schedule alone: velocities of bodies were extrapolated already.
+  subroutine cairn_ranked_sweep(schedule, factor, stride, r_before, unit_change, unit_along, change, along) bind(c)
+    type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h
+    real(c_double), value            :: factor   !< [-]; with 0 the old r_before is not read
+    integer(c_int32_t), value        :: stride   !< components of a contact, at most
+    real(c_double), intent(inout)    :: r_before(stride, *) !< by place of contacts: impulses when the last sweep began [N s]
+    real(c_double), value            :: unit_change, unit_along !< reciprocals of the units [1/J]
+    integer(c_int64_t), intent(inout) :: change(*) !< per batch: sum of |dr|^2/rho, dr what the sweep itself changed [units]
+    integer(c_int64_t), intent(inout) :: along(*) !< per batch: sum of -dr.(r - r before)/rho [units]
+    type(schedule_view) :: s
+    integer :: stage, task, b, me
+    call open_schedule(schedule, s)
+    me = 1
+    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(stage, task, b) firstprivate(me)
+    !$ me = omp_get_thread_num() + 1
+    do stage = 1, s%stages
+      !$omp do schedule(dynamic, 1)
+      do task = s%first_task(stage) + 1, s%first_task(stage + 1)
+        do b = s%first_batch(task) + 1, s%first_batch(task + 1)
+          call one_batch(b, me)
+        end do
+      end do
+      !$omp end do
+    end do
+    !$omp end parallel
+  contains
+    ! the thread is an argument: what a contained procedure sees of its host is not the copy of its thread
+    subroutine one_batch(b, me)
+      integer, intent(in) :: b  !< batch
+      integer, intent(in) :: me !< thread, from 1
+      real(c_double) :: start(max_batch*max_components), swept
+      associate (batch => s%batch(b))
+        call lean(batch, factor, r_before(1, batch%first + 1), start)
+        call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
+                         s%associated, s%work(:, me), swept)
+        call note(batch, start, r_before(1, batch%first + 1), unit_change, unit_along, change(b), along(b))
+      end associate
+    end subroutine one_batch
+  end subroutine cairn_ranked_sweep
+
+  !> A pack has eight contacts after eight; impulses beside it stand component by component.
+  subroutine lean(batch, factor, before, start)
+    type(cairn_batch), intent(in) :: batch
+    real(c_double), value         :: factor   !< [-]
+    real(c_double), intent(inout) :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
+    real(c_double), intent(out)   :: start(batch%count*batch%components) !< impulses that the sweep begins with [N s]
+    real(c_double), pointer, contiguous :: r(:)
+    integer :: lines, k, at, beside
+    call c_f_pointer(batch%r, r, [batch%count*max(batch%components, batch%pack)])
+    if (batch%pack == 0) then
+      call lean_some(batch%count*batch%components, factor, before, r, start)
+      return
+    end if
+    do lines = 0, batch%count - 1, w8
+      do k = 0, batch%components - 1
+        at = lines*batch%pack + k*w8
+        beside = k*batch%count + lines
+        call lean_eight(factor, before(beside + 1), r(at + 1:at + w8), start(beside + 1))
+      end do
+    end do
+  end subroutine lean
+
+  pure subroutine lean_eight(factor, before, r, start)
+    real(c_double), value         :: factor    !< [-]
+    real(c_double), intent(inout) :: before(w8) !< [N s]
+    real(c_double), intent(inout) :: r(w8)     !< impulses [N s]
+    real(c_double), intent(out)   :: start(w8) !< [N s]
+    real(c_double) :: now(w8)
+    now = r
+    if (factor > 0) r = now + factor*(now - before)
+    start = r
+    before = now
+  end subroutine lean_eight
+
+  pure subroutine lean_some(n, factor, before, r, start)
+    integer, value                :: n        !< numbers
+    real(c_double), value         :: factor   !< [-]
+    real(c_double), intent(inout) :: before(n) !< [N s]
+    real(c_double), intent(inout) :: r(n)     !< impulses [N s]
+    real(c_double), intent(out)   :: start(n) !< [N s]
+    real(c_double) :: now
+    integer :: i
+    if (factor > 0) then
+      !$omp simd private(now)
+      do i = 1, n
+        now = r(i)
+        r(i) = now + factor*(now - before(i))
+        start(i) = r(i)
+        before(i) = now
+      end do
+    else
+      start = r
+      before = r
+    end if
+  end subroutine lean_some
+
+  !> Of contacts alone: lanes beyond them hold none.
+  subroutine note(batch, start, before, unit_change, unit_along, change, along)
+    type(cairn_batch), intent(in) :: batch
+    real(c_double), intent(in)    :: start(batch%count*batch%components) !< impulses that the sweep began with [N s]
+    real(c_double), intent(in)    :: before(batch%count*batch%components) !< impulses before that [N s]
+    real(c_double), intent(in)    :: unit_change, unit_along !< [1/J]
+    integer(c_int64_t), intent(out) :: change, along !< [units]
+    real(c_double), pointer, contiguous :: r(:), rho(:)
+    real(c_double) :: square(w8), way(w8), weight(w8)
+    integer :: lines, k, at, beside, n
+    call c_f_pointer(batch%r, r, [batch%count*max(batch%components, batch%pack)])
+    call c_f_pointer(batch%rho, rho, [batch%count])
+    change = 0
+    along = 0
+    do lines = 0, batch%contacts - 1, w8
+      n = min(w8, batch%contacts - lines)
+      square = 0
+      way = 0
+      if (batch%pack > 0) then
+        do k = 0, batch%components - 1
+          at = lines*batch%pack + k*w8
+          beside = k*batch%count + lines
+          call note_eight(start(beside + 1), r(at + 1:at + w8), before(beside + 1), square, way)
+        end do
+      else
+        do k = 0, batch%components - 1
+          at = k*batch%count + lines
+          call note_some(n, start(at + 1), r(at + 1:at + n), before(at + 1), square, way)
+        end do
+      end if
+      if (n < w8) then
+        square(n + 1:) = 0
+        way(n + 1:) = 0
+        weight(n + 1:) = 0
+        weight(1:n) = 1/rho(lines + 1:lines + n)
+      else
+        weight = 1/rho(lines + 1:lines + w8)
+      end if
+      change = change + units(square*weight*unit_change)
+      along = along + units(way*weight*unit_along)
+    end do
+  end subroutine note
+
+  pure subroutine note_eight(start, r, before, square, way)
+    real(c_double), intent(in)    :: start(w8)  !< [N s]
+    real(c_double), intent(in)    :: r(w8)      !< impulses [N s]
+    real(c_double), intent(in)    :: before(w8) !< impulses before that [N s]
+    real(c_double), intent(inout) :: square(w8) !< to which |dr|^2 is added [N2 s2]
+    real(c_double), intent(inout) :: way(w8)    !< to which -dr.(r - r before) is added [N2 s2]
+    real(c_double) :: back(w8)
+    back = start - r
+    square = square + back*back
+    way = way + back*(r - before)
+  end subroutine note_eight
+
+  pure subroutine note_some(n, start, r, before, square, way)
+    integer, value                :: n         !< numbers, at most eight
+    real(c_double), intent(in)    :: start(n)  !< [N s]
+    real(c_double), intent(in)    :: r(n)      !< impulses [N s]
+    real(c_double), intent(in)    :: before(n) !< impulses before that [N s]
+    real(c_double), intent(inout) :: square(n) !< to which |dr|^2 is added [N2 s2]
+    real(c_double), intent(inout) :: way(n)    !< to which -dr.(r - r before) is added [N2 s2]
+    integer :: i
+    !$omp simd
+    do i = 1, n
+      square(i) = square(i) + (start(i) - r(i))*(start(i) - r(i))
+      way(i) = way(i) + (start(i) - r(i))*(r(i) - before(i))
+    end do
+  end subroutine note_some
+
+  !> Sum of eight terms. What is too large, or no number, counts as much as a term may.
+  pure integer(c_int64_t) function units(x)
+    real(c_double), intent(in) :: x(w8)
+    real(c_double) :: within(w8)
+    within = merge(x, most, x < most)
+    within = merge(within, -most, within > -most)
+    units = sum(int(within, c_int64_t))
+  end function units
+end module ranked_sweep
