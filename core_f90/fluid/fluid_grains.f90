@@ -3,7 +3,7 @@
 !> the same weights, so that what it feels is what the fluid loses. Particles stand for volumes of space, less those of grains.
 module fluid_grains
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
-  use fluid_view, only: cairn_fluid, fluid, invert, open_fluid
+  use fluid_view, only: cairn_fluid, fluid, open_fluid
   implicit none
   private
   public :: cairn_fluid_grains, cairn_fluid_grain_weights, cairn_fluid_grain_solids, cairn_fluid_grain_push, &
@@ -13,7 +13,6 @@ module fluid_grains
   real(c_double), parameter :: most_solid = 0.9_c_double !< share of a particle's volume that grains take; more of them are dry
   real(c_double), parameter :: dry = 0.25_c_double, wetted = 0.75_c_double !< sums of the kernel between which a free surface wets
 
-  real(c_double), parameter :: singular = 0.02_c_double !< determinant of the moments of gradients that is not inverted [-]
 
   type, bind(c) :: cairn_fluid_grains
     integer(c_int32_t) :: grains
@@ -114,7 +113,7 @@ contains
 
   !> Forces of the pressure on grains first to last - 1, minus its gradient by volume, and by pairs what each particle feels of it.
   !> They are the derivative of the pressures times the volumes that grains take, so that a particle that is pressed moves away from
-  !> grains (else it goes among them), times a matrix that makes them exact for linear pressures beside walls too.
+  !> grains (else it goes among them), and what gravity adds at rest is exact, beside walls too.
   subroutine cairn_fluid_grain_push(f, given, first, last, force, of_pair) bind(c)
     type(cairn_fluid), intent(in) :: f
     type(cairn_fluid_grains), intent(in) :: given
@@ -125,7 +124,7 @@ contains
     type(view) :: to
     integer(c_int64_t) :: g, k, a, e
     integer :: i
-    real(c_double) :: r(3), middle(3), slope(3), q, p, mean, sum_of, second(3, 3), shape(3, 3)
+    real(c_double) :: r(3), q, p, mean, sum_of
     call open_fluid(f, 0_c_int64_t, v)
     call open_grains(given, to)
     do g = first + 1, last
@@ -135,28 +134,18 @@ contains
       force(:, g - 1) = 0
       sum_of = sum(to%weight(a + 1:e + 1))
       if (.not. (sum_of > 0 .and. to%wet(g) > 0)) cycle
-      middle = 0
       mean = 0
       do k = a, e
         i = to%particle(k + 1) + 1
-        middle = middle + to%weight(k + 1)/sum_of*from_grain(v, to, g, i)
-        mean = mean + to%weight(k + 1)/sum_of*pressure_of(v, i)
+        mean = mean + to%weight(k + 1)/sum_of*beyond_rest(v, i, from_grain(v, to, g, i))
       end do
-      second = 0
       do k = a, e
         i = to%particle(k + 1) + 1
         r = from_grain(v, to, g, i)
         q = sqrt(sum(r**2))/v%h
         if (q >= 2) cycle
-        p = 5/(v%h**2*(1 - 0.5_c_double*q)*(2*q + 1))*to%weight(k + 1)
-        slope = -p*r
-        of_pair(:, k) = (pressure_of(v, i) - mean)*slope
-        second = second - spread(slope, 2, 3)*spread(r - middle, 1, 3)
-      end do
-      call invert(v%dim, second/sum_of, .true., shape, singular)
-      shape = shape*(to%wet(g)*to%grain(7, g))
-      do k = a, e
-        of_pair(:, k) = matmul(shape, of_pair(:, k))
+        p = 5/(v%h**2*(1 - 0.5_c_double*q)*(2*q + 1))*(beyond_rest(v, i, r) - mean)
+        of_pair(:, k) = -(to%wet(g)*to%grain(7, g)*to%weight(k + 1))*(p*r + v%density*v%resting)
         force(:, g - 1) = force(:, g - 1) + of_pair(:, k)
       end do
     end do
@@ -173,14 +162,16 @@ contains
     if (v%periodic) r = r - v%period*int(r*v%per + sign(0.5_c_double, r))
   end function from_grain
 
-  !> Pressure of particle i: a free surface bears no tension.
-  pure function pressure_of(v, i) result(p)
+  !> Pressure of particle i at r from a grain, less what gravity adds over that way: a free surface bears no tension.
+  pure function beyond_rest(v, i, r) result(p)
     type(fluid), intent(in) :: v
     integer, intent(in) :: i
+    real(c_double), intent(in) :: r(3)
     real(c_double) :: p
     p = v%record(8, i)
     if (v%open(i) > 0) p = max(p, 0.0_c_double)
-  end function pressure_of
+    p = p - v%density*dot_product(v%resting, r)
+  end function beyond_rest
 
   !> Takes the parts of pairs from the accelerations of particles first to last - 1.
   subroutine cairn_fluid_grain_bear(given, first, last, of_pair, acceleration) bind(c)

@@ -16,12 +16,12 @@ struct Fluid::Granular {
   std::vector<std::int32_t> particle;
   std::vector<std::int64_t> first, pair; // by particles
   std::vector<std::int32_t> grain_of;
-  std::vector<double> weight, wet, impulse, force, of_pair, of_tile;
+  std::vector<double> weight, wet, impulse, force, of_pair, of_tile, mean, pressure;
   double swift = 1;
 };
 
 namespace {
-constexpr int grain_record = cairn_fluid_grain_record;
+constexpr int grain_record = cairn_fluid_grain_record, particle_record = cairn_fluid_record;
 
 template <class F>
 void each_grain_tile(std::int64_t n, F&& f) {
@@ -126,6 +126,46 @@ void Fluid::weigh_grains(const Scene& scene) {
   s.swift = 1;
   for (const double v : s.of_tile) s.swift = std::max(s.swift, v);
   pack();
+  s.force.resize(3 * s.body.size());
+  s.of_pair.resize(3 * s.particle.size());
+  each_grain_tile(s.of.count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    cairn_fluid_grain_push(&f, &g, first, last, s.force.data(), s.of_pair.data());
+  });
+  // A particle that grows has more of the grains about it: pressure acts on its volume by what it has beyond the mean
+  // about these (less rest under gravity) times its porosity. This is the derivative of the same energy as the forces
+  // on grains are, without which particles beside walls go through them.
+  const auto beyond = [&](std::size_t i, std::size_t grain) {
+    const double *x = &record_[particle_record * i], *at = &s.record[grain_record * grain];
+    double p = open_[i] > 0 ? std::max(x[7], 0.0) : x[7];
+    for (int c = 0; c < 3; ++c)
+      if (f.resting[c] != 0) p -= f.density * f.resting[c] * (x[c] - at[c]);
+    return p;
+  };
+  s.mean.assign(s.body.size(), 0.0);
+  each_grain_tile(s.of.count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+      double sum = 0, weights = 0;
+      for (auto l = std::size_t(s.first_of[k]); l < std::size_t(s.first_of[k + 1]); ++l) {
+        sum += s.weight[l] > 0 ? s.weight[l] * beyond(std::size_t(s.particle[l]), k) : 0;
+        weights += s.weight[l];
+      }
+      s.mean[k] = weights > 0 ? sum / weights : 0;
+    }
+  });
+  s.pressure.resize(std::size_t(n));
+  each_grain_tile(n, [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    for (auto i = std::size_t(first); i < std::size_t(last); ++i) {
+      double p = record_[particle_record * i + 7];
+      for (auto l = std::size_t(s.first[i]); l < std::size_t(s.first[i + 1]); ++l) {
+        const auto k = std::size_t(s.grain_of[l]);
+        const double share =
+            s.weight[std::size_t(s.pair[l])] * s.wet[k] * s.of.volume[k] / record_[particle_record * i + 6];
+        if (share > 0) p -= share * (beyond(i, k) - s.mean[k]);
+      }
+      s.pressure[i] = p;
+    }
+  });
+  for (std::size_t i = 0; i < std::size_t(n); ++i) record_[particle_record * i + 7] = s.pressure[i];
 }
 
 double Fluid::swiftness_of_grains() const { return std::sqrt(granular_->swift); }
@@ -142,15 +182,9 @@ void Fluid::make_room(const Scene& scene) {
 }
 
 // Pressures of the liquid act on the grains in it, and these on the liquid.
-void Fluid::push_grains(const Scene& scene) {
+void Fluid::push_grains(const Scene&) {
   Granular& s = *granular_;
-  const cairn_fluid f = view(scene);
   const cairn_fluid_grains g = grains();
-  s.force.resize(3 * s.body.size());
-  s.of_pair.resize(3 * s.particle.size());
-  each_grain_tile(s.of.count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
-    cairn_fluid_grain_push(&f, &g, first, last, s.force.data(), s.of_pair.data());
-  });
   each_grain_tile(count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
     cairn_fluid_grain_bear(&g, first, last, s.of_pair.data(), acceleration_.data());
   });
