@@ -54,6 +54,17 @@ cairn::FluidSurface surface_of(const py::dict& d) {
   return s;
 }
 
+cairn::FluidGrains grains_of(const py::dict& d) {
+  cairn::FluidGrains s;
+  s.body = numbers<std::int64_t>(d, "body");
+  s.diameter = numbers<double>(d, "diameter");
+  s.volume = numbers<double>(d, "volume");
+  s.law = numbers<std::int8_t>(d, "law");
+  if (s.diameter.size() != s.body.size() || s.volume.size() != s.body.size() || s.law.size() != s.body.size())
+    throw cairn::Error("grains hold arrays of different lengths: give one row for each");
+  return s;
+}
+
 cairn::Fluid& fluid_of(Simulation& s) {
   if (!s.fluid) throw cairn::Error("this scene has no fluid: give cn.fluid(...) to Scene.add");
   return *s.fluid;
@@ -79,6 +90,8 @@ py::object field(Simulation& s, const std::string& name) {
   if (name == "pressure") return line(f.pressure());
   if (name == "density") return line(f.density());
   if (name == "open") return line(f.at_surface());
+  if (name == "mass") return line(f.masses());
+  if (name == "porosity") return line(f.porosity());
   throw py::key_error("there is no field " + name + " of a fluid");
 }
 
@@ -95,6 +108,7 @@ py::dict report(Simulation& s) {
   out["products"] = f.report.products;
   out["misfit"] = f.report.misfit;
   out["residual"] = f.report.residual;
+  out["drag_loss"] = f.report.drag_loss;
   out["bytes"] = f.bytes();
   return out;
 }
@@ -112,9 +126,10 @@ void bind_fluid(py::module_& m) {
     fluid->set_particles(span(position), span(velocity), span(pressure));
     s.fluid = std::move(fluid);
   });
-  m.def("set_fluid_surfaces", [](Simulation& s, const py::dict& points, const py::dict& planes) {
-    fluid_of(s).set_surfaces(surface_of(points), surface_of(planes));
-  });
+  m.def("set_fluid_surfaces",
+        [](Simulation& s, const py::dict& points, const py::dict& planes, const py::dict& grains) {
+          fluid_of(s).set_surfaces(surface_of(points), surface_of(planes), grains_of(grains));
+        });
   m.def("fluid_field", &field);
   m.def("fluid_report", &report);
   m.def("fluid_force", [](Simulation& s, std::int64_t body) { return fluid_of(s).force_on(body); });

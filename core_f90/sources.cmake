@@ -66,6 +66,7 @@ set(CAIRN_CORE_SOURCES
   elements/shape_families.f90
   elements/solid_cells.f90
   elements/stress_by_energy.f90
+  fluid/fluid_grains.f90
   fluid/fluid_pressure.f90
   fluid/fluid_rates.f90
   fluid/fluid_view.f90

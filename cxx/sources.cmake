@@ -170,6 +170,7 @@ set(CAIRN_CXX_SOURCES
   couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
+  fluid/fluid_grains.cpp
   fluid/fluid_implicit.cpp
   fluid/pressure_solver.cpp
   fluid/particle_list.cpp

@@ -5,7 +5,7 @@
 !> makes the surface hold or slide.
 module fluid_rates
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
-  use fluid_view, only: add_square, cairn_fluid, fluid, invert, open_fluid, wall_points, wall_points_of
+  use fluid_view, only: add_square, cairn_fluid, fluid, invert, mass_of, open_fluid, wall_points, wall_points_of
   implicit none
   private
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
@@ -87,7 +87,10 @@ contains
       ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
       call invert(v%dim, second, v%open(i) == 0, shape)
       divergence = sum(shape*rates)
-      rate(i - 1) = v%mass/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
+      rate(i - 1) = mass_of(v, i)/own(7)*divergence
+      spread = 2*v%diffusion*v%h*v%c*per_c2*spread
+      if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity, as pressure varies with it
+      rate(i - 1) = rate(i - 1) + spread
     end do
   end subroutine cairn_fluid_density_rate
 
@@ -161,7 +164,7 @@ contains
         on_planes(4:6, j) = on_planes(4:6, j) - own(7)*[at(2)*push(3) - at(3)*push(2), at(3)*push(1) - at(1)*push(3), &
                                                         at(1)*push(2) - at(2)*push(1)]
       end do
-      acceleration(:, i - 1) = a*own(7)/v%mass + v%gravity
+      acceleration(:, i - 1) = a*own(7)/mass_of(v, i) + v%gravity
       bare(i - 1) = merge(2_c_int8_t, merge(1_c_int8_t, 0_c_int8_t, beside == 2), spread < open_share*v%dim)
       drift(:, i - 1) = merge(s, 0*s, bare(i - 1) == 0 .and. w%count == 0) ! shear along walls would go with it
     end do

@@ -2,10 +2,10 @@
 !> Wendland's C2 function (Wendland 1995) of support 2 h: gradients need no root but that of the distance, and particles do not pair
 !> (Dehnen & Aly 2012).
 module fluid_view
-  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
   implicit none
   private
-  public :: add_square, cross, invert
+  public :: add_square, cross, invert, mass_of
   public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
   integer, parameter :: record_size = 8, surface_size = 12, plane_size = 16
   integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
@@ -14,18 +14,19 @@ module fluid_view
     integer(c_int32_t) :: dim, planes
     real(c_double) :: smoothing, spacing, mass, density, sound_speed, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3)
-    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open
+    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open, masses
   end type cairn_fluid
 
   type :: fluid
     integer :: dim, planes
     real(c_double) :: h, dx, mass, density, c, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3), per(3), scale !< per: 1/period, 0 without one
-    logical :: periodic
+    logical :: periodic, grains
     real(c_double), pointer, contiguous :: record(:, :), surface(:, :), plane(:, :)
     integer(c_int64_t), pointer, contiguous :: first(:), first_point(:)
     integer(c_int32_t), pointer, contiguous :: neighbour(:), point(:)
     integer(c_int8_t), pointer, contiguous :: open(:)
+    real(c_double), pointer, contiguous :: masses(:) !< of particles beside grains; none where all have that of a spacing
   end type fluid
 
   !> Points of walls about a particle. r: from the point to the particle [m].
@@ -83,7 +84,19 @@ contains
     call c_f_pointer(given%neighbour, f%neighbour, [any_size])
     call c_f_pointer(given%point, f%point, [any_size])
     call c_f_pointer(given%open, f%open, [any_size])
+    nullify (f%masses)
+    f%grains = c_associated(given%masses)
+    if (f%grains) call c_f_pointer(given%masses, f%masses, [any_size])
   end subroutine open_fluid
+
+  !> Mass of particle i [kg | kg/m].
+  pure function mass_of(f, i) result(mass)
+    type(fluid), intent(in) :: f
+    integer(c_int64_t), intent(in) :: i
+    real(c_double) :: mass
+    mass = f%mass
+    if (f%grains) mass = f%masses(i)
+  end function mass_of
 
   !> Points of surfaces and half-spaces within reach of particle i.
   subroutine wall_points_of(f, i, w)
@@ -181,14 +194,16 @@ contains
 
   !> Inverse of the second moment of the gradients about a particle within the liquid, with which they are exact for linear fields
   !> (Randles & Libersky 1996); 1 elsewhere, and where neighbours lie too unevenly.
-  pure subroutine invert(dim, second, within, shape)
+  pure subroutine invert(dim, second, within, shape, below)
     integer, intent(in) :: dim
     real(c_double), intent(in) :: second(3, 3)
     logical, intent(in) :: within
     real(c_double), intent(out) :: shape(3, 3)
-    real(c_double), parameter :: least = 0.3_c_double !< smallest determinant that is inverted [-]
-    real(c_double) :: a(3, 3), det
+    real(c_double), intent(in), optional :: below !< determinant that is not inverted, .3 when not given [-]
+    real(c_double) :: a(3, 3), det, least
     integer :: l
+    least = 0.3_c_double
+    if (present(below)) least = below
     shape = 0
     do l = 1, 3
       shape(l, l) = 1

@@ -47,9 +47,9 @@ void Fluid::set_particles(std::span<const double> position, std::span<const doub
 }
 
 // Forces of bodies that were known stay theirs.
-void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
+void Fluid::set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains grains) {
   std::vector<std::int64_t> ids;
-  for (const auto* from : {&points.body, &planes.body}) ids.insert(ids.end(), from->begin(), from->end());
+  for (const auto* from : {&points.body, &planes.body, &grains.body}) ids.insert(ids.end(), from->begin(), from->end());
   std::sort(ids.begin(), ids.end());
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::vector<Body> bodies(ids.size());
@@ -57,13 +57,15 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
   for (std::size_t k = 0; k < ids.size(); ++k) {
     bodies[k] = {};
     bodies[k].id = ids[k];
-    for (std::size_t j = 0; j < bodies_.size(); ++j)
-      if (bodies_[j].id == ids[k])
-        for (std::size_t c = 0; c < 6; ++c) {
-          force[6 * k + c] = force_[6 * j + c];
-          contact[6 * k + c] = contact_[6 * j + c];
-          before[6 * k + c] = contact_before_[6 * j + c];
-        }
+    const auto was = std::lower_bound(bodies_.begin(), bodies_.end(), ids[k],
+                                      [](const Body& b, std::int64_t id) { return b.id < id; });
+    if (was == bodies_.end() || was->id != ids[k]) continue;
+    const auto j = std::size_t(was - bodies_.begin());
+    for (std::size_t c = 0; c < 6; ++c) {
+      force[6 * k + c] = force_[6 * j + c];
+      contact[6 * k + c] = contact_[6 * j + c];
+      before[6 * k + c] = contact_before_[6 * j + c];
+    }
   }
   const auto places = [&](const std::vector<std::int64_t>& of) {
     std::vector<std::int32_t> out;
@@ -73,6 +75,7 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
   };
   body_of_point_ = places(points.body);
   body_of_plane_ = places(planes.body);
+  const std::vector<std::int32_t> of_grains = places(grains.body);
   points_ = std::move(points);
   planes_ = std::move(planes);
   bodies_ = std::move(bodies);
@@ -94,6 +97,7 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes) {
   }
   list_known_ = false;
   list_.at.clear();
+  set_grains(std::move(grains), of_grains);
 }
 
 void Fluid::check(const Scene& scene) {
@@ -136,7 +140,7 @@ bool Fluid::list_is_old() {
   double of_bodies = 0;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
-    if (b.at < 0 || b.reach == 0) continue;
+    if (b.at < 0 || (b.reach == 0 && !granular_)) continue;
     const double* was = &pose_listed_[12 * k];
     double way = 0, turn = 0;
     for (std::size_t c = 0; c < 3; ++c) way += (b.position[c] - was[c]) * (b.position[c] - was[c]);
@@ -162,6 +166,10 @@ void Fluid::renew_list() {
     reorder(number_, order, 1);
     reorder(open_, order, 1);
     if (settings.incompressible) reorder(pressure_, order, 1);
+    if (granular_) {
+      reorder(mass_, order, 1);
+      reorder(solid_, order, 1);
+    }
   }
   list_.at = position_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
@@ -169,6 +177,7 @@ void Fluid::renew_list() {
     std::copy_n(bodies_[k].turn, 9, &pose_listed_[12 * k + 3]);
   }
   list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  list_grains();
   list_known_ = true;
   ++report.lists;
   report.neighbours = count() > 0 ? double(list_.neighbour.size()) / double(count()) : 0;
@@ -185,6 +194,7 @@ void Fluid::renew_as_listed() {
   }
   place_surfaces();
   list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  list_grains();
   bodies_ = now;
   place_surfaces();
   list_known_ = true;
@@ -199,8 +209,8 @@ void Fluid::pack() {
     double* to = &record_[std::size_t(record * i)];
     std::copy_n(&position_[std::size_t(3 * i)], 3, to);
     std::copy_n(&velocity_[std::size_t(3 * i)], 3, to + 3);
-    to[6] = m / density_[std::size_t(i)];
-    to[7] = c2 * (density_[std::size_t(i)] - settings.density) + raised_;
+    to[6] = (mass_.empty() ? m : mass_[std::size_t(i)]) / density_[std::size_t(i)];
+    to[7] = c2 * (fluid_density(std::size_t(i)) - settings.density) + raised_;
   }
 }
 
@@ -230,12 +240,14 @@ cairn_fluid Fluid::view(const Scene& scene) const {
   f.point = list_.point.data();
   f.plane = plane_.data();
   f.open = open_.data();
+  f.masses = mass_.empty() ? nullptr : mass_.data();
   return f;
 }
 
 // Forces of the particles on each other and on bodies, at their places, velocities and densities.
 void Fluid::find_forces(const Scene& scene) {
   pack();
+  if (granular_) weigh_grains(scene);
   // Viscosity of volume where the liquid is compressed (von Neumann & Richtmyer 1950): sound dies, and shear feels
   // none.
   const double h = settings.smoothing * settings.spacing, linear = settings.bulk * h * settings.sound_speed;
@@ -259,11 +271,13 @@ void Fluid::find_forces(const Scene& scene) {
                           list_.particle.data(), on_points_.data());
   open_.swap(open_new_);
   add_surface_forces();
+  if (granular_) push_grains(scene);
 }
 
 void Fluid::sub_step(const Scene& scene, double dt) {
   const std::int64_t n = count(), tiles = (n + tile - 1) / tile;
   accelerate(dt);
+  if (granular_) drag_grains(scene, 0.5 * dt);
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < 3 * n; ++i) position_[std::size_t(i)] += dt * velocity_[std::size_t(i)];
   move_bodies(dt);
@@ -281,10 +295,11 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   for (std::int64_t i = 0; i < n; ++i) {
     double& rho = density_[std::size_t(i)];
     rho += dt * rate_[std::size_t(i)];
-    if (open_[std::size_t(i)] == 2) rho = std::max(rho, least);
+    if (open_[std::size_t(i)] == 2) rho = std::max(rho, solid_.empty() ? least : least * (1 - solid_[std::size_t(i)]));
   }
   find_forces(scene);
   accelerate(dt);
+  if (granular_) drag_grains(scene, 0.5 * dt);
   if (!closed_ || settings.drift == 0) return; // at a free surface the drift would lift the liquid
   const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
 #pragma omp parallel for schedule(static)
@@ -309,7 +324,8 @@ double Fluid::stable_step(const Scene& scene) const {
   double pull = 0;
   for (const double g : scene.gravity) pull += g * g;
   double dt = settings.courant * h / (c + fastest());
-  if (settings.viscosity > 0) dt = std::min(dt, 0.125 * h * h * settings.density / settings.viscosity);
+  if (settings.viscosity > 0)
+    dt = std::min(dt, 0.125 * h * h * settings.density / settings.viscosity * (granular_ ? least_porosity() : 1));
   if (pull > 0) dt = std::min(dt, 0.25 * std::sqrt(h / std::sqrt(pull)));
   // A body lighter than the liquid about it follows that as on a spring of its compressibility.
   for (const Body& b : bodies_) {
@@ -322,6 +338,7 @@ double Fluid::stable_step(const Scene& scene) const {
     }
     dt = std::min(dt, settings.courant * h / c / std::sqrt(std::max(1.0, around * lightest)));
   }
+  if (granular_) dt = std::min(dt, settings.courant * h / c / swiftness_of_grains());
   return dt;
 }
 
@@ -336,10 +353,17 @@ void Fluid::advance(Scene& scene, double h) {
       if (list_is_old()) renew_list();
       find_forces(scene);
       find_forces(scene); // free surfaces are known then
+      if (granular_) make_room(scene);
       known_ = true;
-    } else if (!list_known_) {
-      renew_as_listed();
+    } else {
+      if (!list_known_) renew_as_listed();
+      if (granular_) { // contacts have moved grains otherwise than was foreseen
+        if (list_is_old()) renew_list();
+        pack();
+        weigh_grains(scene);
+      }
     }
+    report.drag_loss = 0;
     const double limit = stable_step(scene);
     fastest_ = fastest();
     // Without a free surface the level of pressure is free: under tension particles clump.
@@ -355,7 +379,7 @@ void Fluid::advance(Scene& scene, double h) {
     for (std::int64_t i = 0; i < count(); ++i) {
       const double* v = &velocity_[std::size_t(3 * i)];
       const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-      const double share = std::abs(density_[std::size_t(i)] / settings.density - 1);
+      const double share = std::abs(fluid_density(std::size_t(i)) / settings.density - 1);
       if (!(square < std::numeric_limits<double>::infinity()) || !(share < 0.5))
         throw Error("particle " + std::to_string(number_[std::size_t(i)]) + " of the fluid has a density of " +
                     std::to_string(density_[std::size_t(i)]) + " kg/m3 and a speed of " +
@@ -388,6 +412,8 @@ void Fluid::keep_before() {
   before_.pose = pose_listed_;
   before_.pressure = pressure_;
   before_.norm = norm_;
+  before_.mass = mass_;
+  before_.solid = solid_;
 }
 
 void Fluid::restore_before() {
@@ -403,6 +429,8 @@ void Fluid::restore_before() {
   pose_listed_ = before_.pose;
   pressure_ = before_.pressure;
   norm_ = before_.norm;
+  mass_ = before_.mass;
+  solid_ = before_.solid;
   list_known_ = false;
 }
 
@@ -426,7 +454,20 @@ std::vector<double> Fluid::in_order(const std::vector<double>& values, int compo
 
 std::vector<double> Fluid::position() const { return in_order(position_, 3); }
 std::vector<double> Fluid::velocity() const { return in_order(velocity_, 3); }
-std::vector<double> Fluid::density() const { return in_order(density_, 1); }
+std::vector<double> Fluid::density() const {
+  std::vector<double> of = density_;
+  for (std::size_t i = 0; i < solid_.size(); ++i) of[i] = fluid_density(i);
+  return in_order(of, 1);
+}
+std::vector<double> Fluid::masses() const {
+  return mass_.empty() ? std::vector<double>(density_.size(), mass()) : in_order(mass_, 1);
+}
+std::vector<double> Fluid::porosity() const {
+  if (solid_.empty()) return std::vector<double>(density_.size(), 1.0);
+  std::vector<double> out = in_order(solid_, 1);
+  for (double& v : out) v = 1 - v;
+  return out;
+}
 std::vector<double> Fluid::pressure() const {
   if (settings.incompressible) return in_order(pressure_, 1);
   std::vector<double> out = density();
@@ -441,9 +482,10 @@ std::vector<std::int8_t> Fluid::at_surface() const {
 
 std::int64_t Fluid::bytes() const {
   std::int64_t sum = list_.bytes();
-  for (const auto* v : {&position_, &velocity_, &density_, &acceleration_, &drift_, &record_, &surface_, &plane_,
-                        &rate_, &on_points_, &on_planes_, &before_.position, &before_.velocity, &before_.density,
-                        &before_.acceleration, &before_.listed, &points_.offset, &points_.normal})
+  for (const auto* v : {&position_,      &velocity_,        &density_,         &acceleration_,   &drift_,
+                        &record_,        &surface_,         &plane_,           &rate_,           &on_points_,
+                        &on_planes_,     &before_.position, &before_.velocity, &before_.density, &before_.acceleration,
+                        &before_.listed, &points_.offset,   &points_.normal,   &mass_,           &solid_})
     sum += std::int64_t(8 * v->capacity());
   return sum;
 }

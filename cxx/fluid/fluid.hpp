@@ -45,6 +45,14 @@ struct FluidSurface {
   std::int64_t count() const { return std::int64_t(body.size()); }
 };
 
+// Bodies smaller than a particle, which feel the liquid by the share of space that they take about them.
+struct FluidGrains {
+  std::vector<std::int64_t> body;       // ids (n)
+  std::vector<double> diameter, volume; // (n) of a sphere of its volume [m], [m3 | m2]
+  std::vector<std::int8_t> law;         // (n) of drag, see fluid_grains.f90
+  std::int64_t count() const { return std::int64_t(body.size()); }
+};
+
 class Fluid {
 public:
   Fluid(int dim, const FluidSettings& settings);
@@ -54,7 +62,7 @@ public:
   // (3, n) relative to the origin of the scene [m], [m/s], (n) [Pa].
   void set_particles(std::span<const double> position, std::span<const double> velocity,
                      std::span<const double> pressure);
-  void set_surfaces(FluidSurface points, FluidSurface planes);
+  void set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains grains = {});
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
 
@@ -77,6 +85,7 @@ public:
 
   // In the order in which particles were given.
   std::vector<double> position() const, velocity() const, pressure() const, density() const; // (3, n), (n)
+  std::vector<double> masses() const, porosity() const;                                      // (n) [kg | kg/m], [-]
   std::vector<std::int8_t> at_surface() const;
   std::array<double, 6> force_on(std::int64_t body) const; // mean of the last step, torque about its centre [N, N m]
   double stable_step(const Scene& scene) const;            // of a sub-step [s]
@@ -92,6 +101,7 @@ public:
     double compression = 0; // greatest |rho - rho0| / rho0
     double neighbours = 0;  // mean number listed
     std::int64_t surface_points = 0;
+    double drag_loss = 0; // of energy by drag of grains, in the last step [J]
   };
   Report report;
   std::int64_t bytes() const;
@@ -110,6 +120,10 @@ public:
     f("contact", contact_);
     f("contact_before", contact_before_);
     f("pose_listed", pose_listed_);
+    if (!mass_.empty()) {
+      f("mass", mass_);
+      f("solid", solid_);
+    }
     if (!settings.incompressible) return;
     f("held_pressure", pressure_);
     f("norm", norm_);
@@ -166,6 +180,22 @@ private:
   double inverse_of_body(std::size_t body, const double* impulse, double* change) const;
   double scale_of_speed(const Scene& scene) const;
 
+  struct Granular;                     // see fluid_grains.cpp
+  std::shared_ptr<Granular> granular_; // of this alone
+  void set_grains(FluidGrains grains, const std::vector<std::int32_t>& body);
+  double fluid_density(std::size_t i) const { // within the pores
+    return solid_.empty() ? density_[i] : density_[i] / (1 - solid_[i]);
+  }
+  double swiftness_of_grains() const; // speed of sound with grains over that of the liquid
+  double least_porosity() const;
+  void place_grains();
+  void list_grains();
+  void weigh_grains(const Scene& scene);
+  void make_room(const Scene& scene);
+  void push_grains(const Scene& scene);
+  void drag_grains(const Scene& scene, double dt);
+  cairn_fluid_grains grains() const;
+
   int dim_;
   FluidSurface points_, planes_;
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
@@ -174,6 +204,7 @@ private:
   std::vector<double> on_points_, on_planes_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
+  std::vector<double> mass_, solid_;                                   // beside grains (n)
   std::vector<double> pressure_, norm_;                                // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
@@ -183,7 +214,7 @@ private:
   bool known_ = false, list_known_ = false, added_ = false;
 
   struct Before { // of a step that may be undone
-    std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm;
+    std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm, mass, solid;
     std::vector<std::int32_t> number;
     std::vector<std::int8_t> open;
     bool known = false;

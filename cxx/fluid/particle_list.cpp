@@ -97,15 +97,6 @@ void ParticleList::make(double reach, const double* points, std::int64_t count, 
     }
   }
   cell_first_.push_back(n);
-  const auto near = [&](const double* a, const double* b) {
-    double square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      double d = a[k] - b[k];
-      if (period[k] > 0) d -= period[k] * std::round(d / period[k]);
-      square += d * d;
-    }
-    return square < reach * reach;
-  };
   first.assign(std::size_t(n + 1), 0);
   const auto cells = std::int64_t(cell_keys_.size());
   for (const bool count_alone : {true, false}) {
@@ -143,9 +134,30 @@ void ParticleList::make(double reach, const double* points, std::int64_t count, 
     neighbour.resize(std::size_t(first.back()));
   }
   // Points ask for the particles about them; particles then have theirs by rising number.
-  first_of_point.assign(std::size_t(count + 1), 0);
-  particle.clear();
+  about(reach, points, count, stride, first_of_point, particle);
   first_point.assign(std::size_t(n + 1), 0);
+  for (const std::int32_t i : particle) ++first_point[std::size_t(i + 1)];
+  for (std::int64_t i = 0; i < n; ++i) first_point[std::size_t(i + 1)] += first_point[std::size_t(i)];
+  point.resize(particle.size());
+  std::vector<std::int64_t> next(first_point.begin(), first_point.end() - 1);
+  for (std::int64_t b = 0; b < count; ++b)
+    for (std::int64_t k = first_of_point[std::size_t(b)]; k < first_of_point[std::size_t(b + 1)]; ++k)
+      point[std::size_t(next[std::size_t(particle[std::size_t(k)])]++)] = std::int32_t(b);
+}
+
+void ParticleList::about(double reach, const double* points, std::int64_t count, int stride,
+                         std::vector<std::int64_t>& first_of, std::vector<std::int32_t>& particles) const {
+  const auto near = [&](const double* a, const double* b) {
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      double d = a[k] - b[k];
+      if (period[k] > 0) d -= period[k] * std::round(d / period[k]);
+      square += d * d;
+    }
+    return square < reach * reach;
+  };
+  first_of.assign(std::size_t(count + 1), 0);
+  particles.clear();
   for (std::int64_t b = 0; b < count; ++b) {
     const double* x = points + stride * b;
     bool there = std::isfinite(x[0]);
@@ -155,19 +167,10 @@ void ParticleList::make(double reach, const double* points, std::int64_t count, 
     if (there)
       each_near(cell, [&](std::int64_t a, std::int64_t e, const std::array<double, 3>&) {
         for (std::int64_t i = a; i < e; ++i)
-          if (near(x, &at[std::size_t(3 * i)])) {
-            particle.push_back(std::int32_t(i));
-            ++first_point[std::size_t(i + 1)];
-          }
+          if (near(x, &at[std::size_t(3 * i)])) particles.push_back(std::int32_t(i));
       });
-    first_of_point[std::size_t(b + 1)] = std::int64_t(particle.size());
+    first_of[std::size_t(b + 1)] = std::int64_t(particles.size());
   }
-  for (std::int64_t i = 0; i < n; ++i) first_point[std::size_t(i + 1)] += first_point[std::size_t(i)];
-  point.resize(particle.size());
-  std::vector<std::int64_t> next(first_point.begin(), first_point.end() - 1);
-  for (std::int64_t b = 0; b < count; ++b)
-    for (std::int64_t k = first_of_point[std::size_t(b)]; k < first_of_point[std::size_t(b + 1)]; ++k)
-      point[std::size_t(next[std::size_t(particle[std::size_t(k)])]++)] = std::int32_t(b);
 }
 
 std::int64_t ParticleList::bytes() const {

@@ -20,6 +20,10 @@ struct ParticleList {
   std::vector<std::int32_t> order(const std::vector<double>& x, double reach);
   // Lists for x = at, whose particles stand in that order, and for points (stride numbers each, place first).
   void make(double reach, const double* points, std::int64_t count, int stride);
+  // Particles nearer than `reach` to points, for x = at, of the list that was made last: those of point b stand from
+  // first_of[b] on.
+  void about(double reach, const double* points, std::int64_t count, int stride, std::vector<std::int64_t>& first_of,
+             std::vector<std::int32_t>& particles) const;
   std::array<double, 3> period{}, low{}; // of the periodic cell, 0: none; its corner
   std::int64_t bytes() const;
 

@@ -27,7 +27,8 @@ typedef struct cairn_fluid {
   const int64_t* first_point;            /* (particles + 1) in point */
   const int32_t* point;                  /* numbers of points, from 0 */
   const double* plane;                   /* (16, planes) */
-  const int8_t* open; /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
+  const int8_t* open;   /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
+  const double* masses; /* (particles) [kg | kg/m], null: all have `mass` */
 } cairn_fluid;
 
 void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate);
@@ -66,6 +67,36 @@ void cairn_fluid_divergence(const cairn_fluid_rows* rows, int64_t first, int64_t
                             const double* of_body, double* divergence);
 void cairn_fluid_viscous(const cairn_fluid_rows* rows, double viscosity, int64_t first, int64_t last,
                          const double* velocity, const double* of_body, double* acceleration);
+
+/* Grains smaller than a particle. A record is position [m], velocity [m/s], volume [m3 | m2], diameter of a sphere of
+ * it [m], number of the law of drag, inverse masses along the axes [1/kg | m/kg]. Pairs stand by grains; particles name
+ * theirs by place. */
+enum { cairn_fluid_grain_record = 12 };
+typedef struct cairn_fluid_grains {
+  int32_t grains;
+  const double* grain;     /* (12, grains) */
+  const int64_t* first_of; /* (grains + 1) in particle */
+  const int32_t* particle; /* numbers of particles, from 0 */
+  double* weight;          /* (pairs) */
+  const int64_t* first;    /* (particles + 1) in grain_of */
+  const int32_t* grain_of; /* (pairs) numbers of grains, from 0 */
+  const int64_t* pair;     /* (pairs) places in weight, from 0 */
+  double* wet;             /* (grains) share under the free surface */
+  double* solid;           /* (particles) share of their volume that grains take */
+  const double* mass;      /* (particles) [kg | kg/m] */
+} cairn_fluid_grains;
+
+void cairn_fluid_grain_weights(const cairn_fluid* f, const cairn_fluid_grains* g, int64_t first, int64_t last);
+void cairn_fluid_grain_solids(const cairn_fluid* f, const cairn_fluid_grains* g, int64_t first, int64_t last,
+                              double* swift);
+void cairn_fluid_grain_push(const cairn_fluid* f, const cairn_fluid_grains* g, int64_t first, int64_t last,
+                            double* force, double* of_pair);
+void cairn_fluid_grain_bear(const cairn_fluid_grains* g, int64_t first, int64_t last, const double* of_pair,
+                            double* acceleration);
+void cairn_fluid_grain_drag(const cairn_fluid* f, const cairn_fluid_grains* g, double time, int64_t first, int64_t last,
+                            const double* velocity, double* impulse);
+void cairn_fluid_grain_react(const cairn_fluid_grains* g, int64_t first, int64_t last, const double* impulse,
+                             double* velocity, double* lost);
 
 #ifdef __cplusplus
 }

@@ -25,6 +25,73 @@ class FreeSlip:
     number = 2
 
 
+DRAGS = {"di_felice": 3, "ergun": 4, "gidaspow": 5}  # numbers as fluid_grains.f90 has them
+
+
+@dataclass(frozen=True)
+class GrainDrag:
+    """A liquid that flows about grains smaller than its particles, with drag and buoyancy by porosity.
+
+    Parameters
+    ----------
+    law : str, default "di_felice"
+        "di_felice" (Di Felice 1994): from single grains to beds; "ergun" (Ergun 1952): beds; "gidaspow" (Gidaspow 1994): Ergun's
+        below a porosity of 0.8, that of Wen & Yu (1966) above.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law.
+
+    Notes
+    -----
+    Laws are those of spheres; other bodies have that of their volume. In 2D the porosity of disks becomes that of spheres packed
+    alike, 1 - 2 / sqrt(pi sqrt 3) (1 - e)^(3/2) (Hoomans et al. 1996), and drag acts by volume.
+    """
+
+    law: str = "di_felice"
+
+    def __post_init__(self):
+        if self.law not in DRAGS:
+            raise ValueError(f"law of drag is {self.law!r}: give one of {', '.join(DRAGS)}")
+
+    @property
+    def number(self):
+        """Number of the law in rules of a fluid."""
+        return DRAGS[self.law]
+
+
+def grain_size(shape, dim, form):
+    """Finds the size of a grain.
+
+    Parameters
+    ----------
+    shape : str
+        Name of its shape.
+    dim : int
+        2 or 3.
+    form : dict
+        "radius", "half", "vertex" (v, dim), as `points_of` has them.
+
+    Returns
+    -------
+    tuple of float
+        Volume, in 2D area [m3 or m2], and diameter of the sphere or disk of that volume [m]; None of a shape that is no grain.
+    """
+    if shape in ("disk", "sphere"):
+        volume = math.pi * form["radius"] ** 2 if dim == 2 else 4 / 3 * math.pi * form["radius"] ** 3
+    elif shape in ("polygon", "polyhedron"):
+        from scipy.spatial import ConvexHull
+
+        volume = ConvexHull(form["vertex"]).volume
+    elif shape in ("capsule", "cylinder") and dim == 3:
+        r, half = form["radius"], form["half"]
+        volume = 2 * math.pi * r**2 * half + (4 / 3 * math.pi * r**3 if shape == "capsule" else 0.0)
+    else:
+        return None
+    return volume, 2 * math.sqrt(volume / math.pi) if dim == 2 else (6 * volume / math.pi) ** (1 / 3)
+
+
 @dataclass(frozen=True)
 class Fluid:
     """Particles of a liquid, as `fluid` makes them.
@@ -249,7 +316,7 @@ def slip_rule(scene, a, b, kind):
         One side.
     b : Material, str
         The other side.
-    kind : NoSlip, FreeSlip or None
+    kind : NoSlip, FreeSlip, GrainDrag or None
         How they meet; None: the liquid flows through the bodies.
 
     Returns
@@ -267,8 +334,8 @@ def slip_rule(scene, a, b, kind):
     for which, word in zip(("first", "second"), words):
         if not isinstance(word, str) or not word:
             raise ValueError(f"{which} side of an interaction is {word!r}: give a fluid, a Material, a name or '*'")
-    if kind is not None and type(kind).__name__ not in ("NoSlip", "FreeSlip"):
-        raise ValueError(f"a fluid meets bodies by {kind!r}: give cn.NoSlip(), cn.FreeSlip() or None")
+    if kind is not None and type(kind).__name__ not in ("NoSlip", "FreeSlip", "GrainDrag"):
+        raise ValueError(f"a fluid meets bodies by {kind!r}: give cn.NoSlip(), cn.FreeSlip(), cn.GrainDrag() or None")
     sides = [k for k, given in enumerate((a, b)) if isinstance(given, Fluid) or words[k] in names]
     if len(sides) != 1:
         known = ", ".join(sorted(names)) or "none: add cn.fluid(...) to the scene first"
@@ -291,7 +358,7 @@ def slip_between(scene, material, group):
     Returns
     -------
     int
-        0: not at all, 1: it sticks, 2: it slides.
+        0: not at all, 1: it sticks, 2: it slides, more: a law of drag of grains.
     """
     best, found = -1, NoSlip.number
     for word, number in scene.fluid_rules:

@@ -293,7 +293,7 @@ class Scene(Spelt):
         ValueError
             If a side is no name or the law is none.
         """
-        if type(law).__name__ in ("NoSlip", "FreeSlip") or self._is_fluid(a) or self._is_fluid(b):
+        if type(law).__name__ in ("NoSlip", "FreeSlip", "GrainDrag") or self._is_fluid(a) or self._is_fluid(b):
             from .fluids import slip_rule
 
             self.fluid_rules.append(slip_rule(self, a, b, law))

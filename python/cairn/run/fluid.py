@@ -8,11 +8,11 @@ from .. import _core
 from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
-from ..model.fluids import slip_between, sound_speed_of
+from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_gaps
 from .shown import shown
 
-FIELDS = ("position", "velocity", "pressure", "density", "open")
+FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity")
 
 
 class Running:
@@ -81,13 +81,38 @@ class Running:
         return checks.real_array("gravity", scene.gravity(self._simulation.time), (scene.dim,))
 
     def _give_surfaces(self, bodies):
-        tables = {"points": [], "planes": []}
+        tables, scene = {"points": [], "planes": []}, self._simulation.scene
+        grains = {"body": [], "diameter": [], "volume": [], "law": []}
         for body in bodies:
-            slip = slip_between(self._simulation.scene, body.material, body.group)
+            slip = slip_between(scene, body.material, body.group)
+            if slip > FreeSlip.number:
+                volume, diameter = self._grain(body)
+                for name, value in zip(grains, (body.ids, diameter, volume, slip)):
+                    grains[name].append(np.broadcast_to(value, len(body.ids)))
+                continue
             table = tables["planes" if body.plane else "points"]
             for k in body.ids:
                 table.append((k, body.points, slip))
-        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]))
+        kinds = {"body": np.int64, "diameter": float, "volume": float, "law": np.int8}
+        grains = {name: np.concatenate([np.zeros(0), *grains[name]]).astype(kind) for name, kind in kinds.items()}
+        self.grains = grains["body"]
+        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]), grains)
+
+    def _grain(self, body):
+        """Volume and diameter of a grain. Raises ValueError for a body that is none."""
+        size, spacing = grain_size(body.shape, self._simulation.scene.dim, body.form), self.fluids[0].spacing
+        remedy = "give Scene.interact(fluid, material, cn.NoSlip()), with which the fluid flows round it, or None"
+        if self.fluids[0].incompressible:
+            raise ValueError("drag of grains is that of the weakly compressible fluid: leave out incompressible, or GrainDrag")
+        if size is None or body.parts > 1:
+            what = f"a body of {body.parts} parts" if size else f"a {body.shape}"
+            raise ValueError(f"body {int(body.ids[0])} is {what}, and drag by porosity is that of convex grains: {remedy}")
+        if size[1] > spacing * (1 + 1e-9):
+            raise ValueError(
+                f"body {int(body.ids[0])} is a grain of diameter {size[1]:g} m, more than the spacing of the fluid, {spacing:g} m, "
+                f"and drag by porosity is that of smaller ones: {remedy}; or a larger spacing"
+            )
+        return size
 
     def follow(self, sets=None):
         """Gives surfaces of bodies that came since to the core. sets: those of a state that is being restored."""
@@ -102,13 +127,32 @@ class Running:
         scene = self._simulation.scene
         numbered = [s.with_(ids=np.arange(len(s.position))) for s in sets if s.mesh is None]
         x = np.array(self._simulation.fluid.position)
-        depth, _ = _deepest(x, _bodies_of(scene, numbered, self.fluids[0].spacing), scene.dim)
+        bodies = _bodies_of(scene, numbered, self.fluids[0].spacing)
+        self._refuse_grains_inside(bodies, x)
+        depth, _ = _deepest(x, bodies, scene.dim)
         inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)
         if len(inside):
             at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
             raise ValueError(
                 f"{len(inside)} particles of the liquid lie in the bodies that are added, one at {at}: add them outside the "
                 "liquid, or to the scene before the start, where the liquid makes room"
+            )
+
+    def _refuse_grains_inside(self, bodies, x):
+        """Raises ValueError for grains that come in where the liquid, at x, fills space, which they would compress at once."""
+        scene = self._simulation.scene
+        grains = [b for b in bodies if slip_between(scene, b.material, b.group) > FreeSlip.number]
+        if not grains:
+            return
+        from scipy.spatial import cKDTree
+
+        place = np.array([b.position for b in grains])
+        inside = np.flatnonzero(cKDTree(x).query(place)[0] < self.fluids[0].spacing)
+        if len(inside):
+            at = tuple(float(v) for v in place[inside[0]])
+            raise ValueError(
+                f"{len(inside)} grains are added within the liquid, one at {at}, and would compress it: add them above it, or to "
+                "the scene before the start, where the liquid makes room"
             )
 
 
@@ -118,7 +162,7 @@ class _Body:
     def __init__(self, ids, position, rotation, material, group, shape, form):
         self.ids, self.position, self.rotation = ids, position, rotation
         self.material, self.group, self.shape, self.form = material, group, shape, form
-        self.plane, self.points = shape in PLANES, None
+        self.plane, self.points, self.parts = shape in PLANES, None, 1
 
 
 def _bodies_of(scene, sets, spacing):
@@ -140,7 +184,7 @@ def _bodies_of(scene, sets, spacing):
             for (c, _), (shape, form, points) in zip(contactors, made[key]):
                 body = _Body(s.ids[[row]], s.position[row], None if s.rotation is None else s.rotation[row], c.material.name,
                              s.group, shape, form)  # fmt: skip
-                body.points = points
+                body.points, body.parts = points, len(contactors)
                 out.append(body)
     return out
 
@@ -176,7 +220,7 @@ def _sampled(contactors, dim, spacing, reach, slip, body):
             place = form["offset"][None]
             contactors[k][2] = Points(place, form["direction"][None], np.zeros(1), np.zeros(1))
             continue
-        if slip == 0:
+        if slip == 0 or slip > FreeSlip.number:
             contactors[k][2] = Points(np.zeros((0, dim)), np.zeros((0, dim)), np.zeros(0), np.zeros(0))
             continue
         if shape not in LAYERED:
@@ -289,7 +333,8 @@ def _pressure(fluid, gravity):
 
 class FluidView:
     """Particles of the liquid of a simulation, in the order in which they were given: position (n, dim) [m], velocity (n, dim)
-    [m/s], pressure (n,) [Pa], density (n,) [kg/m3], open (n,): 2 at a free surface, 1 beside one, 0 within."""
+    [m/s], pressure (n,) [Pa], density (n,) [kg/m3], open (n,): 2 at a free surface, 1 beside one, 0 within, mass (n,) [kg],
+    porosity (n,): the share of space that grains leave it."""
 
     def __init__(self, simulation, core, running):
         self._simulation, self._core, self._running = simulation, core, running
@@ -303,6 +348,8 @@ class FluidView:
         if name not in FIELDS:
             raise AttributeError(f"a fluid has no array {name!r}; it has {', '.join(FIELDS)}")
         values = _core.fluid_field(self._core, name)
+        if name == "mass" and self._simulation.scene.dim == 2:
+            values *= self._running.settings["depth"]
         if name == "position" and np.any(self._simulation.scene.origin):
             values += self._simulation.scene.origin
         return shown(values, "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start")
@@ -314,7 +361,8 @@ class FluidView:
 
     @property
     def info(self):
-        """Numbers of the last step: sub_steps, lists, speed [m/s], compression, neighbours, stable_step [s], bytes."""
+        """Numbers of the last step: sub_steps, lists, speed [m/s], compression, neighbours, stable_step [s], drag_loss: energy
+        that drag of grains took [J], bytes."""
         return _core.fluid_report(self._core)
 
     def force_on(self, body):
@@ -350,18 +398,21 @@ class FluidView:
             "kinetic", "potential" by the gravity of now, and "elastic" of its compression [J].
         """
         scene, s = self._simulation.scene, self._running.settings
-        mass = s["density"] * s["spacing"] ** scene.dim * (s["depth"] if scene.dim == 2 else 1.0)
+        mass = np.asarray(self.mass)
         velocity, excess = np.asarray(self.velocity), np.asarray(self.density) / s["density"] - 1
         gravity = self._running._gravity()
         return {
-            "kinetic": 0.5 * mass * float(np.sum(velocity**2)),
-            "potential": -mass * float(np.sum(np.asarray(self.position) @ gravity)),
-            "elastic": 0.5 * mass * s["sound_speed"] ** 2 * float(np.sum(excess**2)),
+            "kinetic": 0.5 * float(np.sum(mass * np.sum(velocity**2, axis=1))),
+            "potential": -float(np.sum(mass * (np.asarray(self.position) @ gravity))),
+            "elastic": 0.5 * s["sound_speed"] ** 2 * float(np.sum(mass * excess**2)),
         }
+
+    def _grain_fields(self):
+        return ("porosity",) if len(self._running.grains) else ()
 
     def snapshot(self):
         """Fields of an output, by name."""
-        return {name: np.array(getattr(self, name)) for name in ("position", "velocity", "pressure", "density")}
+        return {name: np.array(getattr(self, name)) for name in ("position", "velocity", "pressure", "density", *self._grain_fields())}
 
     def lines(self):
         """Lines for Simulation.explain."""
