@@ -267,7 +267,7 @@ contains
     high = to
     f_low = f_from
     f_high = f_to
-    small = 4*epsilon(small)*max(abs(low), abs(high))*epsilon(small)
+    small = 4*epsilon(small)*(abs(q(1)) + length(c - 1, q(2:)))
     side = 0
     p = high
     do i = 1, 200
@@ -287,9 +287,9 @@ contains
         f_high = f
         if (side > 0) f_low = f_low/2
         side = 1
-        if (.not. f > 0) exit
       end if
-      if (high - low <= 4*epsilon(f)*max(abs(low), abs(high)) + small) exit
+      if (abs(f) <= small + 4*epsilon(f)*(w(1, 1)*abs(p))) return
+      if (high - low <= 4*epsilon(f)*max(abs(low), abs(high))) exit
     end do
     p = high
   end function root

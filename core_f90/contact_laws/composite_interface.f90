@@ -130,7 +130,7 @@ contains
     type(cap_flow), intent(out)    :: flow
     real(c_double), intent(out)    :: x            !< softening at the end of the step [-]
     real(c_double), intent(out)    :: k            !< plastic displacement under the cap at its end [m]
-    real(c_double) :: begun, h, f, inner, low(2, 2), high(2, 2)
+    real(c_double) :: begun, h, f, inner, rate, rounded, low(2, 2), high(2, 2)
     integer :: i, j
     logical :: more, deeper
     h = p(own + 1)
@@ -146,29 +146,36 @@ contains
       do j = 1, tries
         call solve_limits(c, w, q, limits_at(p, s, x, k), r, flow)
         inner = s(s_crushed) + h*flow%crush - k
-        call climb(k, inner, huge(k), low(:, 2), high(:, 2), deeper)
+        rounded = 16*epsilon(h)*(maxval(abs(q)) + maxval(w)*maxval(abs(r)))
+        call climb(k, inner, huge(k), h*rounded, low(:, 2), high(:, 2), deeper)
         if (.not. deeper) exit
       end do
       f = 0
-      if (flow%opens > 0 .and. p(f_t) > 0) f = (p(f_t)/p(g_1))*(h*flow%opens)
-      if (flow%slip > 0 .and. p(coh) > 0) f = f + (p(coh)/p(g_2))*(h*flow%slip)
+      rate = 0
+      if (flow%opens > 0 .and. p(f_t) > 0) rate = p(f_t)/p(g_1)
+      if (flow%opens > 0 .and. p(f_t) > 0) f = rate*(h*flow%opens)
+      if (flow%slip > 0 .and. p(coh) > 0) then
+        f = f + (p(coh)/p(g_2))*(h*flow%slip)
+        rate = max(rate, p(coh)/p(g_2))
+      end if
       f = min(most, begun + f) - x
-      call climb(x, f, most, low(:, 1), high(:, 1), more)
+      call climb(x, f, most, rate*(h*rounded), low(:, 1), high(:, 1), more)
       if (.not. more) return
     end do
   end subroutine flowing
 
   !> Next value of a search upwards for the first value that reproduces itself: by the line through the last two, at most four times
   !> as far as the flow asks; between values of both signs by regula falsi, the end that stays halved (Illinois).
-  pure subroutine climb(x, f, last, low, high, more)
+  pure subroutine climb(x, f, last, rounded, low, high, more)
     real(c_double), intent(inout) :: x       !< tried, then next
     real(c_double), intent(in)    :: f       !< by how much it gives more than itself
     real(c_double), intent(in)    :: last    !< largest value
+    real(c_double), intent(in)    :: rounded !< error of f
     real(c_double), intent(inout) :: low(2), high(2) !< values that give more, less, and by how much; -1: none yet
     logical, intent(out)          :: more    !< x is to be tried
     real(c_double) :: next, before(2)
     more = .false.
-    if (abs(f) <= 8*epsilon(f)*x .or. (f >= 0 .and. x >= last)) return
+    if (abs(f) <= max(8*epsilon(f)*x, rounded) .or. (f >= 0 .and. x >= last)) return
     before = low
     if (f > 0) then
       if (high(1) >= 0 .and. low(1) >= 0) high(2) = high(2)/2

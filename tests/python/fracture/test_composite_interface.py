@@ -69,7 +69,7 @@ class Increments:
         way = np.array([min(n, 0), p["cap_shear"] * t]) / max(size, 1e-300)
         yield size - strength(self.k, p), way, way, "crush"
 
-    def go(self, opening, slip, parts=400):
+    def go(self, opening, slip, parts):
         p, stiff = self.p, np.array([self.p["normal_stiffness"], self.p["tangential_stiffness"]])
         for _ in range(parts):
             self.s = self.s + stiff * np.array([opening, slip]) / parts
@@ -93,7 +93,7 @@ class Increments:
 def test_pure_tension_takes_the_work_of_the_crack(dim):
     """s = f e^-x, x = f w/G of the width w, d = w + s/k; elastic up to f."""
     rig, d = Rig(dim=dim), 0.0
-    for k in range(60):
+    for k in range(40):
         s, _ = rig.go(1e-5 if k else 2e-6, 0)
         d += 1e-5 if k else 2e-6
         w = d - s / 8.2e10
@@ -114,10 +114,10 @@ def test_shear_under_constant_pressure_softens_to_friction(dim, along):
     else:
         rig = Rig(dim=3, along=along)
         rig.go(-pressure / 8.2e10, 0)
-    for _ in range(80):
-        s, t = rig.go(0, 2e-5)
-        d += 2e-5
-        assert np.isclose(s, -pressure, rtol=1e-3)
+    for _ in range(40):
+        s, t = rig.go(0, 4e-5)
+        d += 4e-5
+        assert np.isclose(s, -pressure, rtol=2e-3)
         intact = np.exp(-0.35e6 / 125.0 * max(0.0, d - t / 3.6e10))
         phi = 0.6 + 0.15 * intact
         assert np.isclose(t, min(3.6e10 * d, 0.35e6 * intact - s * phi), rtol=1e-6)
@@ -128,9 +128,9 @@ def test_shear_under_constant_pressure_softens_to_friction(dim, along):
 def test_compression_to_crushing(dim):
     """s = -f(k), d = -k - f/stiffness: hardens to the cap, falls to a tenth."""
     rig, d, largest = Rig(dim=dim), 0.0, 0.0
-    for _ in range(120):
-        s, t = rig.go(-2e-5, 0)
-        d += 2e-5
+    for _ in range(60):
+        s, t = rig.go(-4e-5, 0)
+        d += 4e-5
         crushed = d + s / 8.2e10
         assert np.isclose(-s, min(8.2e10 * d, strength(crushed, JOINT)), rtol=1e-6) and abs(t) < 1.0
         largest = max(largest, -s)
@@ -164,21 +164,33 @@ def test_unloading_is_elastic_and_a_crack_closes_freely():
     assert np.isclose(crushed.go(-1e-5, 0)[0], s + 8.2e10 * 1e-5, rtol=1e-6)
 
 
+def test_passes_over_bodies_know_what_a_joint_gives_way_by():
+    """Regression: they took its compliance for none, and sweeps went on to their limit."""
+    rig = Rig(("vx", "w"), force=-1e6 * WIDTH)
+    rig.go(0, 0)
+    for _ in range(5):
+        rig.go(0, 2e-5)
+        assert rig.sim.info["iterations"] < 50
+
+
 PATHS = {
-    "opens and slides": [(5e-7, 1e-6)] * 60,
-    "presses, then slides into the cap": [(-4e-6, 0)] * 20 + [(-2e-6, 5e-6)] * 60,
-    "slides under the cap as it softens": [(-1e-5, 2e-6)] * 60 + [(0, -1e-5)] * 20,
-    "shears, turns back, opens": [(-1e-7, 2e-6)] * 30 + [(0, -3e-6)] * 25 + [(1e-6, 0)] * 20,
+    "opens and slides": [(1e-6, 2e-6)] * 20,
+    "presses, then slides into the cap": [(-8e-6, 0)] * 10 + [(-4e-6, 1e-5)] * 20,
+    "slides under the cap as it softens": [(-1e-5, 2e-6)] * 40 + [(0, -1e-5)] * 10,
+    "shears, turns back, opens": [(-2e-7, 4e-6)] * 10 + [(0, -6e-6)] * 8 + [(2e-6, 0)] * 8,
 }
 
 
 @pytest.mark.parametrize("given", [{}, {"dilatancy": 0.2}, {"cap_shear": 0.0}])
 @pytest.mark.parametrize("path", PATHS)
 def test_combined_paths_are_those_of_small_increments(path, given):
-    rig, hand = Rig(closes=0, **given), Increments(**given)
-    for increment in PATHS[path]:
-        s, expected = rig.go(*increment), hand.go(*increment, parts=40)
-        assert np.allclose(s, expected, rtol=0, atol=0.02 * max(0.25e6, np.abs(expected).max())), (s, expected)
+    """Within 2 % of the largest stress until then, the first-order error of increments of this size."""
+    rig, hand, largest = Rig(closes=0, **given), Increments(**given), 0.25e6
+    for opening, slip in PATHS[path]:
+        for _ in range(2):
+            s, expected = rig.go(opening / 2, slip / 2), hand.go(opening / 2, slip / 2, parts=16)
+            largest = max(largest, np.abs(expected).max())
+            assert np.allclose(s, expected, rtol=0, atol=0.02 * largest), (s, expected)
 
 
 @pytest.mark.parametrize("given, name", [
