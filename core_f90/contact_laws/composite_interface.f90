@@ -130,8 +130,8 @@ contains
     type(cap_flow), intent(out)    :: flow
     real(c_double), intent(out)    :: x            !< softening at the end of the step [-]
     real(c_double), intent(out)    :: k            !< plastic displacement under the cap at its end [m]
-    real(c_double) :: begun, h, f, inner, rate, rounded, low(2, 2), high(2, 2)
-    integer :: i, j
+    real(c_double) :: begun, h, f, z, inner, rate, rounded, low(2, 2), high(2, 2)
+    integer :: i, j, side(2)
     logical :: more, deeper
     h = p(own + 1)
     begun = most
@@ -139,15 +139,19 @@ contains
     x = begun
     low = -1
     high = -1
+    side = 0
     do i = 1, tries
-      k = s(s_crushed)
+      z = sqrt(s(s_crushed))
       low(:, 2) = -1
       high(:, 2) = -1
+      side(2) = 0
       do j = 1, tries
+        k = s(s_crushed)
+        if (j > 1) k = z*z
         call solve_limits(c, w, q, limits_at(p, s, x, k), r, flow)
-        inner = s(s_crushed) + h*flow%crush - k
+        inner = sqrt(s(s_crushed) + h*flow%crush) - z ! by roots, in which the cap begins to harden as a line
         rounded = 16*epsilon(h)*(maxval(abs(q)) + maxval(w)*maxval(abs(r)))
-        call climb(k, inner, huge(k), h*rounded, low(:, 2), high(:, 2), deeper)
+        call climb(z, inner, huge(z), h*rounded/max(2*z, sqrt(h*rounded), tiny(z)), low(:, 2), high(:, 2), side(2), deeper)
         if (.not. deeper) exit
       end do
       f = 0
@@ -159,30 +163,33 @@ contains
         rate = max(rate, p(coh)/p(g_2))
       end if
       f = min(most, begun + f) - x
-      call climb(x, f, most, rate*(h*rounded), low(:, 1), high(:, 1), more)
+      call climb(x, f, most, rate*(h*rounded), low(:, 1), high(:, 1), side(1), more)
       if (.not. more) return
     end do
   end subroutine flowing
 
   !> Next value of a search upwards for the first value that reproduces itself: by the line through the last two, at most four times
   !> as far as the flow asks; between values of both signs by regula falsi, the end that stays halved (Illinois).
-  pure subroutine climb(x, f, last, rounded, low, high, more)
+  pure subroutine climb(x, f, last, rounded, low, high, side, more)
     real(c_double), intent(inout) :: x       !< tried, then next
     real(c_double), intent(in)    :: f       !< by how much it gives more than itself
     real(c_double), intent(in)    :: last    !< largest value
     real(c_double), intent(in)    :: rounded !< error of f
     real(c_double), intent(inout) :: low(2), high(2) !< values that give more, less, and by how much; -1: none yet
+    integer, intent(inout)        :: side    !< -1, 1: which of them came last, between both; 0: none
     logical, intent(out)          :: more    !< x is to be tried
     real(c_double) :: next, before(2)
     more = .false.
     if (abs(f) <= max(8*epsilon(f)*x, rounded) .or. (f >= 0 .and. x >= last)) return
     before = low
     if (f > 0) then
-      if (high(1) >= 0 .and. low(1) >= 0) high(2) = high(2)/2
+      if (side < 0) high(2) = high(2)/2
       low = [x, f]
+      if (high(1) >= 0) side = -1
     else
       if (.not. low(1) >= 0) return ! flow less than none
-      if (high(1) >= 0) low(2) = low(2)/2
+      if (side > 0) low(2) = low(2)/2
+      if (high(1) >= 0) side = 1
       high = [x, f]
     end if
     if (high(1) >= 0) then

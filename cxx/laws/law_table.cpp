@@ -253,8 +253,8 @@ void check_composite(const LawInfo& info, const double* values) {
   std::ostringstream message;
   const double friction = of("friction"), tension = of("tension"), cohesion = of("cohesion");
   if (tension * friction > cohesion * (1 + slack))
-    message << "tension = " << tension << " Pa is beyond the tip of the cone: give at most cohesion/friction = "
-            << cohesion / friction << " Pa";
+    message << "tension = " << tension
+            << " Pa is beyond the tip of the cone: give at most cohesion/friction = " << cohesion / friction << " Pa";
   if (of("dilatancy") > friction)
     message << "dilatancy = " << of("dilatancy") << " makes work of friction: give at most friction = " << friction;
   const auto falls = [&](const std::string& work, const std::string& strength, const std::string& stiffness,
