@@ -7,6 +7,7 @@ set(CAIRN_CORE_SOURCES
   bulk_materials/swelling.f90
   bulk_materials/tensor_functions.f90
   contact_laws/block_cones.f90
+  contact_laws/cap_return.f90
   contact_laws/cohesive_curves.f90
   contact_laws/cohesive_element.f90
   contact_laws/cohesive_error.f90

@@ -241,6 +241,36 @@ void check_works(const LawInfo& info, const double* values) {
   }
 }
 
+// Refuses a composite interface whose tension lies beyond the tip of the cone, and softening that falls faster than the
+// elastic part unloads, which no displacement could follow.
+void check_composite(const LawInfo& info, const double* values) {
+  const auto of = [&](const std::string& name) {
+    const auto at = std::ranges::find(info.parameters, name, &LawParameter::name);
+    return at == info.parameters.end() ? 0.0 : values[at - info.parameters.begin()];
+  };
+  if (std::ranges::find(info.parameters, "cap_work", &LawParameter::name) == info.parameters.end()) return;
+  constexpr double slack = 8 * std::numeric_limits<double>::epsilon(), most = std::numeric_limits<double>::max();
+  std::ostringstream message;
+  const double friction = of("friction"), tension = of("tension"), cohesion = of("cohesion");
+  if (tension * friction > cohesion * (1 + slack))
+    message << "tension = " << tension
+            << " Pa is beyond the tip of the cone: give at most cohesion/friction = " << cohesion / friction << " Pa";
+  if (of("dilatancy") > friction)
+    message << "dilatancy = " << of("dilatancy") << " makes work of friction: give at most friction = " << friction;
+  const auto falls = [&](const std::string& work, const std::string& strength, const std::string& stiffness,
+                         double share) {
+    const double f = of(strength), k = of(stiffness), least = share * f * (f / k);
+    if (!message.str().empty() || !(f > 0) || !(f < most) || !(of(work) < most) || of(work) > least * (1 + slack))
+      return;
+    message << work << " = " << of(work) << " J/m2 softens faster than the joint unloads by " << stiffness << " = " << k
+            << " Pa/m: give more than " << least << " J/m2, a larger stiffness or a smaller " << strength;
+  };
+  falls("normal_work", "tension", "normal_stiffness", 1);
+  falls("tangential_work", "cohesion", "tangential_stiffness", 1);
+  falls("cap_work", "cap", "normal_stiffness", 67.0 / 75); // f/half, at half the strength
+  if (!message.str().empty()) throw std::invalid_argument(info.python_name + ": " + message.str());
+}
+
 } // namespace
 
 int LawTable::add(Law law, std::span<const double> params, std::span<const Curve> curves) {
@@ -264,7 +294,7 @@ int LawTable::add(Law law, std::span<const double> params, std::span<const Curve
     // an infinite friction stays a number, so that its product with no impulse is none
     entry.params[k] = std::min(params[k], std::numeric_limits<double>::max());
   }
-  if (curves.empty()) check_works(info, entry.params);
+  if (curves.empty()) check_works(info, entry.params), check_composite(info, entry.params);
   std::vector<double> key(entry.params, entry.params + params.size());
   key.push_back(double(law));
   for (const Curve& c : curves) {
@@ -273,7 +303,7 @@ int LawTable::add(Law law, std::span<const double> params, std::span<const Curve
       double there[max_parameters];
       std::copy_n(entry.params, params.size(), there);
       for (const Curve& other : curves) there[other.parameter] = other.at(t);
-      check_works(info, there);
+      check_works(info, there), check_composite(info, there);
     }
     key.push_back(c.parameter);
     key.insert(key.end(), c.temperature.begin(), c.temperature.end());

@@ -450,6 +450,27 @@ class PlasticEXPO(Law):
         kinetic: float = ...,
     ) -> None: ...
 
+class CompositeInterface(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        tension: float,
+        cohesion: float,
+        normal_work: float,
+        tangential_work: float,
+        friction: float,
+        mu: float,
+        cap: float = ...,
+        cap_work: float = ...,
+        cap_shear: float = 9.0,
+        peak: float = 0.0,
+        dilatancy: float = 0.0,
+        closes: float = 1.0,
+        within: float = 0.0,
+    ) -> None: ...
+
 class CriticalVoigt(Law):
     def __init__(self, *, mu: float, period: float = 1.0, damping: float = 1.0, ratio: float = 1.0) -> None: ...
 

@@ -73,7 +73,13 @@ void LawTangent::linearise(double yielding) {
   const double speed = fastest();
   for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
     open_batch(std::int32_t(k), stiffer);
-    respond(std::int32_t(k), {w.data(), q.data(), r.data(), bias.data(), params.data()}, speed, w.data(), yielding);
+    const cairn_batch& b = solid_.system.batches[k];
+    // velocities of the solid move a law beside its compliance, whose part in q goes with the impulse
+    eliminated_ = w;
+    for (int i = 0; b.compliance && i < b.components * b.count; ++i)
+      eliminated_[std::size_t(i / b.count) * std::size_t(b.components * b.count) + std::size_t(i)] -= b.compliance[i];
+    respond(std::int32_t(k), {w.data(), q.data(), r.data(), bias.data(), params.data()}, speed, eliminated_.data(),
+            yielding);
   }
 }
 
@@ -115,6 +121,12 @@ void LawTangent::respond(std::int32_t batch, Question with, double speed, const 
       solid_.answer[contact.answer + std::size_t(k)] = moves ? found_[c * c * lane + k] : 0;
     for (int k = 0; k < c; ++k)
       solid_.known[contact.known + std::size_t(k)] = moves ? found_[c * c * n + c * lane + k] : 0;
+    // Friction of a contact that gives way follows its normal force a pass later; elsewhere sweeps find it as fast.
+    const double* answer = &found_[c * c * lane];
+    if (!(yielding > 0 && moves && b.compliance && b.compliance[lane] > 0 && answer[0] > 0)) continue;
+    if (std::any_of(answer + 1, answer + c * c, [](double x) { return x != 0; })) continue;
+    for (int k = 1; k < c; ++k)
+      solid_.known[contact.known + std::size_t(k)] = target[k * n + lane] - with.begun[k * n + lane];
   }
 }
 

@@ -31,7 +31,7 @@ public:
 
 private:
   SolidSystem& solid_;
-  std::vector<double> w_true_, u_, nudged_, nudges_, found_, begun_, told_;
+  std::vector<double> w_true_, u_, eliminated_, nudged_, nudges_, found_, begun_, told_;
   std::vector<std::int32_t> held_; // of a batch, as those before
 };
 

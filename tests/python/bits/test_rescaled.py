@@ -104,6 +104,12 @@ LAWS = {
         **MODES, damage_share=(0.6, NONE), normal_spring=(2e6, lambda dim: FORCE - LENGTH - area(dim)),
         tangential_spring=(1e6, lambda dim: FORCE - LENGTH - area(dim)),
     ),
+    "CompositeInterface": {
+        "normal_stiffness": (1e6, lambda dim: FORCE - LENGTH - area(dim)), "tension": STRESS, "cohesion": STRESS,
+        "tangential_stiffness": (5e5, lambda dim: FORCE - LENGTH - area(dim)), "normal_work": WORK, "within": (0.05, LENGTH),
+        "tangential_work": (9.0, WORK[1]), "friction": (0.3, NONE), "mu": (0.2, NONE), "cap": (4e4, STRESS[1]),
+        "cap_work": (2e3, WORK[1]), "peak": (1e-3, LENGTH), "dilatancy": (0.1, NONE),
+    },
     "AdhesiveSpring": {
         "stiffness": (1e6, FORCE - LENGTH), "adhesion": (3e3, FORCE - LENGTH), "damping": (0.1, NONE), "mu": (0.4, NONE),
         "viscosity": (300.0, FORCE - LENGTH + TIME),

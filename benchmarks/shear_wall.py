@@ -1,0 +1,108 @@
+"""A shear wall whose joints crack, slide and crush: Raijmakers & Vermeltfoort's J4D, whose peak was 50 kN.
+
+    python benchmarks/shear_wall.py [--full] [--way MM] [--plot PNG]      minutes of one core
+
+Writes benchmarks/results/shear_wall.csv. Sixteen courses of bricks of 204 x 98 x 50 mm and joints of 12.5 mm, .99 x 1.00 m, under .3 MPa; the
+top then moves along, kept level and at its height (Raijmakers & Vermeltfoort 1992; Lourenco 1996). Rigid half bricks, joined in
+the middle by a crack of 2 MPa and 80 J/m2; joints with the parameters of Lourenco & Rots (1997), their stiffness in series with
+that of the brick beside them (16.7 GPa). Masses are sixteen times those of bricks: the load is slow, and joints that soften side
+by side want steps in which inertia holds them. `--full` also runs the wall without a cap, and half of the step and of the speed.
+"""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+
+LENGTH, COURSE, COURSES, HALVES, THICK, PRESSURE = 0.99, 0.0625, 16, 9, 0.1, 0.3e6
+JOINT = dict(normal_stiffness=6.58e10, tangential_stiffness=3.0e10, tension=0.25e6, cohesion=0.35e6, normal_work=18.0,
+             tangential_work=125.0, friction=0.75, mu=0.75, cap=10.5e6, cap_work=5000.0, cap_shear=9.0, peak=9e-5)  # fmt: skip
+CRACK = dict(normal_stiffness=1e12, tangential_stiffness=4.3e11, tension=2e6, cohesion=2.8e6, normal_work=80.0,
+             tangential_work=500.0, friction=1.0, mu=0.75)  # fmt: skip
+
+
+def rectangle(a, b, low, high):
+    return np.array([[a, low], [b, low], [b, high], [a, high]])
+
+
+def build(dt, courses=COURSES, halves=HALVES, joint=JOINT, crack=CRACK, heavier=16.0):
+    """Simulation and id of the beam on top; materials by the parity of course and brick tell joints from cracks of bricks."""
+    length, height, scene = LENGTH * halves / HALVES, courses * COURSE, cn.Scene(2)
+    beam, stones = cn.Material("beam", density=2000.0), {}
+    scene.add(cn.polygons([rectangle(0, length, -0.1, 0)], beam, fixed=True))
+    load = dict(force=(0, -PRESSURE * length), driven=("vx", "w"))
+    top = scene.add(cn.polygons([rectangle(0, length, height, height + 0.1)], beam, **load))[0]
+    ends = np.linspace(0, length, halves + 1)
+    for row in range(courses):
+        for k in range(halves):
+            brick, half = divmod(k + row % 2, 2)
+            name = (row % 2, brick % 2, half)
+            stone = stones.setdefault(name, cn.Material("stone" + "".join(map(str, name)), density=2000.0 * heavier))
+            scene.add(cn.polygons([rectangle(ends[k], ends[k + 1], row * COURSE, (row + 1) * COURSE)], stone))
+    scene.interact("*", "*", cn.CompositeInterface(**joint))
+    for row, brick, half in list(stones):
+        if half == 0 and (row, brick, 1) in stones:
+            scene.interact(stones[row, brick, 0], stones[row, brick, 1], cn.CompositeInterface(**crack))
+    return cn.Simulation(scene, dt, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-4, max_iter=2000))), top
+
+
+def press(sim, dt):
+    """The wall under its load, at rest, and its top held at this height: elastic, in long steps."""
+    sim.dt, sim.strategy = 2e-2, cn.NSCD(theta=1.0, solver=cn.Auto(tol=1e-6))
+    for _ in range(30):
+        sim.step()
+    sim.dt, sim.strategy = dt, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-4, max_iter=2000))
+
+
+def shear(sim, top, speed, way, outputs=60):
+    """Rows: way [mm], force along and down on the wall [kN], steps that did not converge and CPU time [s] so far."""
+    sim.drive([top], "vx", speed)
+    sim.drive([top], "vy", 0.0)
+    steps, failed, start = round(way / (speed * sim.dt)), 0, time.process_time()
+    for k in range(1, steps + 1):
+        failed += sim.step()["status"] != "converged"
+        if k % max(1, steps // outputs):
+            continue
+        contacts = sim.contacts
+        along, down = np.abs(contacts.force[np.any(contacts.bodies == top, axis=1)].sum(axis=0)) * THICK / 1e3
+        yield [1e3 * speed * sim.dt * k, along, down, failed, time.process_time() - start]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--way", type=float, default=3.0, help="of the top [mm]")
+    parser.add_argument("--plot", type=Path)
+    asked = parser.parse_args()
+    cases = [("cap", JOINT, 1e-4, 0.01)]
+    if asked.full:
+        cases += [("no cap", JOINT | dict(cap=np.inf), 1e-4, 0.01), ("cap, half the step", JOINT, 5e-5, 0.005)]
+    path, curves = Path(__file__).parent / "results" / "shear_wall.csv", {}
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["case", "way_mm", "along_kN", "down_kN", "steps_not_converged", "cpu_s"])
+        for name, joint, dt, speed in cases:
+            sim, top = build(dt, joint=joint)
+            press(sim, dt)
+            for row in shear(sim, top, speed, 1e-3 * asked.way):
+                curves.setdefault(name, []).append(row[:2])
+                table.writerow([name, f"{row[0]:.3f}", f"{row[1]:.2f}", f"{row[2]:.2f}", row[3], f"{row[4]:.1f}"])
+                file.flush()
+                print(name, *(f"{x:.3g}" for x in row), flush=True)
+    if asked.plot:
+        import matplotlib.pyplot as plt
+
+        figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+        for name, points in curves.items():
+            axes.plot(*np.array([(0, 0), *points]).T, label=name)
+        axes.axhline(50, color="0.5", linestyle="--", label="peak of the test, J4D")
+        axes.set(xlabel="way of the top [mm]", ylabel="force along the wall [kN]", xlim=(0, None), ylim=(0, None))
+        axes.legend()
+        figure.savefig(asked.plot, dpi=120)
+
+
+if __name__ == "__main__":
+    main()
