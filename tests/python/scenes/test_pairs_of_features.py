@@ -171,3 +171,47 @@ def test_features_far_apart_move_as_alone(pair, dim, tmp_path):
     advance(again, pair, far, 2)
     for ours, first in zip(motion(again, 0.0) + motion(again, 4.0), motion(sim, 0.0) + motion(sim, 4.0), strict=True):
         assert np.array_equal(ours, first)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("feature", [f for f in FEATURES if f.build is not pendulum], ids=lambda f: f.name)
+def test_features_move_in_a_periodic_cell_as_alone(feature, dim, tmp_path):
+    """The border of the cell goes through the bodies."""
+    cell = cn.Periodic((4.0,) + (0.0,) * (dim - 1))
+    sim = advance(start(dim, [feature], {feature.name: 0.0}, periodic=cell), [feature], {feature.name: 0.0}, last=2)
+    sim.checkpoint(tmp_path / "middle.h5")
+    again = start(dim, [feature], {feature.name: 0.0}, periodic=cell)
+    again.restore(tmp_path / "middle.h5")
+    for one in (sim, again):
+        advance(one, [feature], {feature.name: 0.0}, 2)
+    velocity = np.concatenate([v.ravel() for v in speeds(sim)])
+    own = np.concatenate([v.ravel() for v in alone(dim, feature)[1::2]])
+    assert np.abs(velocity - own).max() <= 1e-6 * max(G * H, np.abs(own).max())
+    assert all(np.array_equal(a, b) for a, b in zip(speeds(sim), speeds(again), strict=True))
+
+
+def speeds(sim):
+    free = np.isfinite(sim.bodies.mass)
+    return [sim.bodies.velocity[free], sim.nodes.velocity] if len(sim.nodes) else [sim.bodies.velocity[free]]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("name", ["bonds", "beams", "zones", "wet", "rolling"])
+def test_bodies_come_in_and_go_over_ranks(name, dim):
+    """The same bits over 1 and 3 ranks, with bodies that are inserted beside others, driven and removed."""
+    feature = next(f for f in FEATURES if f.name == name)
+    found = []
+    for ranks in (1, 3):
+        scene = cn.Scene(dim, gravity=(0.0,) * (dim - 1) + (-G,))
+        feature.build(scene, 0.0, feature)
+        strategy = cn.NSCD(solver=cn.NLGS(tol=1e-8, max_iter=2000))
+        sim = cn.Simulation(scene, H, strategy, overlap="ignore", ranks=ranks)
+        for step in range(4):
+            if step == 1:
+                come_later(sim, 0.0, feature)
+            if step == 2:
+                go_away(sim, 0.0, feature)
+            assert sim.step()["status"] == "converged"
+        found.append((sim.bodies.position.copy(), sim.bodies.velocity.copy(), sim.contacts.impulse.copy()))
+    for one, other in zip(*found, strict=True):
+        assert np.isfinite(one).all() and np.array_equal(one, other)
