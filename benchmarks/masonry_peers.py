@@ -64,7 +64,7 @@ def by_cairn(courses, columns, way, dt):
 
 
 def by_lmgc90(courses, columns, way, dt):
-    """As by_cairn; runs in the Python that has compas_lmgc90."""
+    """The same rows from LMGC90; needs a Python environment with compas_lmgc90."""
     from compas_lmgc90.solver import Solver
 
     blocks = [{"vertices": v.tolist(), "faces": FACES} for v in panel(courses, columns)]

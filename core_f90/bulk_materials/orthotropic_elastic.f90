@@ -37,7 +37,7 @@ contains
     state = state_begin
   end subroutine cairn_bulk_orthotropic_elastic
 
-  !> In the axes of space; nought if they are not positive definite.
+  !> Stiffness matrix in the axes of space [Pa]; zero if the moduli given are not positive definite.
   pure function moduli(params) result(c)
     real(c_double), intent(in) :: params(parameters)
     real(c_double) :: c(6, 6), compliance(3, 3), turn(6, 6), q(3, 3), unit(6)

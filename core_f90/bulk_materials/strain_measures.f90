@@ -164,7 +164,8 @@ contains
     end if
   end function first_difference
 
-  !> Second divided difference; near each other Taylor's series about their mean, whose first term vanishes.
+  !> Second divided difference of a strain measure. Where the three stretches are close it is Taylor's series about their mean, in
+  !> which the linear term vanishes.
   pure function second_difference(measure, a, b, c) result(d)
     integer, intent(in)        :: measure
     real(c_double), intent(in) :: a, b, c

@@ -11,7 +11,7 @@ module cohesive_curves
     pure subroutine cohesive_curve(p, share, opening, beta, work)
       import :: c_double
       real(c_double), intent(in)  :: p(*)    !< parameters
-      real(c_double), intent(in)  :: share   !< tangential part of the opening's square: 0 mode I, 1 mode II
+      real(c_double), intent(in)  :: share   !< tangential share of the squared opening [-]: 0 mode I, 1 mode II
       real(c_double), intent(in)  :: opening !< [m]
       real(c_double), intent(out) :: beta    !< from 1 to 0, falling with the opening
       real(c_double), intent(out) :: work    !< that opening as far as here takes [J/m2]

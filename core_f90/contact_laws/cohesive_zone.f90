@@ -101,7 +101,7 @@ contains
     procedure(cohesive_damage)     :: damage
     procedure(cohesive_onset)      :: onset
     logical, intent(in)            :: square       !< phi = beta^2, else beta
-    logical, intent(in)            :: plastic      !< an opening stays
+    logical, intent(in)            :: plastic      !< the law has a permanent opening
     real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
     real(c_double), intent(in)     :: params(n, *), state(n, *)
@@ -153,7 +153,7 @@ contains
     integer(c_int32_t), intent(in) :: n           !< contacts
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: i           !< contact
-    logical, intent(in)            :: plastic     !< an opening stays
+    logical, intent(in)            :: plastic     !< the law has a permanent opening
     real(c_double), intent(in)     :: state(n, *)
     real(c_double), intent(out)    :: at(c)       !< [m]
     at(1) = 0
@@ -167,7 +167,7 @@ contains
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own          !< parameters of the law; behind them the step
     logical, intent(in)            :: square       !< phi = beta^2, else beta
-    logical, intent(in)            :: plastic      !< an opening stays
+    logical, intent(in)            :: plastic      !< the law has a permanent opening
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(out)    :: spring(n, c) !< [kg]
     real(c_double), intent(out)    :: pull(n, c)   !< [N s]
@@ -270,7 +270,7 @@ contains
     stiff_in_step = mass > 0 .and. stiffness > 1024*mass
   end function stiff_in_step
 
-  !> True if velocities tell openings at which springs soften, at the default tolerance of 1e-4, as long as impulses agree.
+  !> True if the error of velocities at the default tolerance of 1e-4 is small beside the openings at which the spring softens.
   elemental logical function resolved_in_step(stiffness, mass)
     real(c_double), intent(in) :: stiffness !< of the spring in the step [kg]
     real(c_double), intent(in) :: mass      !< effective mass [kg]

@@ -19,10 +19,10 @@ contains
 
   pure subroutine curve(p, share, opening, beta, work)
     real(c_double), intent(in)  :: p(*)    !< parameters
-    real(c_double), intent(in)  :: share   !< tangential part of the opening's square
+    real(c_double), intent(in)  :: share   !< tangential share of the squared opening [-]
     real(c_double), intent(in)  :: opening !< [m]
     real(c_double), intent(out) :: beta    !< [-]
-    real(c_double), intent(out) :: work    !< of opening as far as here [J/m2]
+    real(c_double), intent(out) :: work    !< per area to separate faces by `opening` [J/m2]
     real(c_double) :: k, first
     k = (1 - share)*p(1) + share*p(2)
     first = mixed_length(share, p(first_own)/p(1), p(first_own + 1)/p(2))

@@ -8,7 +8,7 @@ contains
 
   !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; 0 unless both are above 0.
   pure real(c_double) function mixed_length(share, one, two)
-    real(c_double), intent(in) :: share    !< tangential part of the opening's square
+    real(c_double), intent(in) :: share    !< tangential share of the squared opening [-]
     real(c_double), intent(in) :: one, two !< of mode I and mode II [m]
     mixed_length = 0
     if (.not. (one > 0 .and. two > 0)) return
@@ -32,7 +32,7 @@ contains
 
   !> Work G with G_I/one + G_II/two = 1, its parts as springs along the opening share it.
   pure real(c_double) function mixed_work(share, c_n, c_t, one, two)
-    real(c_double), intent(in) :: share    !< tangential part of the opening's square
+    real(c_double), intent(in) :: share    !< tangential share of the squared opening [-]
     real(c_double), intent(in) :: c_n, c_t !< stiffnesses [Pa/m]
     real(c_double), intent(in) :: one, two !< of mode I and mode II [J/m2]
     real(c_double) :: normal, tangent
@@ -44,11 +44,11 @@ contains
   !> Sound to an opening, then a stress that falls along a parabola, so that breaking takes g.
   pure subroutine parabola(k, first, g, opening, beta, work)
     real(c_double), intent(in)  :: k       !< stiffness [Pa/m]
-    real(c_double), intent(in)  :: first   !< opening to which it is sound [m]
-    real(c_double), intent(in)  :: g       !< [J/m2]
+    real(c_double), intent(in)  :: first   !< opening at which damage begins [m]
+    real(c_double), intent(in)  :: g       !< work of separation [J/m2]
     real(c_double), intent(in)  :: opening !< [m]
     real(c_double), intent(out) :: beta    !< [-]
-    real(c_double), intent(out) :: work    !< of opening as far as here [J/m2]
+    real(c_double), intent(out) :: work    !< per area to separate faces by `opening` [J/m2]
     real(c_double) :: length, x
     beta = 1
     work = k*opening**2/2

@@ -25,9 +25,9 @@ contains
     integer(c_int64_t), value      :: first, last             !< bodies first to last - 1
     real(c_double), value          :: h                       !< step [s]
     real(c_double), intent(in)     :: gravity(dim)            !< [m/s2]
-    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< inverse of mass and inertia; 0: fixed [1/kg, 1/(kg m2)]
     real(c_double), intent(in)     :: contact_force(nd, 0:*)  !< of the last configuration [N, N m]
-    real(c_double), intent(inout)  :: velocity(nd, 0:*)       !< at the start; out, at the middle of the step [m/s, rad/s]
+    real(c_double), intent(inout)  :: velocity(nd, 0:*)       !< at the start of the step; on return at its middle [m/s, rad/s]
     real(c_double), intent(inout)  :: position(dim, 0:*)      !< [m]
     real(c_double), intent(out)    :: fastest(2)              !< squares of the greatest velocity and spin
     real(c_double), intent(inout), optional :: angle(0:*)     !< in 2D [rad]
@@ -149,7 +149,7 @@ contains
     integer(c_int64_t), value      :: first, last             !< bodies first to last - 1
     real(c_double), value          :: h                       !< step [s]
     real(c_double), intent(in)     :: gravity(dim)            !< [m/s2]
-    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< inverse of mass and inertia; 0: fixed [1/kg, 1/(kg m2)]
     real(c_double), intent(in)     :: contact_force(nd, 0:*)  !< of the new configuration [N, N m]
     real(c_double), intent(inout)  :: velocity(nd, 0:*)       !< at the middle; out, at the end of the step [m/s, rad/s]
     integer(c_int64_t), intent(inout) :: wrong                !< a body whose velocity is no finite number, if there is one
@@ -202,7 +202,7 @@ contains
   pure function cairn_verlet_kinetic(nd, first, last, inverse_mass, velocity) result(energy) bind(c)
     integer(c_int32_t), value  :: nd                    !< dofs of a body
     integer(c_int64_t), value  :: first, last           !< bodies first to last - 1
-    real(c_double), intent(in) :: inverse_mass(nd, 0:*) !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in) :: inverse_mass(nd, 0:*) !< inverse of mass and inertia; 0: fixed [1/kg, 1/(kg m2)]
     real(c_double), intent(in) :: velocity(nd, 0:*)     !< [m/s, rad/s]
     real(c_double) :: energy                            !< [J]
     integer(c_int64_t) :: i

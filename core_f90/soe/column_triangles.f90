@@ -68,8 +68,8 @@ contains
     end do
   end subroutine columns8
 
-  !> L L' y = y with L by blocks of columns of one pattern (supernodes): rows of a block are its own columns, then those
-  !> below.
+  !> Solves L L' x = y in place, L stored in blocks of columns of one pattern (supernodes). The rows of a block are its own
+  !> columns, then the rows below these.
   subroutine cairn_front_triangles(lanes, blocks, column_start, row_start, value_start, row, value, y, work) bind(c)
     integer(c_int32_t), value      :: lanes            !< 1 or 8
     integer(c_int64_t), value      :: blocks

@@ -8,7 +8,7 @@ module unit_fronts
   implicit none
   private
   public :: cairn_unit_front, cairn_unit_column, cairn_unit_products
-  integer(c_int64_t), parameter :: at_once = 16 !< columns that stay in the nearest memory while their terms go by
+  integer(c_int64_t), parameter :: at_once = 16 !< columns that are subtracted together, few enough for the cache
 contains
 
   !> Forward substitution L y = y of a block of columns, and its subtraction from the rows below.

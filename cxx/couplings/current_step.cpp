@@ -16,22 +16,8 @@ void CurrentStep::begin(const Simulation& s, const NetworkInput& in) {
   leak_.assign(n, 0.0);
   held_.assign(n, 0);
   copy_to(potential_, s.scene.bodies.potential, s.scene.nodes.potential);
-  double* const x = potential_.data();
-  for (std::size_t j = 0; j < in.sources.size(); ++j) {
-    const NetworkSource& from = in.sources[j];
-    bool first = true;
-    for (std::size_t i = 0; i < from.ids.size(); ++i) {
-      const std::int32_t body = rows_.source_body[j][i];
-      if (body < 0) continue;
-      if (from.kind == NetworkSource::held) {
-        held_[body] = 1;
-        x[body] = from.value[i];
-      } else if (!from.electrode || first) {
-        source_[body] += from.value[i];
-      }
-      first = false;
-    }
-  }
+  for (std::size_t j = 0; j < in.sources.size(); ++j)
+    take_source(in.sources[j], rows_.source_body[j], held_.data(), potential_.data(), source_.data());
 }
 
 // One way within a step, so that the rounds come to an end: solve, let films break, solve again.

@@ -106,21 +106,8 @@ void HeatStep::begin_heat(const Simulation& s, const NetworkInput& in) {
   for (std::size_t i = 0; i < std::size_t(s.scene.bodies.count); ++i)
     if (rows_.material[i] < 0) held_[i] = 1; // the mark of a joint in the world, which has no heat
   out_begin_.assign(n, 0.0);
-  for (std::size_t j = 0; j < in.sources.size(); ++j) {
-    const NetworkSource& from = in.sources[j];
-    bool first = true;
-    for (std::size_t i = 0; i < from.ids.size(); ++i) {
-      const std::int32_t body = rows_.source_body[j][i];
-      if (body < 0) continue;
-      if (from.kind == NetworkSource::held) {
-        held_[body] = 1;
-        now_[body] = from.value[i];
-      } else if (from.kind == NetworkSource::flow && (!from.electrode || first)) {
-        given_[body] += from.value[i];
-      }
-      first = false;
-    }
-  }
+  for (std::size_t j = 0; j < in.sources.size(); ++j)
+    take_source(in.sources[j], rows_.source_body[j], held_.data(), now_.data(), given_.data());
 }
 
 // source_: residual of the equation of each body at now_ [W]; returns the largest relative to the largest flow.

@@ -42,6 +42,21 @@ void NetworkUnknowns::place(const Simulation& s, NetworkInput& in) {
   }
 }
 
+void take_source(const NetworkSource& from, const std::vector<std::int32_t>& body, std::uint8_t* held, double* value,
+                 double* flow) {
+  bool first = true;
+  for (std::size_t i = 0; i < from.ids.size(); ++i) {
+    if (body[i] < 0) continue;
+    if (from.kind == NetworkSource::held) {
+      held[body[i]] = 1;
+      value[body[i]] = from.value[i];
+    } else if (from.kind == NetworkSource::flow && (!from.electrode || first)) {
+      flow[body[i]] += from.value[i];
+    }
+    first = false;
+  }
+}
+
 std::int64_t NetworkUnknowns::bytes() const {
   std::int64_t sum = 0;
   for (const auto* v : {&capacity, &mass}) sum += std::int64_t(8 * v->capacity());

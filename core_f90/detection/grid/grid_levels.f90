@@ -85,8 +85,8 @@ contains
     integer(c_int32_t), intent(in) :: level(0:last - 1)
     integer(c_int32_t), value :: lowest, highest       !< levels
     real(c_double), intent(in) :: inverse_cell(lowest:highest) !< [1/m]
-    integer(c_int64_t), intent(in) :: origin(3, lowest:highest) !< coordinate that has place 0
-    integer(c_int64_t), intent(in) :: stride(3, lowest:highest) !< of a place in the key
+    integer(c_int64_t), intent(in) :: origin(3, lowest:highest) !< grid coordinate that is numbered 0
+    integer(c_int64_t), intent(in) :: stride(3, lowest:highest) !< change of the key from one cell to the next along an axis
     integer(c_int64_t), intent(in) :: first_key(lowest:highest)
     integer(c_int64_t), intent(in) :: table_first(3, lowest:highest), table_size(3, lowest:highest) !< see packed_coordinate
     integer(c_int64_t), intent(in) :: table(0:*), table_place(0:*)

@@ -22,6 +22,7 @@ private:
   enum class Stiffness { start, tangent, secant };
   void read(const cairn_batch& b, const double* u);
   void begin();
+  void go_to_start();
   void find_velocities();
   void bear_contact(const double* u, const double* multiplier, int n, int c, double rho, double shift, double mu,
                     Stiffness by, double* bears, double* answer) const;
@@ -32,6 +33,7 @@ private:
   double step_length(double begin);
   void move(double step);
   void multiply();
+  void extrapolate_multipliers();
   void renew_multipliers();
   bool stands_free(const SolidSystem::Contact& contact) const;
   void begin_inside(double barrier);
@@ -44,15 +46,21 @@ private:
   void move_inside(double step);
   // Passes of interior points: how many; lowers `error_square` to the error of the impulses that were kept.
   int go_inside(double& error_square, double wanted_square, const std::function<double()>& measure, bool& reached);
+  // Likewise by multipliers of an augmented Lagrangian, after other passes or from the start.
+  int go_by_multipliers(bool follows, double& error_square, double wanted_square,
+                        const std::function<double()>& measure, bool& reached);
 
   SolidSystem& solid_;
   std::vector<std::size_t> place_; // where the columns of each batch begin
   std::vector<double> velocity_, moving_, bears_, change_, multiplier_, presses_, pressed_, shift_; // columns
-  std::vector<double> u_, target_, none_;                                                           // of a batch
-  std::vector<double> stiffness_;   // of contacts, laid out as the responses of the system
-  std::vector<std::uint8_t> moves_; // of contacts: SolidSystem::moves
+  std::vector<double> last_multiplier_, last_change_; // columns: multipliers before, their change
+  int renewals_ = 0;                                  // of multipliers
+  std::vector<double> u_, target_, none_;             // of a batch
+  std::vector<double> stiffness_;                     // of contacts, laid out as the responses of the system
+  std::vector<std::uint8_t> moves_;                   // of contacts: SolidSystem::moves
   bool meshes_ = false;
-  double slack_ = 0; // of velocities that count as none, times the root of the mass of a contact
+  double softer_ = 1; // factor of the penalty
+  double slack_ = 0;  // of velocities that count as none, times the root of the mass of a contact
   double stays_[36];
   double spring_[6 * 128], pull_[6 * 128], fall_[6 * 128], rise_[6 * 128], still_[6 * 128], mu_[128],
       beta_[128]; // of a batch

@@ -210,7 +210,7 @@ def _interpolated(nodes, values, points):
 
 
 def _damage(structure, pairs):
-    """1 - mean of beta over the contacts of each joint; nan where no law holds pairs."""
+    """Damage of each joint, 1 less the mean adhesion beta over its contacts; nan where no cohesive law acts."""
     contacts = structure.simulation.contacts
     held = contacts.of_laws().get("beta")
     out = np.full(len(pairs), np.nan)

@@ -98,7 +98,7 @@ def arch_axes(tier):
 
 
 def slices(tier, shifted):
-    """Cuts along y: `across` blocks, or with joints shifted by half a block and halves at both faces."""
+    """Ends (y, y) of the blocks across the width: `across` equal ones; `shifted` by half a block, with a half at both faces."""
     n = tier.across
     cuts = np.linspace(-tier.width / 2, tier.width / 2, n + 1)
     if shifted and n > 1:

@@ -54,7 +54,7 @@ class TooMuch(ValueError):
 
 
 def near_parts(vertices, fans, near):
-    """Hulls that nearly make up a body, by CoACD."""
+    """Convex hulls that approximate a body within `near`, by the library CoACD."""
     coacd = mesh.library("coacd", "to cut a body into nearly convex parts")
     coacd.set_log_level("error")
     found = coacd.run_coacd(coacd.Mesh(vertices, fans), threshold=float(near), preprocess_mode="off", seed=1)
@@ -62,7 +62,7 @@ def near_parts(vertices, fans, near):
 
 
 def exact_parts(vertices, faces, most, own):
-    """Parts by the planes of the faces; own: volume of the body [m3]."""
+    """Convex parts of a body, cut along the planes of its faces at reentrant edges; own: volume of the body [m3]."""
     fans = mesh.triangles(vertices, faces)
     size = float(np.max(np.ptp(vertices, axis=0)))
     soup = vertices[fans]
