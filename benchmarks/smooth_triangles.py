@@ -73,10 +73,13 @@ def groups():
     yield "867 grains", {"plane": simulation(grains, plane()), "20000 triangles": simulation(grains, sheet(100, 17 * D))}
     radius, length = 0.12, 0.12
     bedded = bed(radius, length)
-    yield f"drum, {len(bedded)} grains", {
-        "tube": simulation(bedded, cn.tube((0, 0, 0), (0, 1, 0), radius, WALL)),
-        "100000 triangles": simulation(bedded, drum(radius, length, 500, 100)),
-    }
+    yield (
+        f"drum, {len(bedded)} grains",
+        {
+            "tube": simulation(bedded, cn.tube((0, 0, 0), (0, 1, 0), radius, WALL)),
+            "100000 triangles": simulation(bedded, drum(radius, length, 500, 100)),
+        },
+    )
 
 
 def main():
