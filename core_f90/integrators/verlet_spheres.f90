@@ -105,7 +105,7 @@ contains
     end do
   end subroutine kick_four
 
-  !> Adds 0 where velocities are finite numbers, and else what is none.
+  !> Adds 0 times each velocity: the sums are no numbers once a velocity is infinite or NaN.
   pure subroutine look_at_four(velocity, lost)
     real(c_double), intent(in)    :: velocity(24)
     real(c_double), intent(inout) :: lost(8)

@@ -50,11 +50,9 @@ void PlacedScene::begin(const Bodies& in_bodies, const Contactors& in_contactors
 }
 
 void PlacedScene::place(const OrderedPairs& last) {
+  if (hulls_again) return place_hulls_again(last); // of a scene that the search has checked
   check();
-  if (hulls_again)
-    place_hulls_again(last);
-  else
-    place_contactors();
+  place_contactors();
 }
 
 SearchedScene PlacedScene::searched() const {

@@ -126,11 +126,11 @@ void SmoothDem::kick_and_drift(Simulation& s) {
       begin_tile(s, first, last, fastest);
     begin_uneven(s, t, fastest + 1, unsolved);
     for (const std::int64_t i : uneven_of(t))
-      if (records_) fill_records(s, i, i + 1); // their spins have changed
+      if (spheres_alone_) fill_records(s, i, i + 1); // their spins have changed
     if (dim_ == 3 && b.rotation.active)
       cairn_verlet_turn(first, last, h_, b.velocity.values.data(), b.rotation.values.data());
     turn_uneven(s, t);
-    if (records_ && predicts()) fill_records(s, first, last);
+    if (spheres_alone_ && predicts()) fill_records(s, first, last);
   }
   if (unsolved >= 0)
     throw Error("body " + std::to_string(*b.id[unsolved]) +
@@ -238,7 +238,7 @@ void SmoothDem::begin_tile(Simulation& s, std::int64_t first, std::int64_t last,
                          b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(), own,
                          dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force), pointer(b.damping),
                          bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
-    if (records_ && !plain) fill_records(s, from, to);
+    if (spheres_alone_ && !plain) fill_records(s, from, to);
     for (int k = 0; k < 2; ++k) fastest[k] = std::max(fastest[k], own[k]);
   });
 }
