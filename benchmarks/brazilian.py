@@ -30,7 +30,9 @@ def packed(across, seed):
     grain = cn.Material("grain", density=DENSITY)
     scene = cn.Scene(2, periodic=cn.Periodic((length, length)))
     small = 0.7
-    ids = scene.add(cn.disks((grid + 0.5) * length / side, small * final, grain, velocity=0.5 * rng.normal(size=(count, 3)) * [1, 1, 0]))
+    ids = scene.add(
+        cn.disks((grid + 0.5) * length / side, small * final, grain, velocity=0.5 * rng.normal(size=(count, 3)) * [1, 1, 0])
+    )
     scene.interact(grain, grain, cn.LinearSpring(stiffness=YOUNG / 100, restitution=0.3))
     sim = cn.Simulation(scene, "stable", cn.SmoothDEM(), overlap="ignore")
     steps = 3000
@@ -112,7 +114,8 @@ def draw(made, path):
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.6), constrained_layout=True)
     _, _, (x, r), bonds, broken = made[0]
-    left.add_collection(EllipseCollection(2e3 * r, 2e3 * r, 0 * r, units="xy", offsets=1e3 * x, transOffset=left.transData, fc="0.85", ec="0.6", lw=0.4))
+    look = dict(units="xy", transOffset=left.transData, fc="0.85", ec="0.6", lw=0.4)
+    left.add_collection(EllipseCollection(2e3 * r, 2e3 * r, 0 * r, offsets=1e3 * x, **look))
     left.add_collection(LineCollection(1e3 * x[bonds[~broken]], colors="C0", lw=0.7))
     left.add_collection(LineCollection(1e3 * x[bonds[broken]], colors="C3", lw=1.6))
     left.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
