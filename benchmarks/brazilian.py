@@ -1,11 +1,11 @@
 """Brazilian test of bonded disks: a round specimen between two plates splits along the loaded diameter.
 
-python benchmarks/brazilian.py [--seeds 4] [--across 20] [--plot FILE]: disks grow in a periodic cell until they jam, a circle of them
-is bonded (SmoothBond, strength of tension and shear alike), and two plates press it until it bears less than half of its peak. Writes
-benchmarks/results/brazilian.csv, a row for each specimen: disks, bonds, peak load [N/m], strength 2 P/(pi D t) over that of a bond,
-shortening at the peak, broken bonds, and the share of them in the middle third of the width. Potyondy & Cundall (2004, Int. J. Rock
-Mech. Min. Sci. 41:1329) have 44.7 MPa of bonds of 157 MPa in 2D and 27.8 of 175 MPa in 3D, ratios of 0.28 and 0.16; their grains have
-springs in compression beside the bonds, which relieve these.
+python benchmarks/brazilian.py [--seeds 4] [--across 20] [--plot FILE]: disks grow in a periodic cell until they jam, a circle of
+them is bonded (SmoothBond, strength of tension and shear alike), and two plates press it until it bears less than half of its
+peak. Writes benchmarks/results/brazilian.csv, a row for each specimen: disks, bonds, peak load [N/m], strength 2 P/(pi D t) over
+that of a bond, shortening at the peak, broken bonds, and the share of them in the middle third of the width. Potyondy & Cundall
+(2004, Int. J. Rock Mech. Min. Sci. 41:1329) have 44.7 MPa of bonds of 157 MPa in 2D and 27.8 of 175 MPa in 3D, ratios of 0.28 and
+0.16; their grains have springs in compression beside the bonds, which relieve these.
 """
 
 import argparse
@@ -30,7 +30,9 @@ def packed(across, seed):
     grain = cn.Material("grain", density=DENSITY)
     scene = cn.Scene(2, periodic=cn.Periodic((length, length)))
     small = 0.7
-    ids = scene.add(cn.disks((grid + 0.5) * length / side, small * final, grain, velocity=0.5 * rng.normal(size=(count, 3)) * [1, 1, 0]))
+    ids = scene.add(
+        cn.disks((grid + 0.5) * length / side, small * final, grain, velocity=0.5 * rng.normal(size=(count, 3)) * [1, 1, 0])
+    )
     scene.interact(grain, grain, cn.LinearSpring(stiffness=YOUNG / 100, restitution=0.3))
     sim = cn.Simulation(scene, "stable", cn.SmoothDEM(), overlap="ignore")
     steps = 3000
@@ -76,8 +78,9 @@ def press(across=20, seed=1, speed=0.06, strength=STRENGTH, most=0.04):
     whole = set(map(tuple, np.sort(sim.contacts.bodies[held], axis=1).tolist()))
     broken = np.array([tuple(pair) not in whole for pair in np.sort(bonds, axis=1).tolist()])
     middle = np.abs(x[bonds].mean(axis=1)[broken, 0]) < size / 6
+    ratio = 2 * peak / np.pi / size / strength
     row = {
-        "seed": seed, "disks": len(x), "bonds": len(bonds), "peak": f"{peak:.0f}", "ratio": f"{2 * peak / np.pi / size / strength:.3f}",
+        "seed": seed, "disks": len(x), "bonds": len(bonds), "peak": f"{peak:.0f}", "ratio": f"{ratio:.3f}",
         "shortening": f"{curve[np.argmax(curve[:, 1]), 0]:.4f}", "broken": int(broken.sum()), "middle": f"{middle.mean():.2f}",
     }  # fmt: skip
     return row, curve, (sim.bodies.position[: len(x)], r), bonds, broken
@@ -112,7 +115,8 @@ def draw(made, path):
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.6), constrained_layout=True)
     _, _, (x, r), bonds, broken = made[0]
-    left.add_collection(EllipseCollection(2e3 * r, 2e3 * r, 0 * r, units="xy", offsets=1e3 * x, transOffset=left.transData, fc="0.85", ec="0.6", lw=0.4))
+    look = dict(units="xy", transOffset=left.transData, fc="0.85", ec="0.6", lw=0.4)
+    left.add_collection(EllipseCollection(2e3 * r, 2e3 * r, 0 * r, offsets=1e3 * x, **look))
     left.add_collection(LineCollection(1e3 * x[bonds[~broken]], colors="C0", lw=0.7))
     left.add_collection(LineCollection(1e3 * x[bonds[broken]], colors="C3", lw=1.6))
     left.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")

@@ -42,10 +42,9 @@ TEST_F(CSmooth, laws_take_their_options_in_the_order_of_their_row) {
       {"PlasticContact", {{1e5, 3e5, 1e4, 0.05, 0, 2.0 / 7, 0.5}, 1e5 * overlap}},
       {"YieldContact", {{young, 1e9, 0.3, 1, 0.5}, hertz}},
       {"LiquidBridge", {{young, 0.07, 1e-10, 0.3, 1, 0.3, 1, 0.5}, hertz - 4 * pi * radius * 0.07 * std::cos(0.3)}},
-      {"SmoothBond", {{1e9, 1e9, 1e6, 1e6, 0.5, 1, 0, 0.1}, 0}}, // at rest where it is made
+      {"SmoothBond", {{1e9, 1e9, 1e6, 1e6, 0.5, 1, 0, 0}, 0}}, // at rest where it is made
   };
-  for (const auto& [law, of] : cases)
-    EXPECT_NEAR(force_of(law.c_str(), of.first), of.second, 1e-7 * hertz) << law;
+  for (const auto& [law, of] : cases) EXPECT_NEAR(force_of(law.c_str(), of.first), of.second, 1e-7 * hertz) << law;
   const double dmt = force_of("GranularContact", [] {
     std::vector<double> p = granular;
     p[0] = 2, p[3] = 0.1;

@@ -157,8 +157,8 @@ def test_stiffness_of_the_adhesive_spring():
     """The slope of the force by differences, of two bodies at rest, and what the attraction takes from it."""
     stiffness, adhesion, ratio = 400.0, 30.0, 0.3
     p = np.array([stiffness, adhesion, ratio, 2.0, 0.4])
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
-    kernel("cairn_law_adhesive_spring_stiffness", "cairn_law_stiffness")(N, overlap, radius, p, k, reach)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
+    kernel("cairn_law_adhesive_spring_stiffness", "cairn_law_stiffness")(N, 3, overlap, radius, p, k, reach)
     geometry, forces, undamped = np.ones((3, N)), [], np.array([stiffness, adhesion, 0.0, 2.0, 0.4])
     geometry[1] = radius
     for d in (-1e-6, 1e-6):
@@ -169,7 +169,7 @@ def test_stiffness_of_the_adhesive_spring():
         forces.append(f[0].copy())
     slope = (forces[1] - forces[0]) / 2e-6 + adhesion / 2 * np.sqrt(radius / overlap)
     np.testing.assert_allclose(k[0], slope, rtol=1e-6)
-    np.testing.assert_array_equal(k[1:], [np.zeros(N), np.full(N, ratio)])
+    np.testing.assert_array_equal(k[1:], [np.zeros(N), np.full(N, ratio), np.zeros(N)])
     assert not reach.any()
 
 
@@ -177,8 +177,8 @@ def test_stiffness_of_the_adhesive_spring():
 def test_stiffness_of_smooth_laws(law):
     """The slope of the force by differences, and the tangential stiffness that damping and springs have."""
     p = SMOOTH[law]
-    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
-    kernel(f"cairn_law_{law}_stiffness", "cairn_law_stiffness")(N, overlap, radius, np.array(p), k, reach)
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((4, N)), np.empty(N)
+    kernel(f"cairn_law_{law}_stiffness", "cairn_law_stiffness")(N, 3, overlap, radius, np.array(p), k, reach)
     for i in range(N):
         force = [elastic(law, p, -overlap[i] + d, radius[i], True)[0] for d in (-1e-6, 1e-6)]
         slope = (force[0] - force[1]) / 2e-6
@@ -190,6 +190,7 @@ def test_stiffness_of_smooth_laws(law):
         assert k[1, i] == pytest.approx(tangential, rel=1e-9)
     beat = damping_ratio(p[-2]) * (1 if law == "linear_spring" else math.sqrt(5 / 6))
     np.testing.assert_allclose(k[2], beat, rtol=1e-9)
+    assert not k[3].any()  # no moments
     assert np.all(reach > 0) if law == "jkr" else not reach.any()
 
 

@@ -28,7 +28,7 @@ def packed(across, seed=2):
 
 
 def test_a_brazilian_disc_splits():
-    """Strength 2 P/(pi D t) over that of a bond: Potyondy & Cundall (2004) have 0.28 in 2D; four packs of 20 disks across 0.17 to 0.4."""
+    """Strength 2 P/(pi D t) over that of a bond: Potyondy & Cundall (2004) have 0.28 in 2D; packs of 20 across 0.17 to 0.4."""
     x, r, length = packed(14)
     inside = np.linalg.norm(x, axis=1) + r < 0.45 * length
     x, r = x[inside], r[inside]

@@ -35,7 +35,8 @@ def test_sizes_masses_and_inertia_grow_alike(dim, strategy):
     rows = [[0.0] * dim, [R] + [0.0] * (dim - 1)]
     one = (cn.disks if dim == 2 else cn.spheres)([[1.0] * dim], R, ROCK)
     two = cn.clumps([[3.0] * dim], rows, [R, R / 2], 2.0, 0.5 if dim == 2 else [0.4, 0.5, 0.5], ROCK)
-    three = cn.polygons([[[5, 5], [5.1, 5], [5, 5.2]]], ROCK) if dim == 2 else cn.boxes([[5.0] * 3] * 2, [[0.1, 0.2, 0.3]] * 2, ROCK)
+    corners, places = [[[5, 5], [5.1, 5], [5, 5.2]]], [[5.0] * 3] * 2
+    three = cn.polygons(corners, ROCK) if dim == 2 else cn.boxes(places, [[0.1, 0.2, 0.3]] * 2, ROCK)
     ids = [*scene.add(one), *scene.add(two), *scene.add(three)]
     scene.interact("*", "*", SPRING if isinstance(strategy, cn.SmoothDEM) else cn.Coulomb(mu=0.3))
     sim = cn.Simulation(scene, 1e-5, strategy, overlap="ignore")
@@ -48,7 +49,8 @@ def test_sizes_masses_and_inertia_grow_alike(dim, strategy):
     if dim == 3:
         grown[-1] = 1  # of two boxes of one shape, one alone
     assert np.allclose(sim.bodies.mass, mass * grown**dim, rtol=1e-12)
-    assert np.allclose(np.reshape(sim.bodies.inertia, (len(mass), -1)).T, np.reshape(inertia, (len(mass), -1)).T * grown ** (dim + 2), rtol=1e-12)  # fmt: skip
+    now, before = (np.reshape(values, (len(mass), -1)).T for values in (sim.bodies.inertia, inertia))
+    assert np.allclose(now, before * grown ** (dim + 2), rtol=1e-12)
     assert np.allclose(sim.contactors.offset[1:3], offset[1:3] * grown[0], rtol=1e-12)
     assert np.allclose(sim.contactors.radius[:3], radius[:3] * grown[0], rtol=1e-12)
     sim.grow(ids, None)
@@ -71,11 +73,11 @@ def test_grains_jam_without_gravity(dim, jammed):
         for _ in range(200):
             sim.run(steps=max(1, round(0.002 / rate / sim.dt)), progress=False)
             contacts = len(sim.contacts.gap) and np.sum(np.linalg.norm(sim.contacts.force, axis=1) > 0)
-            if contacts > 0.8 * dim * len(ids) or sim.info["penetration"] > 0.03:
+            if contacts > 0.8 * dim * len(ids):
                 break
         assert jammed[0] < filled(sim) < jammed[1], (smooth, filled(sim))
         assert contacts > 0.6 * dim * len(ids)
-        assert sim.info["penetration"] < 0.1
+        assert sim.info["penetration"] < (0.2 if smooth else 0.01)  # springs are soft
         assert abs(sim.energy["closure"]) < 1e-12 * sim.energy["in_play"]
         assert sim.energy["work_growth"] > 0
 

@@ -42,7 +42,8 @@ def test_a_wall_that_holds_a_ball_by_a_bond_leaves_it_stable(dim):
     scene = cn.Scene(dim)
     x, up = np.zeros((1, dim)), np.eye(dim)[-1]
     x[0, -1] = R
-    scene.add((cn.disks if dim == 2 else cn.spheres)(x, R, STONE, velocity=[[1e-3, 0, 1.0] if dim == 2 else [1e-3, 0, 0, 0, 1.0, 1.0]]))
+    velocity = [[1e-3, 0, 1.0] if dim == 2 else [1e-3, 0, 0, 0, 1.0, 1.0]]
+    scene.add((cn.disks if dim == 2 else cn.spheres)(x, R, STONE, velocity=velocity))
     scene.add(cn.wall(np.zeros(dim), up, STONE))
     scene.interact("*", "*", cn.SmoothBond(normal_stiffness=1e9, tangential_stiffness=4e8, radius=1.0))
     sim = cn.Simulation(scene, 1e-9, cn.SmoothDEM(), overlap="ignore")
