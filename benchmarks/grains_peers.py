@@ -449,12 +449,16 @@ def by_yade(case, number, share, folder):
 # ---------------------------------------------------------------------- table
 
 
+RIGID = ("reference", "Cairn NSCD", "Cairn NSCD, twice the step", "Cairn NSCD, four times the step")
+
+
 def runs(case, share, folder, numbers, codes):
     """(code, stiffness number, curve, CPU seconds, steps, dt, share of steps converged) of each run, the reference first."""
     import cairn as cn
 
     tight = cn.NSCD(solver=cn.Default(tol=1e-4))
-    for code, strategy, dt in (("reference", tight, 0.5), ("Cairn NSCD", None, 1.0), ("Cairn NSCD, twice the step", None, 2.0)):
+    rows = zip(RIGID, (tight, None, None, None), (0.5, 1.0, 2.0, 4.0), strict=True)
+    for code, strategy, dt in rows:
         if not codes or code in codes:
             curve, cpu, steps, good = by_cairn(case, 0, strategy, dt * case.dt, share)
             yield code, "", curve, cpu, steps, dt * case.dt, f"{good:.4f}"
@@ -524,8 +528,7 @@ def plot(rows, lines, path):
 
     names = [n for n in AXES if any(r["case"] == n for r in rows)]
     figure, axes = plt.subplots(len(names), 2, figsize=(11, 4.2 * len(names)), layout="constrained", squeeze=False)
-    codes = ("reference", "Cairn NSCD", "Cairn smooth DEM", "LIGGGHTS", "YADE", "Cairn NSCD, twice the step")
-    colors = dict(zip(codes, ("k", "C0", "C1", "C2", "C3", "C4"), strict=True))
+    colors = dict(zip((*RIGID, "Cairn smooth DEM", "LIGGGHTS", "YADE"), ("k", "C0", "C4", "C5", "C1", "C2", "C3"), strict=True))
     for both, name in zip(axes, names, strict=True):
         for ax, column, label in zip(both, ("first", "second"), AXES[name][1:], strict=True):
             for row in (r for r in rows if r["case"] == name):

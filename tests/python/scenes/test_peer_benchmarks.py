@@ -90,11 +90,12 @@ def test_grains_beside_what_is_there(load, monkeypatch, capsys, name):
     monkeypatch.setattr(shutil, "which", lambda program: None)
     load("peers")
     count, share = {"triaxial": (40, 0.03), "drum": (25, 0.05)}[name]
-    rows, curves = load("grains_peers").compare(name, count, share, [400])
-    assert {row["code"] for row in rows} == {"reference", "Cairn NSCD", "Cairn NSCD, twice the step", "Cairn smooth DEM"}
+    module = load("grains_peers")
+    rows, curves = module.compare(name, count, share, [400])
+    assert {row["code"] for row in rows} == {*module.RIGID, "Cairn smooth DEM"}
     assert "liggghts is not on the path: left out" in capsys.readouterr().out
     ends = [curve[-1] for curve in curves.values()]
-    assert np.ptp([end[0] for end in ends]) <= 0.1 * ends[0][0]  # strains or times
+    assert np.ptp([end[0] for end in ends]) <= 0.3 * ends[0][0]  # strains or times, by whole steps
     if name == "triaxial":  # a stress that rises under the loaded walls
         assert all(end[1] > 20 for end in ends)
     else:  # the drum lifts what lies in it
