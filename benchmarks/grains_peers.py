@@ -527,7 +527,7 @@ def plot(rows, lines, path):
     import matplotlib.pyplot as plt
 
     names = [n for n in AXES if any(r["case"] == n for r in rows)]
-    figure, axes = plt.subplots(len(names), 2, figsize=(11, 4.2 * len(names)), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(len(names), 2, figsize=(14, 4.2 * len(names)), layout="constrained", squeeze=False)
     colors = dict(zip((*RIGID, "Cairn smooth DEM", "LIGGGHTS", "YADE"), ("k", "C0", "C4", "C5", "C1", "C2", "C3"), strict=True))
     for both, name in zip(axes, names, strict=True):
         for ax, column, label in zip(both, ("first", "second"), AXES[name][1:], strict=True):
@@ -540,7 +540,7 @@ def plot(rows, lines, path):
                         if r["case"] == name and r["stiffness_number"])].index(soft) if soft else 0])  # fmt: skip
             ax.set(xlabel=AXES[name][0], ylabel=label)
             ax.grid(alpha=0.3)
-        both[1].legend(fontsize=8, title="CPU time")
+        both[1].legend(fontsize=9, title="CPU time", loc="upper left", bbox_to_anchor=(1.01, 1.0))
     figure.savefig(path, dpi=110)
 
 
