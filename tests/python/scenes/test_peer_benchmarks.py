@@ -98,5 +98,5 @@ def test_grains_beside_what_is_there(load, monkeypatch, capsys, name):
     assert np.ptp([end[0] for end in ends]) <= 0.3 * ends[0][0]  # strains or times, by whole steps
     if name == "triaxial":  # a stress that rises under the loaded walls
         assert all(end[1] > 20 for end in ends)
-    else:  # the drum lifts what lies in it
+    else:  # degrees
         assert all(curve[-1, 1] > curve[0, 1] + 2 for curve in curves.values())
