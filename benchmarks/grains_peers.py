@@ -31,8 +31,8 @@ import peers  # noqa: E402
 
 RESULTS = Path(__file__).resolve().parent / "results"
 RATIO, DAMPED, FRICTION, OF_STABLE = 2 / 7, 0.5, 0.5, 0.2
-COLUMNS = ("case", "code", "stiffness_number", "grains", "dt_s", "steps", "converged", "cpu_s", "figure", "value", "second", "value_2",
-           "off", "off_2")  # fmt: skip
+COLUMNS = ("case", "code", "stiffness_number", "grains", "dt_s", "steps", "converged", "cpu_s", "figure", "value", "second",
+           "value_2", "off", "off_2")  # fmt: skip
 
 
 @dataclass
@@ -201,7 +201,7 @@ def by_cairn(case, number, strategy, dt, share):
     if isinstance(case, Triaxial):
         sim.drive([top], "vz", -case.rate * case.sides[2])
     every, curve, converged, cpu = max(1, steps // 200), [], 0, 0.0
-    for done in range(0, steps, every):
+    for _ in range(0, steps, every):
         start = time.process_time()
         if number:
             sim.run(steps=every, progress=False)
@@ -336,9 +336,9 @@ def by_liggghts(case, number, share, folder):
         stl(folder / "drum.stl", drum_triangles(case))
         walls = DRUM_WALLS.format(width=case.width, period=2 * math.pi / case.spin)
         told = DRUM_PRINT.format(every=every)
-    text = LIGGGHTS.format(skin=0.15 * case.diameter, kn=" ".join([f"{k!r}"] * 9), kt=" ".join([f"{RATIO * k!r}"] * 9), mu=FRICTION,
-                           gamman=" ".join([f"{rate!r}"] * 9), gammat=" ".join([f"{0.5 * rate!r}"] * 9), dt=dt, walls=walls,
-                           print=told, steps=steps)  # fmt: skip
+    pairs = dict(kn=k, kt=RATIO * k, gamman=rate, gammat=0.5 * rate)
+    pairs = {name: " ".join([f"{value!r}"] * 9) for name, value in pairs.items()}
+    text = LIGGGHTS.format(skin=0.15 * case.diameter, mu=FRICTION, dt=dt, walls=walls, print=told, steps=steps, **pairs)
     spent, _ = peers.run_input("liggghts", text, folder)
     if triaxial:
         step, place, force = np.loadtxt(folder / "curve.txt").T
@@ -396,16 +396,18 @@ YADE_LOOP = """O.engines = [
 ]
 """
 # its vertical axis is y
-YADE_TRIAXIAL = """ids = O.bodies.append(utils.aabbWalls([(0, 0, 0), ({x}, {z}, {y})], thickness=0, material=mats[1], oversizeFactor=1.5))
+YADE_TRIAXIAL = """corners = [(0, 0, 0), ({x}, {z}, {y})]
+ids = O.bodies.append(utils.aabbWalls(corners, thickness=0, material=mats[1], oversizeFactor=1.5))
+places = dict(zip(("left", "right", "bottom", "top", "back", "front"), ids))
 triax = TriaxialStressController(
-    wall_left_id=ids[0], wall_right_id=ids[1], wall_bottom_id=ids[2], wall_top_id=ids[3], wall_back_id=ids[4], wall_front_id=ids[5],
-    wall_left_activated=False, wall_bottom_activated=False, wall_back_activated=False, wall_front_activated=False,
-    internalCompaction=False, stressMask=1, goal1=-{stress}, goal2=0, goal3=0, thickness=0, max_vel=1.0)
-O.bodies[ids[3]].state.vel = (0, -{v}, 0)
+    internalCompaction=False, stressMask=1, goal1=-{stress}, goal2=-{rate}, goal3=0, thickness=0, max_vel=1.0,
+    **{{"wall_%s_id" % name: k for name, k in places.items()}})
 def row():
-    return [O.bodies[ids[1]].state.pos[0], O.bodies[ids[3]].state.pos[1], abs(O.forces.f(ids[3])[1])]
+    left, right, bottom, top = (O.bodies[k].state.pos[j // 2] for j, k in enumerate(ids[:4]))
+    return [right - left, top - bottom, abs(O.forces.f(ids[3])[1])]
 """
-YADE_DRUM = """ends = O.bodies.append([utils.wall((0, y, 0), axis=1, sense=s, material=mats[1]) for y, s in ((0, 1), ({width}, -1))])
+YADE_DRUM = """for y, s in ((0, 1), ({width}, -1)):
+    O.bodies.append(utils.wall((0, y, 0), axis=1, sense=s, material=mats[1]))
 facets = [utils.facet([Vector3(*p) for p in t], material=mats[0]) for t in np.load("drum.npy")]
 ids = O.bodies.append(facets)
 def row():
@@ -422,16 +424,18 @@ def by_yade(case, number, share, folder):
     np.savetxt(folder / "grains.txt", np.c_[case.centers[:, order], case.radii])
     if triaxial:
         x, y, z = case.sides.tolist()
-        scene = YADE_TRIAXIAL.format(x=x, y=y, z=z, stress=case.stress, v=case.rate * z)
+        scene = YADE_TRIAXIAL.format(x=x, y=y, z=z, stress=case.stress, rate=case.rate)
         scene += YADE_LOOP.format(controller="triax,", g=0.0, every=every)
     else:
         np.save(folder / "drum.npy", drum_triangles(case))
         scene = YADE_DRUM.format(width=case.width)
-        turn = f"RotationEngine(rotationAxis=(0, 1, 0), rotateAroundZero=True, zeroPoint=(0, 0, 0), angularVelocity={case.spin}, ids=ids),"
+        turn = "RotationEngine(rotationAxis=(0, 1, 0), rotateAroundZero=True, zeroPoint=(0, 0, 0), ids=ids, "
+        turn += f"angularVelocity={case.spin}),"
         scene += YADE_LOOP.format(controller=turn, g=-9.81, every=every)
     c = rate * 0.5 * case.density * 4 / 3 * np.pi * np.mean(case.radii**3)
-    # materials in series
-    text = YADE.format(kn=2 * k, ks=2 * RATIO * k, cn=2 * c, cs=c, density=case.density, mu=FRICTION, dt=dt, steps=steps, scene=scene)
+    # the two materials of a contact are springs in series
+    series = dict(kn=2 * k, ks=2 * RATIO * k, cn=2 * c, cs=c)
+    text = YADE.format(density=case.density, mu=FRICTION, dt=dt, steps=steps, scene=scene, **series)
     (folder / "case.py").write_text(text)
     spent = peers.rows_of(peers.call(["yade", "-n", "-x", "-j1", "case.py"], folder))[0][0]
     rows = np.load(folder / "curve.npy")
@@ -445,25 +449,30 @@ def by_yade(case, number, share, folder):
 # ---------------------------------------------------------------------- table
 
 
-def runs(case, name, share, folder, numbers):
+RIGID = ("reference", "Cairn NSCD", "Cairn NSCD, twice the step", "Cairn NSCD, four times the step")
+
+
+def runs(case, share, folder, numbers, codes):
     """(code, stiffness number, curve, CPU seconds, steps, dt, share of steps converged) of each run, the reference first."""
     import cairn as cn
 
     tight = cn.NSCD(solver=cn.Default(tol=1e-4))
-    for code, strategy, dt in (("reference", tight, 0.5 * case.dt), ("Cairn NSCD", None, case.dt)):
-        curve, cpu, steps, good = by_cairn(case, 0, strategy, dt, share)
-        yield code, "", curve, cpu, steps, dt, f"{good:.4f}"
+    rows = zip(RIGID, (tight, None, None, None), (0.5, 1.0, 2.0, 4.0), strict=True)
+    for code, strategy, dt in rows:
+        if not codes or code in codes:
+            curve, cpu, steps, good = by_cairn(case, 0, strategy, dt * case.dt, share)
+            yield code, "", curve, cpu, steps, dt * case.dt, f"{good:.4f}"
     there = peers.found(("liggghts", "yade"))
     for number in numbers:
         dt = springs(case, number)[1]
-        curve, cpu, steps, _ = by_cairn(case, number, None, dt, share)
-        yield "Cairn smooth DEM", number, curve, cpu, steps, dt, ""
-        if "liggghts" in there:
-            curve, cpu, steps, dt = by_liggghts(case, number, share, folder)
-            yield "LIGGGHTS", number, curve, cpu, steps, dt, ""
-        if "yade" in there and number <= YADE_MOST * numbers[0]:
-            curve, cpu, steps, dt = by_yade(case, number, share, folder)
-            yield "YADE", number, curve, cpu, steps, dt, ""
+        if not codes or "Cairn smooth DEM" in codes:
+            curve, cpu, steps, _ = by_cairn(case, number, None, dt, share)
+            yield "Cairn smooth DEM", number, curve, cpu, steps, dt, ""
+        for code, run in (("LIGGGHTS", by_liggghts), ("YADE", by_yade)):
+            wanted = code.lower() in there and (not codes or code in codes)
+            if wanted and (code != "YADE" or number <= YADE_MOST * numbers[0]):
+                curve, cpu, steps, dt = run(case, number, share, folder)
+                yield code, number, curve, cpu, steps, dt, ""
 
 
 YADE_MOST = 1  # times the softest springs: it takes minutes for them
@@ -476,17 +485,18 @@ def off(curve, reference, column):
     return float(np.mean(np.abs(ours - theirs)) / np.mean(np.abs(theirs)))
 
 
-def compare(name, count, share, numbers, rng=1):
-    """Rows of a case and its curves by (code, number)."""
+def compare(name, count, share, numbers, rng=1, codes=(), reference=None):
+    """Rows of a case and its curves by (code, number); `reference`: the curve of an earlier run of the same."""
     made = {"triaxial": packed_box, "drum": filled_drum}[name](count, np.random.default_rng(rng))
     rows, curves = [], {}
     with tempfile.TemporaryDirectory() as folder:
-        for code, number, curve, cpu, steps, dt, good in runs(made, name, share, Path(folder), numbers):
+        for code, number, curve, cpu, steps, dt, good in runs(made, share, Path(folder), numbers, codes):
             curves[code, number] = curve
             first, second = made.result(curve)
-            reference = curves["reference", ""]
-            values = (name, code, number, len(made.radii), f"{dt:.3g}", steps, good, f"{cpu:.2f}", made.figures[0], f"{first:.4g}",
-                      made.figures[1], f"{second:.4g}", *(f"{off(curve, reference, k):.3f}" for k in (1, 2)))  # fmt: skip
+            reference = curve if code == "reference" else reference
+            values = (name, code, number, len(made.radii), f"{dt:.3g}", steps, good, f"{cpu:.2f}", made.figures[0],
+                      f"{first:.4g}", made.figures[1], f"{second:.4g}",
+                      *(f"{off(curve, reference, k):.3f}" for k in (1, 2)))  # fmt: skip
             rows.append(dict(zip(COLUMNS, values, strict=True)))
             print(*values, sep=", ", flush=True)
     return rows, curves
@@ -517,8 +527,8 @@ def plot(rows, lines, path):
     import matplotlib.pyplot as plt
 
     names = [n for n in AXES if any(r["case"] == n for r in rows)]
-    figure, axes = plt.subplots(len(names), 2, figsize=(11, 4.2 * len(names)), layout="constrained", squeeze=False)
-    colors = {"reference": "k", "Cairn NSCD": "C0", "Cairn smooth DEM": "C1", "LIGGGHTS": "C2", "YADE": "C3"}
+    figure, axes = plt.subplots(len(names), 2, figsize=(14, 4.2 * len(names)), layout="constrained", squeeze=False)
+    colors = dict(zip((*RIGID, "Cairn smooth DEM", "LIGGGHTS", "YADE"), ("k", "C0", "C4", "C5", "C1", "C2", "C3"), strict=True))
     for both, name in zip(axes, names, strict=True):
         for ax, column, label in zip(both, ("first", "second"), AXES[name][1:], strict=True):
             for row in (r for r in rows if r["case"] == name):
@@ -530,7 +540,7 @@ def plot(rows, lines, path):
                         if r["case"] == name and r["stiffness_number"])].index(soft) if soft else 0])  # fmt: skip
             ax.set(xlabel=AXES[name][0], ylabel=label)
             ax.grid(alpha=0.3)
-        both[1].legend(fontsize=8, title="CPU time")
+        both[1].legend(fontsize=9, title="CPU time", loc="upper left", bbox_to_anchor=(1.01, 1.0))
     figure.savefig(path, dpi=110)
 
 
@@ -542,7 +552,8 @@ def main():
     parser.add_argument("cases", nargs="*", metavar="CASE", help=", ".join(NUMBERS))
     parser.add_argument("--grains", type=int)
     parser.add_argument("--share", type=float, default=1.0, help="of the duration")
-    parser.add_argument("--numbers", type=int, nargs="+")
+    parser.add_argument("--numbers", type=int, nargs="+", help="stiffness numbers")
+    parser.add_argument("--codes", nargs="+", default=(), help="run anew, such as YADE; the other rows stay")
     parser.add_argument("--output", type=Path, default=RESULTS)
     parser.add_argument("--plot", type=Path)
     given = parser.parse_args()
@@ -550,11 +561,16 @@ def main():
     names = ("case", "code", "stiffness_number", "x", "first", "second")
     for name in given.cases or NUMBERS:
         count = given.grains or {"triaxial": 1000, "drum": 700}[name]
-        found, curves = compare(name, count, given.share, given.numbers or NUMBERS[name])
-        other = lambda row, name=name: row["case"] != name
+        kept = lambda row, name=name: row["case"] != name or (given.codes and row["code"] not in given.codes)
+        old = [p for p in read(lines, kept) if p["case"] == name and p["code"] == "reference"]
+        before = np.array([[float(p[k]) for k in ("x", "first", "second")] for p in old]) if old else None
+        if given.codes and before is None and "reference" not in given.codes:
+            parser.error(f"no earlier run of {name} has a reference in {lines}: run its reference, too")
+        found, curves = compare(name, count, given.share, given.numbers or NUMBERS[name], codes=given.codes, reference=before)
         points = [dict(zip(names, (name, *key, *(f"{v:.5g}" for v in p)), strict=True)) for key, c in curves.items() for p in c]
-        write(table, COLUMNS, read(table, other) + found)
-        write(lines, names, read(lines, other) + points)
+        rows, points = read(table, kept) + found, read(lines, kept) + points
+        write(table, COLUMNS, rows)
+        write(lines, names, points)
     if given.plot:
         plot(read(table, lambda row: True), read(lines, lambda row: True), given.plot)
 

@@ -31,8 +31,8 @@ public:
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
     const bool last = iterations >= options_.max_iterations;
-    if (zones_ && !given_up_ && !system_.condensed.empty())
-      return (last || !sweeps_suffice(iterations, to_come)) && possible();
+    // sweeps over nodes of meshes that zones join cost as much as passes, and seldom end by themselves
+    if (zones_ && !given_up_ && !system_.condensed.empty()) return possible();
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const double passes = failures_ > 0 ? policy().passes_price_failed : policy().passes_price;
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
@@ -106,14 +106,6 @@ public:
   int few_unknowns() const override { return ActiveSet::most_unknowns; }
 
 private:
-  // Sweeps over nodes of meshes that zones join end by themselves where few bodies are joined, at less than interior
-  // points cost; where many are, they seldom end. All of them may cost as much as so many passes.
-  bool sweeps_suffice(int iterations, double to_come) const {
-    constexpr double affordable = 2;
-    if (iterations < policy().passes_patience) return true;
-    return (iterations + to_come) * sweep_operations(system_) <= affordable * SolidCorrection::operations(system_);
-  }
-
   // Beside the velocities, however much impulses in balance are.
   double error_of_speed() const {
     return std::sqrt(total(system_.sums, system_.batches.size(), 6, 0)) / system_.speed();

@@ -81,3 +81,22 @@ def test_a_panel_of_two_courses_beside_what_is_there(load, monkeypatch, capsys):
     force = {row[0]: float(row[6]) for row in table}
     assert force["cairn"] == pytest.approx(force["cairn, fine"], rel=0.05) and force["cairn"] > 0.1
     assert ("lmgc90" in force) != ("LMGC90 is left out" in capsys.readouterr().out)
+
+
+@pytest.mark.filterwarnings("ignore::cairn.OverlapWarning")
+@pytest.mark.parametrize("name", ["triaxial", "drum"])
+def test_grains_beside_what_is_there(load, monkeypatch, capsys, name):
+    """Without peers only Cairn's rows are written, with a word; springs and rigid grains begin alike and stay near each other."""
+    monkeypatch.setattr(shutil, "which", lambda program: None)
+    load("peers")
+    count, share = {"triaxial": (40, 0.03), "drum": (25, 0.05)}[name]
+    module = load("grains_peers")
+    rows, curves = module.compare(name, count, share, [400])
+    assert {row["code"] for row in rows} == {*module.RIGID, "Cairn smooth DEM"}
+    assert "liggghts is not on the path: left out" in capsys.readouterr().out
+    ends = [curve[-1] for curve in curves.values()]
+    assert np.ptp([end[0] for end in ends]) <= 0.3 * ends[0][0]  # strains or times, by whole steps
+    if name == "triaxial":  # a stress that rises under the loaded walls
+        assert all(end[1] > 20 for end in ends)
+    else:  # degrees
+        assert all(curve[-1, 1] > curve[0, 1] + 2 for curve in curves.values())
