@@ -155,8 +155,7 @@ public:
     s.colour.assign(s.key.size(), -1);
     for (std::size_t i = 0; i < s.key.size(); ++i) order_.push_back({hash_of(s.key[i]), std::int32_t(i)});
     for (std::size_t i = 0; i < s.others.size(); ++i) order_.push_back({s.others[i].hash, -1 - std::int32_t(i)});
-    std::sort(order_.begin(), order_.end(),
-              [&](const Turn& a, const Turn& b) { return a.hash != b.hash ? a.hash < b.hash : key_of(a) < key_of(b); });
+    put_in_order();
     sharers_of_.assign(s.id.size(), -1);
     for (std::size_t k = 0; k < s.shared.size(); ++k) sharers_of_[std::size_t(s.shared[k])] = std::int32_t(k);
     taken_.assign(s.id.size(), 0);
@@ -220,6 +219,24 @@ private:
     std::uint64_t hash;
     std::int32_t which; // own contact, or -1 - that of another rank
   };
+  // By hashes, which are even: first by as many of their bits as count the contacts, then among the few that share
+  // these.
+  void put_in_order() {
+    const int bits = std::max(int(std::bit_width(order_.size())), 1);
+    const auto bucket = [bits](const Turn& turn) { return std::size_t(turn.hash >> (64 - bits)); };
+    std::vector<std::uint32_t> first((std::size_t(1) << bits) + 1, 0);
+    for (const Turn& turn : order_) ++first[bucket(turn) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    std::vector<Turn> sorted(order_.size());
+    for (const Turn& turn : order_) sorted[next[bucket(turn)]++] = turn;
+    for (std::size_t k = 0; k + 1 < first.size(); ++k)
+      if (first[k + 1] - first[k] > 1)
+        std::sort(sorted.begin() + first[k], sorted.begin() + first[k + 1], [&](const Turn& a, const Turn& b) {
+          return a.hash != b.hash ? a.hash < b.hash : key_of(a) < key_of(b);
+        });
+    order_ = std::move(sorted);
+  }
   const ContactKey& key_of(const Turn& t) const {
     return t.which >= 0 ? s_.key[std::size_t(t.which)] : s_.others[std::size_t(-1 - t.which)].key;
   }

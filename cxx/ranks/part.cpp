@@ -51,6 +51,17 @@ bool left_by_step(std::string_view name, std::string_view stage) {
   return !made_in_step(name) && stage != "insertion" && stage != "advance_networks"; // networks are of the whole
 }
 
+// Fields that change with the state alone.
+bool comes_with_body(std::string_view name) { return name == "id" || name == "mass" || name == "inertia"; }
+
+// Rows of driven bodies.
+template <class T>
+void copy_driven(const Field<T>& from, const Bodies& bodies, const std::vector<Run>& runs, Field<T>& to) {
+  for (const Run& run : runs)
+    for (std::int64_t i = 0; i < run.rows; ++i)
+      if (*bodies.driven[run.whole + i]) std::copy_n(from[run.whole + i], from.components, to[run.part + i]);
+}
+
 // Hulls of these contactors alone, in their order.
 void keep_hulls(const Hulls& all, Contactors& contactors) {
   if (all.count() == 0 || !contactors.hull.active) return;
@@ -150,7 +161,11 @@ void bring(const Simulation& whole, Part& part, bool taken) {
   each_pair(from.scene.bodies, s.scene.bodies, [&](auto& of_whole, auto& own) {
     if (own.active != of_whole.active || own.values.size() != part.bodies.size() * std::size_t(own.components))
       copy_rows(of_whole, part.bodies, own);
-    else if (own.active && !made_in_step(own.name))
+    else if (!own.active || made_in_step(own.name) || (taken && comes_with_body(own.name)))
+      return;
+    else if (std::string_view(own.name) == "driven_velocity" && whole.scene.bodies.driven.active)
+      copy_driven(of_whole, whole.scene.bodies, part.runs, own);
+    else
       copy_runs(of_whole, taken && left_by_step(own.name, own.stage) ? part.ghost_runs : part.runs, true, own);
   });
 }

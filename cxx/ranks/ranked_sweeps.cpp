@@ -140,21 +140,24 @@ void RankedSweeps::each_row(Share& share, F&& f) const {
 }
 
 // Begins beyond the last sweep (Nesterov 1983): velocities follow, since they are linear in the impulses.
-void RankedSweeps::extrapolate_velocities(double factor) {
-  const int n = shares_[0].system->velocities();
-  for (Share& share : shares_) {
-    ContactSystem& system = *share.system;
-    share.before.resize(std::size_t(n) * std::size_t(system.bodies));
+template <int n>
+void RankedSweeps::extrapolate_bodies(Share& share, double factor) {
+  ContactSystem& system = *share.system;
+  share.before.resize(std::size_t(n) * std::size_t(system.bodies));
+  cairn_record* record = system.record.data();
+  double* all = share.before.data();
 #pragma omp parallel for schedule(static) num_threads(share.schedule.threads) if (share.schedule.threads > 1)
-    for (std::int64_t b = 0; b < system.bodies; ++b) {
-      double *before = share.before.data() + n * b, *v = system.record[std::size_t(b)].x;
-      for (int k = 0; k < n; ++k) {
-        const double now = v[k];
-        if (factor > 0) v[k] = now + factor * (now - before[k]);
-        before[k] = now;
-      }
-    }
+  for (std::int64_t b = 0; b < system.bodies; ++b) {
+    double *before = all + n * b, *v = record[b].x, now[n];
+    std::copy_n(v, n, now);
+    for (int k = 0; k < n && factor > 0; ++k) v[k] = now[k] + factor * (now[k] - before[k]);
+    std::copy_n(now, n, before);
   }
+}
+
+void RankedSweeps::extrapolate_velocities(double factor) {
+  for (Share& share : shares_)
+    share.system->dim == 2 ? extrapolate_bodies<3>(share, factor) : extrapolate_bodies<6>(share, factor);
 }
 
 void RankedSweeps::extrapolate_impulses(double factor) {
@@ -288,7 +291,8 @@ void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
   const ContactSystem& system = *share.system;
   const int dim = system.dim, n = system.velocities();
   for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      double squares = 0;
       for (const bool a : {true, false}) {
         const double* v = system.record[std::size_t((a ? b.body_a : b.body_b)[lane])].x;
         double speed = 0, spin = 0, arm = 0;
@@ -298,8 +302,10 @@ void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
           const double x = at(b, a ? b.lever_a : b.lever_b, lane, k);
           arm += x * x;
         }
-        sum.add(b.rho[lane] * (speed + spin * arm));
+        squares += speed + spin * arm;
       }
+      sum.add(b.rho[lane] * squares);
+    }
 }
 
 // Scale of the error, from records that hold the free velocity.

@@ -54,6 +54,8 @@ private:
   void sweep_once(Kernel&& kernel);
   void give_impulses();
   void sweep();
+  template <int n>
+  static void extrapolate_bodies(Share& share, double factor);
   void extrapolate_velocities(double factor);
   void extrapolate_impulses(double factor);
   void follow_sweep();
