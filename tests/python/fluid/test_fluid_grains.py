@@ -8,7 +8,7 @@ import cairn as cn
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.filterwarnings("ignore:grains take")
+pytestmark = pytest.mark.filterwarnings("ignore:grains ")
 
 sand = cn.Material("sand", density=2600.0)
 rock = cn.Material("rock", density=2600.0)
@@ -91,7 +91,7 @@ def test_a_piston_presses_water_through_a_bed_against_ergun():
         heads.append(head[(y > 0.2) & (y < 0.4)].mean() - head[(y > 1.0) & (y < 1.2)].mean())
     w = speed / (1 - solid)  # the liquid passes a porosity of .7, the law sees that of spheres
     expected = 0.4 * solid / (1 - solid) * per_volume("ergun", 2, solid, 2 * radius, w, rho, mu)
-    assert abs(np.mean(heads[15:]) / expected - 1) < 0.1
+    assert abs(np.mean(heads[25:]) / expected - 1) < 0.1
 
 
 @pytest.mark.parametrize("law, mu", [("di_felice", 0.1), ("di_felice", 1.0), ("gidaspow", 0.5)])
@@ -149,31 +149,37 @@ def test_what_grains_gain_the_liquid_loses(dim):
     assert np.abs(momentum() - before).max() < 1e-12 * np.abs(before).max()
 
 
-def settled(law=None, viscosity=1.0, **options):
+def settled(law=None):
     """A layer of grains on the bed of a tank, 0.6 m wide, under water; grains and bed."""
     scene = cn.Scene(dim=2, gravity=(0.0, -1.0))
     bed = scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((0.6, 0), (-1, 0), rock))[0]
-    ids = scene.add(grains(2, lattice((0, 0.0), (0.6, 0.12), (15, 3)), 0.0199, **options))
-    scene.add(cn.fluid([(0, 0), (0.6, 0.4)], 0.05, viscosity=viscosity))
+    ids = scene.add(grains(2, lattice((0, 0.0), (0.6, 0.12), (15, 3)), 0.0199))
+    scene.add(cn.fluid([(0, 0), (0.6, 0.4)], 0.05, viscosity=1.0))
     scene.interact("*", "*", law or cn.Coulomb(mu=0.3))
     scene.interact("fluid", rock, cn.FreeSlip())
     scene.interact("fluid", sand, cn.GrainDrag())
     return scene, bed, ids
 
 
-def test_grains_on_the_bed_weigh_less_in_water():
-    scene, bed, ids = settled(viscosity=0.01, **held(2))
+def test_the_liquid_lifts_grains_and_bears_what_it_lifts():
+    scene = cn.Scene(dim=2, gravity=(0.0, -1.0), periodic=cn.Periodic((0.6, np.inf)))
+    bed = scene.add(cn.wall((0, 0), (0, 1), rock))[0]
+    ids = scene.add(grains(2, lattice((0, 0.2), (0.6, 0.32), (15, 3)), 0.014, **held(2)))
+    scene.add(cn.fluid([(0, 0), (0.6, 0.5)], 0.05, viscosity=1.0))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", rock, cn.FreeSlip())
+    scene.interact("fluid", sand, cn.GrainDrag())
     sim = cn.Simulation(scene, dt=5e-3)
     lifts, liquid = [], []
-    for _ in range(120):
+    for _ in range(80):
         sim.step()
         liquid.append(sim.fluid.force_on(bed)[1])
         lifts.append(sum(sim.fluid.force_on(k)[1] for k in ids))
-    volume = len(ids) * np.pi * 0.0199**2
-    assert abs(np.mean(lifts[40:]) / (1000.0 * volume) - 1) < 0.02  # Archimedes
-    weight = float(np.sum(sim.fluid.mass)) + 1000.0 * volume  # the liquid bears what it lifts
-    assert abs(-np.mean(liquid[40:]) / weight - 1) < 0.01
-    assert np.abs(sim.fluid.velocity).max() < 0.01  # particles beside the wall stay
+    volume = len(ids) * np.pi * 0.014**2
+    assert abs(np.mean(lifts[20:]) / (1000.0 * volume) - 1) < 0.02  # Archimedes
+    weight = float(np.sum(sim.fluid.mass)) + 1000.0 * volume
+    assert abs(-np.mean(liquid[20:]) / weight - 1) < 0.01
+    assert np.abs(sim.fluid.velocity).max() < 0.01
 
 
 def test_grains_fall_into_water_and_go_on_from_a_state(tmp_path):
@@ -268,6 +274,8 @@ def test_wrong_grains_are_refused(tmp_path):
     bed = cn.disks(lattice((0, 0), (1, 0.4), (14, 6)), 0.034, sand)
     with pytest.warns(UserWarning, match="give cn.fluid\\(smoothing=2\\)"):
         start(bed)
+    with pytest.warns(UserWarning, match="grains beside walls"):
+        start(cn.disks([[0.5, 0.1]], 0.04, sand))
     sim = start(cn.polygons(square, sand, position=[[0.5, 0.5]]))
     sim.run(steps=2, output=tmp_path / "a.vtkhdf", progress=False)
     run = cn.load(tmp_path / "a.vtkhdf")
