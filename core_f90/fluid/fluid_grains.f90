@@ -1,6 +1,7 @@
-!> Grains smaller than the particles of a fluid, by averages over volumes (Anderson & Jackson 1967; with particles of fluid: Robinson,
-!> Ramaioli & Luding 2014). A grain shares out its volume to the particles about it, by weights whose sum is 1, and reads the flow by
-!> the same weights, so that what it feels is what the fluid loses. Particles stand for volumes of space, less those of grains.
+!> Grains smaller than the particles of a fluid, by averages over volumes (Anderson & Jackson 1967; with particles of fluid:
+!> Robinson, Ramaioli & Luding 2014). A grain shares out its volume to the particles about it, by weights whose sum is 1, and
+!> reads the flow by the same weights, so that forces are equal and opposite. Particles stand for
+!> volumes of space, less those of grains.
 module fluid_grains
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
   use fluid_view, only: cairn_fluid, fluid, open_fluid
@@ -111,7 +112,7 @@ contains
     end do
   end subroutine cairn_fluid_grain_solids
 
-  !> Forces of the pressure on grains first to last - 1, minus its gradient by volume, and by pairs what each particle feels of it.
+  !> Forces of the pressure on grains first to last - 1, minus its gradient by volume, and the part of each particle in them.
   !> They are the derivative of the pressures times the volumes that grains take, so that a particle that is pressed moves away from
   !> grains (else it goes among them), and what gravity adds at rest is exact, beside walls too.
   subroutine cairn_fluid_grain_push(f, given, first, last, force, of_pair) bind(c)

@@ -87,10 +87,8 @@ contains
       ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
       call invert(v%dim, second, v%open(i) == 0, shape)
       divergence = sum(shape*rates)
-      rate(i - 1) = mass_of(v, i)/own(7)*divergence
-      spread = 2*v%diffusion*v%h*v%c*per_c2*spread
-      if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity, as pressure varies with it
-      rate(i - 1) = rate(i - 1) + spread
+      if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity: it is one of pressure
+      rate(i - 1) = mass_of(v, i)/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
     end do
   end subroutine cairn_fluid_density_rate
 

@@ -133,7 +133,7 @@ void Fluid::weigh_grains(const Scene& scene) {
   });
   // A particle that grows has more of the grains about it: pressure acts on its volume by what it has beyond the mean
   // about these (less rest under gravity) times its porosity. This is the derivative of the same energy as the forces
-  // on grains are, without which particles beside walls go through them.
+  // on grains are, without which particles leave their places at once.
   const auto beyond = [&](std::size_t i, std::size_t grain) {
     const double *x = &record_[particle_record * i], *at = &s.record[grain_record * grain];
     double p = open_[i] > 0 ? std::max(x[7], 0.0) : x[7];

@@ -40,6 +40,7 @@ from .model.callbacks import BodyStep as BodyStep
 from .model.callbacks import CallbackBody as CallbackBody
 from .model.elastic import ElasticBody as ElasticBody
 from .model.fluids import FreeSlip as FreeSlip
+from .model.fluids import GrainDrag as GrainDrag
 from .model.fluids import NoSlip as NoSlip
 from .model.fluids import fluid as fluid
 from .model.frames import bars as bars

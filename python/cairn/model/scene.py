@@ -284,9 +284,9 @@ class Scene(Spelt):
             A material, its name, the name of a group, or "*" for all.
         b : Material or str
             The other side, likewise.
-        law : Law, NoSlip, FreeSlip or None
+        law : Law, NoSlip, FreeSlip, GrainDrag or None
             The law; None: no contact, bodies pass through each other. Between a fluid and bodies NoSlip(), which is the default,
-            FreeSlip(), or None: it flows through them.
+            FreeSlip(), GrainDrag() for grains smaller than its particles, or None: it flows through them.
 
         Raises
         ------

@@ -9,7 +9,7 @@ from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
-from .fluid_gaps import warn_of_gaps
+from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_walls
 from .shown import shown
 
 FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity")
@@ -46,6 +46,9 @@ class Running:
         self._give_surfaces(bodies)
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_gaps(bodies, position, first.spacing, slips, above=4)
+        small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
+        warn_of_walls(small, [b for b, slip in zip(bodies, slips) if 0 < slip <= FreeSlip.number], above=4)
+        warn_of_beds(small, [self._grain(b)[0] for b in small], first.spacing, first.smoothing, above=4)
 
     def _refuse(self, scene):
         liquids = {f.liquid() for f in self.fluids}
@@ -109,8 +112,8 @@ class Running:
             raise ValueError(f"body {int(body.ids[0])} is {what}, and drag by porosity is that of convex grains: {remedy}")
         if size[1] > spacing * (1 + 1e-9):
             raise ValueError(
-                f"body {int(body.ids[0])} is a grain of diameter {size[1]:g} m, more than the spacing of the fluid, {spacing:g} m, "
-                f"and drag by porosity is that of smaller ones: {remedy}; or a larger spacing"
+                f"body {int(body.ids[0])} is a grain of diameter {size[1]:g} m, more than the spacing of the fluid, {spacing:g} "
+                f"m, and drag by porosity is that of smaller ones: {remedy}; or a larger spacing"
             )
         return size
 
@@ -397,7 +400,7 @@ class FluidView:
         dict
             "kinetic", "potential" by the gravity of now, and "elastic" of its compression [J].
         """
-        scene, s = self._simulation.scene, self._running.settings
+        s = self._running.settings
         mass = np.asarray(self.mass)
         velocity, excess = np.asarray(self.velocity), np.asarray(self.density) / s["density"] - 1
         gravity = self._running._gravity()
@@ -412,7 +415,8 @@ class FluidView:
 
     def snapshot(self):
         """Fields of an output, by name."""
-        return {name: np.array(getattr(self, name)) for name in ("position", "velocity", "pressure", "density", *self._grain_fields())}
+        names = ("position", "velocity", "pressure", "density", *self._grain_fields())
+        return {name: np.array(getattr(self, name)) for name in names}
 
     def lines(self):
         """Lines for Simulation.explain."""

@@ -73,3 +73,58 @@ def _surface(body, spacing):
         all_of = np.broadcast_to(body.rotation, (len(place), *np.shape(body.rotation)))
         place, normal = turn(all_of, place, dim), turn(all_of, normal, dim)
     return place + body.position, normal
+
+
+
+def warn_of_walls(grains, met, above):
+    """Warns where grains may come to lie beside surfaces that the liquid meets.
+
+    Parameters
+    ----------
+    grains : list
+        Grains that the liquid drags.
+    met : list
+        Contactors whose surfaces it meets.
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    if grains and met:
+        warnings.warn(
+            "grains beside walls: particles of the liquid among grains within three spacings of a wall may lose their place "
+            "within tenths of a second and go through it; keep grains farther off, or watch sim.fluid.velocity there",
+            FluidWarning,
+            stacklevel=above + 1,
+        )
+
+
+DENSE, WIDE = 0.4, 2.0  # share of space that grains take, and length of the kernel over the spacing from which it is enough
+
+
+def warn_of_beds(bodies, sizes, spacing, smoothing, above):
+    """Warns of dense beds of grains in a liquid whose kernel is short for them.
+
+    Parameters
+    ----------
+    bodies : list
+        Grains, as `Running` has them: position.
+    sizes : list of float
+        Volume of each, in 2D area [m3 or m2].
+    spacing : float
+        Distance of the particles [m].
+    smoothing : float
+        Length of the kernel over it.
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    if not bodies or smoothing >= WIDE:
+        return
+    place = np.array([b.position for b in bodies])
+    cells, which = np.unique(np.floor(place / (2 * spacing)), axis=0, return_inverse=True)
+    share = np.bincount(which.ravel(), sizes) / (2 * spacing) ** cells.shape[1]
+    if np.max(share) > DENSE:
+        warnings.warn(
+            f"grains take {np.max(share):.0%} of the space in places, and particles that flow into such beds lie farther apart "
+            f"than smoothing={smoothing:g} resolves: pressure drops may be wrong by a quarter; give cn.fluid(smoothing=2)",
+            FluidWarning,
+            stacklevel=above + 1,
+        )

@@ -58,6 +58,7 @@ THROUGH = [
     (r"law_yield_contact_\w+", "python/laws/test_smooth_laws.py", "test_yielding_spheres_rebound_as_thornton_and_ning_say"),
     (r"law_smooth_bond_\w+|smooth_moments",
      "python/laws/test_smooth_laws.py", "test_a_cantilever_of_bonded_balls_bends_as_a_beam"),
+    (r"fluid_grain_\w+", "python/fluid/test_fluid_grains.py", "test_flow_through_a_held_bed_feels_the_gradient_of_the_law"),
     (r"fluid_\w+", "python/fluid/test_fluid.py", "test_poiseuille_and_couette"),
     (r"uneven_\w+|smooth_spins",
      "python/strategies/test_smooth_shapes.py", "test_free_rotation_of_unequal_moments_keeps_energy_and_momentum"),
