@@ -9,7 +9,8 @@
 !> root of a scalar function, the tangential impulse that of a disk in the metric of C, x and k those that their own flow gives.
 !> A crack closes without stress before the joint is pressed (closes = 0: it stays open, as in the plasticity of the paper).
 !> Once x is 40 log 2 the bond is broken: a contact where detection finds it, by the same law without tension and cohesion.
-!> Parameters: stiffnesses [Pa/m], tension, cohesion [Pa], works G_I and G_II [J/m2], friction and residual friction [-], cap f_m [Pa],
+!> Parameters: stiffnesses [Pa/m], tension, cohesion [Pa], works G_I and G_II [J/m2], friction and residual friction [-],
+!> cap f_m [Pa],
 !> its work G_c [J/m2], C_ss [-], displacement of the peak [m], dilatancy [-], closes, within [m].
 module composite_interface
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
