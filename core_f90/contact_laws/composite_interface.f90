@@ -259,6 +259,7 @@ contains
     real(c_double) :: bias(n, c), compliance(n, c), p(own + 4), s(states(c)), w(c, c), q(c), settled(c), h, x, k, moves, stiff
     type(cap_flow) :: flow
     integer :: i, l
+    logical :: gives_way
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
     do i = 1, n
@@ -279,10 +280,12 @@ contains
         end do
       end if
       q = u(i, :) + bias(i, :) - matmul(w, r(i, :))
+      gives_way = .true.
       do l = 1, c
         w(l, l) = w(l, l) + compliance(i, l)
+        gives_way = gives_way .and. w(l, l) > 0
       end do
-      if (.not. minval([(w(l, l), l=1, c)]) > 0) cycle
+      if (.not. gives_way) cycle
       call flowing(c, w, q, p, s, settled, flow, x, k)
       state(i, s_beta) = 0
       if (s(s_beta) > 0 .and. x < most) state(i, s_beta) = exp(-x)
