@@ -2,11 +2,12 @@
 
     python benchmarks/shear_wall.py [--full] [--way MM] [--plot PNG]      minutes of one core
 
-Writes benchmarks/results/shear_wall.csv. Sixteen courses of bricks of 204 x 98 x 50 mm and joints of 12.5 mm, .99 x 1.00 m, under .3 MPa; the
-top then moves along, kept level and at its height (Raijmakers & Vermeltfoort 1992; Lourenco 1996). Rigid half bricks, joined in
-the middle by a crack of 2 MPa and 80 J/m2; joints with the parameters of Lourenco & Rots (1997), their stiffness in series with
-that of the brick beside them (16.7 GPa). Masses are sixteen times those of bricks: the load is slow, and joints that soften side
-by side want steps in which inertia holds them. `--full` also runs the wall without a cap, and half of the step and of the speed.
+Writes benchmarks/results/shear_wall.csv. Sixteen courses of bricks of 204 x 98 x 50 mm and joints of 12.5 mm, .99 x 1.00 m,
+under .3 MPa; the top then moves along, kept level and at its height (Raijmakers & Vermeltfoort 1992; Lourenco 1996). Rigid
+half bricks, joined in the middle by a crack of 2 MPa and 80 J/m2; joints with the parameters of Lourenco & Rots (1997), their
+stiffness in series with that of the brick beside them (16.7 GPa). Masses are sixteen times those of bricks: the load is slow,
+and joints that soften side by side want steps in which inertia holds them. `--full` also runs the wall without a cap, and
+half of the step and of the speed.
 """
 
 import argparse

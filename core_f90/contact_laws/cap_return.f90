@@ -174,11 +174,16 @@ contains
     real(c_double), intent(in)     :: p          !< [N s]
     real(c_double), intent(out)    :: t(c - 1)   !< [N s]
     real(c_double), intent(out)    :: y(c)       !< [m/s]
-    real(c_double) :: b(c - 1), rim
+    real(c_double) :: a(c - 1, c - 1), b(c - 1), rim
+    integer :: k
     rim = radius(limit, by, p)
+    a = w(2:, 2:) ! contiguous: the compiler would allocate a copy at each call
     b = q(2:) + w(2:, 1)*p
-    call on_disk(c - 1, w(2:, 2:), b, rim, t)
-    y(2:) = b + matmul(w(2:, 2:), t)
+    call on_disk(c - 1, a, b, rim, t)
+    y(2:) = b
+    do k = 1, c - 1
+      y(2:) = y(2:) + a(:, k)*t(k)
+    end do
     if (length(c - 1, t) < rim*(1 - 8*epsilon(rim))) y(2:) = 0
     y(1) = q(1) + w(1, 1)*p + dot_product(w(1, 2:), t)
   end subroutine beside

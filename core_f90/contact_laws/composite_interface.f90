@@ -9,7 +9,8 @@
 !> root of a scalar function, the tangential impulse that of a disk in the metric of C, x and k those that their own flow gives.
 !> A crack closes without stress before the joint is pressed (closes = 0: it stays open, as in the plasticity of the paper).
 !> Once x is 40 log 2 the bond is broken: a contact where detection finds it, by the same law without tension and cohesion.
-!> Parameters: stiffnesses [Pa/m], tension, cohesion [Pa], works G_I and G_II [J/m2], friction and residual friction [-], cap f_m [Pa],
+!> Parameters: stiffnesses [Pa/m], tension, cohesion [Pa], works G_I and G_II [J/m2], friction and residual friction [-],
+!> cap f_m [Pa],
 !> its work G_c [J/m2], C_ss [-], displacement of the peak [m], dilatancy [-], closes, within [m].
 module composite_interface
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
@@ -258,6 +259,7 @@ contains
     real(c_double) :: bias(n, c), compliance(n, c), p(own + 4), s(states(c)), w(c, c), q(c), settled(c), h, x, k, moves, stiff
     type(cap_flow) :: flow
     integer :: i, l
+    logical :: gives_way
     call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
     do i = 1, n
@@ -278,10 +280,12 @@ contains
         end do
       end if
       q = u(i, :) + bias(i, :) - matmul(w, r(i, :))
+      gives_way = .true.
       do l = 1, c
         w(l, l) = w(l, l) + compliance(i, l)
+        gives_way = gives_way .and. w(l, l) > 0
       end do
-      if (.not. minval([(w(l, l), l=1, c)]) > 0) cycle
+      if (.not. gives_way) cycle
       call flowing(c, w, q, p, s, settled, flow, x, k)
       state(i, s_beta) = 0
       if (s(s_beta) > 0 .and. x < most) state(i, s_beta) = exp(-x)

@@ -155,7 +155,7 @@ def test_unloading_is_elastic_and_a_crack_closes_freely():
     for _ in range(9):
         assert abs(rig.go(-width / 10, 0)[0]) < 1e-9 * 0.25e6
     assert np.isclose(rig.go(-width / 10 - 1e-5, 0)[0], -8.2e5, rtol=1e-6)
-    assert np.isclose(rig.go(1e-5 + 1e-6, 0)[0], 8.2e4, rtol=1e-6)  # and bears what tension is left
+    assert np.isclose(rig.go(1e-5 + 1e-6, 0)[0], 8.2e4, rtol=1e-6)  # and bears the tension that is left
     stays = Rig(closes=0)
     for _ in range(20):
         s, _ = stays.go(2e-6, 0)
@@ -219,7 +219,7 @@ def test_what_is_no_joint_is_refused_by_name(given, name):
     {"cap": np.inf}, {"cap_work": np.inf, "peak": 0.0}, {"normal_work": np.inf, "tangential_work": np.inf}, {"cap_shear": 1e30},
 ])  # fmt: skip
 def test_extremes_stay_finite(given):
-    """A brick that is pressed, torn and pressed again beyond what the joint bears."""
+    """Forces press, tear and press the brick again, beyond the strengths of the joint."""
     def force(t):
         load = (-1e4, -1e7, 1e5, -1e5)[min(3, int(t / 0.02))]
         return (load / 3, load, 0.0)

@@ -50,6 +50,8 @@ THROUGH = [
     (r"law_rolling_(wet|capillary)_\w+", "python/laws/test_rolling_with_cohesion.py",
      "test_a_wet_grain_begins_to_roll_where_attraction_adds_to_its_weight"),
     (r"law_rolling_bonded_\w+", "python/laws/test_rolling_with_cohesion.py", "test_bonds_beside_rolling_hold_as_bonds_do"),
+    (r"law_composite_interface_\w+", "python/fracture/test_composite_interface.py",
+     "test_combined_paths_are_those_of_small_increments"),
     (r"law_granular_contact_\w+", "python/laws/test_smooth_laws.py", "test_parts_of_a_contact_are_those_of_hertz_mindlin"),
     (r"law_liquid_bridge_\w+",
      "python/laws/test_smooth_laws.py", "test_bridges_pull_as_lambert_and_willett_say_until_they_rupture"),
