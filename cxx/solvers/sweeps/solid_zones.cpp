@@ -350,9 +350,9 @@ void SolidZones::go_to_start() {
 
 namespace {
 
-// Ways to the impulses of a step, tried one after the other from its start. Each may end where contacts close and open
-// in turns while zones soften, on one wall or another, so that a single one leaves it to the last digit which steps
-// converge. Of 1,120 steps of sheared walls past their peaks 159 fail with the first alone, 7 with all.
+// Solution methods of a step, tried one after the other from its start. Each may stall at contacts that close and open
+// in turns while zones soften. With a single one, rounding would decide whether a step converges. Of 1,120 steps of
+// sheared walls past their peaks 159 fail with the first alone, 7 with all.
 struct Attempt {
   bool inside;   // begins with interior points
   double softer; // factor of the penalty
