@@ -119,7 +119,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
 }
 
 // Adds forces and moments of pairs to own bodies, in the order of the other contactors' ids, and those of own pairs to
-// the exact sums of bodies that are everywhere.
+// the exact sums of bodies that all ranks have.
 void RankedSmooth::add_forces(Part& part, std::vector<ExactSum>& on_all, const std::vector<std::int32_t>& place) {
   Simulation& s = *part.simulation;
   s.contacts_known = false; // bodies moved since they were seen

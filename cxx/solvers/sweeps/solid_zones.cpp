@@ -351,7 +351,7 @@ void SolidZones::go_to_start() {
 namespace {
 
 // Solution methods of a step, tried one after the other from its start. Each may stall at contacts that close and open
-// in turns while zones soften. With a single one, rounding would decide whether a step converges. Of 1,120 steps of
+// in turns while zones soften. With a single one, rounding would decide whether a step converges. Of 840 steps of
 // sheared walls past their peaks 159 fail with the first alone, 7 with all.
 struct Attempt {
   bool inside;   // begins with interior points

@@ -17,7 +17,7 @@ def cells(dim, counts):
 
 
 def sheared(dim, size):
-    """Displacements and velocities over the size of a block of 1 x .5 `size` that slides off its zones, and statuses of the steps."""
+    """Displacements and velocities over the size of a block of 1 x .5 `size` that slides off its zones; statuses of steps."""
     stress = 2e5 * size**2  # [Pa]; grows with size^2 at the same density and time
     zone = {"normal_stiffness": 1e11 * size, "tangential_stiffness": 5e10 * size, "mu": 0.6}
     works = {"normal_work": 20.0 * size**3, "tangential_work": 40.0 * size**3}
