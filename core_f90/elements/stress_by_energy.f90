@@ -58,7 +58,7 @@ contains
       change = change + transpose(change)
       left = energy_end(i) - energy_begin(i) - 0.5_c_double*sum(material*change)
       s = material
-      ! what rounding of the energies leaves says nothing
+      ! a smaller remainder is rounding of the energies
       if (abs(left) > 4*epsilon(left)*(abs(energy_begin(i)) + abs(energy_end(i)))) s = s + (2*left/sum(change**2))*change
       piola(:, :, i) = matmul(f, s)
       if (want == 0) cycle

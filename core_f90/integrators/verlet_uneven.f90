@@ -23,7 +23,7 @@ contains
     real(c_double), intent(inout)  :: angular_momentum(3, 0:*) !< in space axes, out in the middle; driven: kept [N m s]
     real(c_double), intent(out)    :: turned(7, n)             !< unit quaternion at the end; spin in the middle [-, rad/s]
     real(c_double), intent(inout)  :: fastest                  !< square of the greatest spin so far [1/s2]
-    integer(c_int64_t), intent(inout) :: unsolved              !< a body that found no rotation, if there is one
+    integer(c_int64_t), intent(inout) :: unsolved              !< a body whose rotation did not converge; unchanged if all did
     real(c_double), intent(in), optional :: force(6, 0:*)      !< mean over the step [N, N m]
     real(c_double), intent(in), optional :: damping(0:*)       !< per unit of mass [1/s]
     integer(c_int8_t), intent(in), optional :: driven(0:*)     !< bits 3 to 5: driven spins, all or none

@@ -21,8 +21,8 @@ struct NetworkUnknowns {
   std::int64_t bytes() const;
 };
 
-// Values of a source at the unknowns of its bodies, -1: none: those held, marked in `held`, or flows added to `flow`. An
-// electrode gives its flow at the first of its bodies.
+// Values of a source at the unknowns of its bodies, -1: none: those held, marked in `held`, or flows added to `flow`.
+// An electrode gives its flow at the first of its bodies.
 void take_source(const NetworkSource& from, const std::vector<std::int32_t>& body, std::uint8_t* held, double* value,
                  double* flow);
 

@@ -142,7 +142,7 @@ void add_bent(int dim, const double axes[3][3], double pull, double size, double
     double turn[4][12] = {}; // rows of the deflection along the axis and the slope that goes with it, of both nodes
     for (int end = 0; end < 2; ++end) {
       for (int c = 0; c < dim; ++c) turn[2 * end][end * each + c] = axes[axis][c];
-      // a slope along the second axis is a turn about the third; along the third one about the second, backwards
+      // the slope of a deflection along axis 2 is the rotation about axis 3; along axis 3 it is minus that about axis 2
       if (dim == 2) turn[2 * end + 1][end * each + 2] = 1;
       for (int c = 0; c < 3 && dim == 3; ++c)
         turn[2 * end + 1][end * each + 3 + c] = axis == 1 ? axes[2][c] : -axes[1][c];

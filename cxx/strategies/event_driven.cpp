@@ -183,9 +183,9 @@ bool EventDriven::impact(Simulation& s, std::int32_t pair, double time) {
   return true;
 }
 
-// Closes for NSCD, too, the pairs that are closed where the flight ends. Rounding of positions makes them overlap, and
-// rounding of velocities lets them separate until NSCD detects. A gap above zero is open to laws of restitution, so the
-// body would fall for the whole step.
+// Moves bodies so that pairs in contact at the end of the flight are in contact for NSCD as well. By rounding such a
+// pair may have a gap when NSCD detects it, which laws of restitution take as open: the body would fall for the whole
+// step.
 void EventDriven::settle(Simulation& s) {
   Bodies& b = s.scene.bodies;
   group_.clear();

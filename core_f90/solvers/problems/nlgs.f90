@@ -160,7 +160,7 @@ contains
     end do
   end subroutine take_share
 
-  !> Dummies give no impulse, whatever the law made of them.
+  !> Sets the impulses of dummy contacts, which fill up the last lanes, to zero.
   subroutine clear_dummies(n, c, contacts, bias, r)
     integer, value                :: n          !< contacts, dummies included
     integer, value                :: c          !< components

@@ -168,12 +168,11 @@ bool Auto::turn_of_newton() {
 // Corrects velocities once the error is met. Where velocities of some contacts are far from the solution, Newton's
 // method has a share of the work so far; where a body falls, or masses differ much, as much again.
 void Auto::make_velocities_right() {
-  const double least = policy().problem_velocities_least;
   const double power = monitor_.best_error() > options_.tolerance ? 0 : monitor_.best_power_error();
   const double enough = std::sqrt(options_.tolerance);
   if (power <= enough) return;
   const bool all = differ_ || power >= falling * enough;
-  const auto pays = [&] { return all || settling * double(iterations_) >= least * iteration_; };
+  const auto pays = [&] { return all || settling * double(iterations_) >= iteration_; };
   if (all_newton_iterations_ > 0 && (!all || newton_error_ <= options_.tolerance)) return; // it had its share
   if (pays() && !weighed_) weigh_newton();
   if (!has_newton_ || !pays()) return;
@@ -181,7 +180,7 @@ void Auto::make_velocities_right() {
   options.warm_start = true;
   const double left = double(options_.max_iterations - iterations_);
   const double share = settling * double(iterations_) / iteration_;
-  options.max_iterations = int(all ? left : std::min(left, std::max(least, share)));
+  options.max_iterations = int(all ? left : std::min(left, share));
   if (options.max_iterations < 1) return;
   options.max_seconds = options_.max_seconds - monitor_.seconds();
   start_.assign(r_, r_ + p_.unknowns());
@@ -198,17 +197,13 @@ void Auto::make_velocities_right() {
 }
 
 ProblemReport Auto::solve() {
-  const double least = policy().problem_turn, gain = policy().problem_gain;
+  const double least = policy().problem_turn;
   monitor_.start_error();
   while (!monitor_.ended(iterations_)) {
     sweep();
     if (monitor_.ended(iterations_) || !has_newton_) break;
     turn_ = std::max({least * iteration_, double(sweeps_), 2 * turn_});
-    double before = 0;
-    do {
-      before = monitor_.best_error();
-      has_newton_ = turn_of_newton();
-    } while (newton_ && newton_error_ < gain * before && !monitor_.ended(iterations_));
+    has_newton_ = turn_of_newton();
   }
   if (has_newton_) make_velocities_right();
   return monitor_.finish(last_, iterations_);

@@ -44,8 +44,8 @@ double ProximalNewton::error_of(const Array<double>& x) {
   return scaled_.monitor().error_of(x.data(), u_.data());
 }
 
-// Newton's method around the centre. True: |f| fell tenfold, or to rounding. r_ is its result, error the true
-// error.
+// Newton's method for the proximal point of the centre, from it to r_. Returns true if |f| fell tenfold or to rounding.
+// error: of r_ in the problem without the proximal term.
 bool ProximalNewton::solve_around(double& error, int& steps) {
   ProblemMonitor& monitor = scaled_.monitor();
   r_ = centre_;

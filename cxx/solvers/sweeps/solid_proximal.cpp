@@ -103,7 +103,7 @@ double ProximalPoints::step_length(bool cut) {
   if (!cut) return 0;
   double step = 1;
   for (int look = 0; look < most; ++look) {
-    // every third one in the middle, as an end of a curve that bends may stay
+    // every third point bisects: by secants alone one end of the interval may stay where the slope is curved
     step = look % 3 == 0 ? 0.5 * (low + high) : low - at_low * (high - low) / (at_high - at_low);
     const double now = slope(step);
     if (std::abs(now) <= least) break;

@@ -25,6 +25,21 @@ double penalty(const cairn_batch& b, int lane) {
   return (b.mapped_a || b.mapped_b ? yielding : rigid) * b.rho[lane];
 }
 
+// Impulses of all contacts, batch by batch.
+void read_impulses(const ContactSystem& system, std::vector<double>& out) {
+  out.clear();
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int k = 0; k < b.components; ++k) out.push_back(at(b, b.r, lane, k));
+}
+
+void write_impulses(ContactSystem& system, const std::vector<double>& impulses) {
+  auto from = impulses.begin();
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = *from++;
+}
+
 bool is_zone(const cairn_batch& b) { return zone_of(b.law) != nullptr; }
 
 } // namespace
@@ -39,13 +54,7 @@ bool SolidZones::alone(const ContactSystem& system) {
   return any;
 }
 
-void SolidZones::keep_start(ContactSystem& system) {
-  std::vector<double>& start = SolidMemory::of(system).start;
-  start.clear();
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane)
-      for (int k = 0; k < b.components; ++k) start.push_back(at(b, b.r, lane, k));
-}
+void SolidZones::keep_start(ContactSystem& system) { read_impulses(system, SolidMemory::of(system).start); }
 
 // Springs and friction of a batch at these velocities; at the begin with the damage at hand.
 void SolidZones::read(const cairn_batch& b, const double* u) {
@@ -339,10 +348,7 @@ void SolidZones::renew_multipliers() {
 
 // Impulses from before the sweeps of this step.
 void SolidZones::go_to_start() {
-  const double* from = SolidMemory::of(solid_.system).start.data();
-  for (const cairn_batch& b : solid_.system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane)
-      for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = *from++;
+  write_impulses(solid_.system, SolidMemory::of(solid_.system).start);
   solid_.refresh();
   begin();
   slack_ = 0;
@@ -350,9 +356,9 @@ void SolidZones::go_to_start() {
 
 namespace {
 
-// Ways to the impulses of a step, tried one after the other from its start. Each may end where contacts close and open
-// in turns while zones soften, on one wall or another, so that a single one leaves it to the last digit which steps
-// converge. Of 1,120 steps of sheared walls past their peaks 159 fail with the first alone, 7 with all.
+// Solution methods of a step, tried one after the other from its start. Each may stall at contacts that close and open
+// in turns while zones soften. With a single one, rounding would decide whether a step converges. Of 840 steps of
+// sheared walls past their peaks 159 fail with the first alone, 7 with all.
 struct Attempt {
   bool inside;   // begins with interior points
   double softer; // factor of the penalty
@@ -369,6 +375,7 @@ std::span<const Attempt> attempts(bool meshes) {
 
 int SolidZones::solve(double error_square, double wanted_square, const std::function<double()>& measure) {
   solid_.keep_impulses();
+  std::vector<double> first; // impulses that the first method ended with
   bool reached = false;
   int passes = 0;
   for (const Attempt& attempt : attempts(!solid_.system.condensed.empty())) {
@@ -378,8 +385,12 @@ int SolidZones::solve(double error_square, double wanted_square, const std::func
     if (attempt.inside) passes += go_inside(error_square, wanted_square, measure, reached);
     if (!reached) passes += go_by_multipliers(passes > before, error_square, wanted_square, measure, reached);
     if (reached) return passes;
+    if (first.empty()) { // sweeps go on from its end: another may have a smaller error, and longer sweeps
+      solid_.restore_impulses();
+      read_impulses(solid_.system, first);
+    }
   }
-  solid_.restore_impulses();
+  write_impulses(solid_.system, first);
   solid_.refresh();
   measure();
   return passes;

@@ -167,7 +167,7 @@ def _in_plane(unit, normal):
     if not size[1] > SLIVER * size[0]:
         return None
     if not np.linalg.norm(np.cross(unit, np.roll(unit, -1, axis=0)).sum(axis=0)) > SLIVER:
-        normal = axes[2]  # of two loops of equal area, turned apart
+        normal = axes[2]  # two loops of opposite sense and equal area have no area vector
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     first /= np.linalg.norm(first)
     return np.column_stack([unit @ first, unit @ np.cross(normal, first)])

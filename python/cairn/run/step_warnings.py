@@ -55,6 +55,8 @@ MOST_CREATED = 0.25
 MASSES_DIFFER = 100
 # damping times the step, for a warning under Gear's method
 DAMPED = 0.01
+REBOUND = "newton_restitution"
+TOO_LONG = "the step is too long for what moves, or masses differ by more than numbers of 16 digits hold"
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
 # the same ratio for a body wholly within another body, up to rounding
@@ -101,6 +103,17 @@ def _named(simulation):
 
 def _percent(share):
     return f"{share:.0%}" if share < 1e4 else f"{100 * share:.3g}%"
+
+
+def _rebounds(simulation):
+    """Cause and remedy of an overlap where a rule has a rebound, else None."""
+    laws = [law for _, _, law in simulation._rules if law is not None and law.name == REBOUND]
+    if not any(law.values[1] > 0 for law in laws):
+        return None
+    return (
+        "Restitution with a rebound acts once bodies touch, after they overlapped by up to their speed times dt, and gives none "
+        "of it back; give a smaller dt, or project_positions=True of NSCD"
+    )
 
 
 class StepWarnings:
@@ -221,8 +234,7 @@ class StepWarnings:
             self._tell(
                 OverlapWarning,
                 f"{_named(simulation)} overlap by {_percent(overlap)} of the smaller one's size in step {simulation.steps}, "
-                "which converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; "
-                "see sim.contacts.gap",
+                f"which converged: {_rebounds(simulation) or TOO_LONG}; see sim.contacts.gap",
             )
         known = "edges" in self._told or overlap <= 2 * self._first_overlap
         rolls = None if known else self._edges.look(simulation, overlap)
@@ -238,11 +250,14 @@ class StepWarnings:
         if grown is None or len(simulation.nodes) or core_of(simulation).overlaps_by_law():
             return
         before, steps = grown
+        adds_up = (
+            f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give a smaller tol, a smaller dt, or "
+            "project_positions=True of NSCD"
+        )
         self._tell(
             OverlapWarning,
             f"{_named(simulation)} overlap by {overlap:.2g} of the smaller one's size in step {simulation.steps}, up from "
-            f"{before:.2g} within {steps} steps of errors within tol: what a tolerance of {simulation.strategy.solver.tol:g} "
-            "leaves adds up; give a smaller tol, a smaller dt, or project_positions=True of NSCD",
+            f"{before:.2g} within {steps} steps of errors within tol: {_rebounds(simulation) or adds_up}",
             "sinks",
         )
 

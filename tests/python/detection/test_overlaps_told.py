@@ -334,3 +334,15 @@ def test_only_overlap_that_keeps_growing_is_told():
     assert not any(told(swings))
     grown = told([0.1, 0.11, 0.12])
     assert grown[-1] == (0.0, 3 * WINDOW) and not any(grown[:-1])
+
+
+def test_a_rebound_that_comes_late_is_named():
+    """A disk at .6 of its diameter a step: Restitution acts once it has touched."""
+    rock = cn.Material("rock", density=2600.0)
+    scene = cn.Scene(2)
+    scene.add(cn.disks([(0.0, 0.0101)], 0.01, rock, velocity=[(0.0, -12.0)]), cn.wall((0, 0), (0, 1), rock))
+    scene.interact(rock, rock, cn.Restitution(normal=0.5, mu=0.3))
+    sim = cn.Simulation(scene, 1e-3)
+    with pytest.warns(cn.OverlapWarning, match="rebound acts once bodies touch.*project_positions=True"):
+        for _ in range(3):
+            sim.step()

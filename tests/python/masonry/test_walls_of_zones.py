@@ -123,7 +123,7 @@ def test_walls_of_each_law_converge_past_their_peak(law):
 def test_higher_walls_converge_past_their_peak(law):
     """Zones soften in turns, and a step of Newton's method that ends where contacts close and open is begun in another way."""
     pulls, left = sheared(*wall(2, LAWS[law], rows=6), 1e-3, 4e-4)
-    assert left <= 2
+    assert left <= 4, "a tenth of the steps: by the first method alone it is seven tenths and more"
     assert pulls.max() > 0.5
 
 

@@ -1,4 +1,4 @@
-"""Meshes on cohesive zones at sizes from 1e-9 to 1e6 m: interior points and multipliers know no length, mass or time of their own."""
+"""Meshes on cohesive zones at sizes from 1e-9 to 1e6 m: interior points and multipliers have no scale of their own."""
 
 import cairn as cn
 import numpy as np
@@ -17,8 +17,8 @@ def cells(dim, counts):
 
 
 def sheared(dim, size):
-    """Displacements and velocities over the size of a block of 1 x .5 `size` that slides off the zones under it, and how steps ended."""
-    stress = 2e5 * size**2  # of bodies of one density, in steps of one length: as L^2
+    """Displacements and velocities over the size of a block of 1 x .5 `size` that slides off its zones; statuses of steps."""
+    stress = 2e5 * size**2  # [Pa]; grows with size^2 at the same density and time
     zone = {"normal_stiffness": 1e11 * size, "tangential_stiffness": 5e10 * size, "mu": 0.6}
     works = {"normal_work": 20.0 * size**3, "tangential_work": 40.0 * size**3}
     law = cn.EXPO(**zone, normal_strength=stress, tangential_strength=stress, **works)

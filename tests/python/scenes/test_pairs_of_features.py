@@ -1,4 +1,4 @@
-"""Scenes of two features that stand far from each other: each moves as it does alone, and goes on from a checkpoint to the same bits."""
+"""Scenes of two features far from each other: each moves as it does alone, and goes on from a checkpoint to the same bits."""
 
 import itertools
 
@@ -37,8 +37,8 @@ def pile(scene, at, f, **more):
 class Feature:
     """A part of a scene under one material, named as the feature is."""
 
-    def __init__(self, name, law=None, build=pile, late=None, dims=(2, 3), **more):
-        self.name, self.law, self.build, self.late, self.dims, self.more = name, law or cn.Coulomb(mu=0.1), build, late, dims, more
+    def __init__(self, name, law=None, build=pile, late=None):
+        self.name, self.law, self.build, self.late = name, law or cn.Coulomb(mu=0.1), build, late
 
 
 def mesh(scene, at, f):
@@ -136,7 +136,7 @@ def advance(sim, features, far, first=0, last=STEPS):
 
 
 def motion(sim, at):
-    """Places and velocities of what moves near `at`, in the order of insertion."""
+    """Places and velocities of bodies and nodes near `at`, in the order of insertion."""
     b, n = sim.bodies, sim.nodes
     near = np.isfinite(b.mass) & (np.abs(b.position[:, 0] - at) < 1.5)
     out = [b.position[near], b.velocity[near]]

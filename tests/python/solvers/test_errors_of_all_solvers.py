@@ -8,7 +8,9 @@ import pytest
 
 ROCK = cn.Material("rock", density=2600.0)
 RADIUS, H, G = 0.1, 1e-3, 9.81
-SOLVERS = ("NLGS", "Auto", "Extragradient", "ConjugateGradient", "AcceleratedGradient", "PPANewton", "ADMM", "InteriorPoint", "Lemke")
+SOLVERS = (
+    "NLGS", "Auto", "Extragradient", "ConjugateGradient", "AcceleratedGradient", "PPANewton", "ADMM", "InteriorPoint", "Lemke",
+)  # fmt: skip
 
 
 def three(solver, mu):
