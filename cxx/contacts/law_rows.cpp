@@ -36,6 +36,7 @@ LawRows Interactions::law_rows(Law law) const {
                 " has no solution of its own, so that it cannot be asked alone: shadow solve_contacts");
   const auto c = std::size_t(info.components(s.in.dim()));
   const std::size_t p = info.parameters.size(), states = std::size_t(info.state_columns(s.in.dim()));
+  const auto geometry = std::size_t(geometry_columns(info));
   LawRows rows;
   rows.components = int(c);
   rows.h = s.in.h;
@@ -49,7 +50,7 @@ LawRows Interactions::law_rows(Law law) const {
                                {&rows.delassus, c * c},
                                {&rows.impulse, c},
                                {&rows.params, p},
-                               {&rows.geometry, std::size_t(geometry_columns(info))},
+                               {&rows.geometry, geometry},
                                {&rows.state, states}})
     column->resize(n * width);
   if (s.in.has_fields()) rows.fields.resize(4 * n);
@@ -81,7 +82,7 @@ LawRows Interactions::law_rows(Law law) const {
       if (s.in.has_jumps()) add_jump(s.in, s.system, b, lane, u);
       for (std::size_t k = 0; k < c; ++k) rows.velocity[k * n + at] = of(u, k) + (own.flight ? of(own.flight, k) : 0);
       for (std::size_t k = 0; k < p; ++k) rows.params[k * n + at] = of(b.params, k);
-      for (std::size_t k = 0; k < rows.geometry.size() / n; ++k) rows.geometry[k * n + at] = of(own.geometry, k);
+      for (std::size_t k = 0; k < geometry; ++k) rows.geometry[k * n + at] = of(own.geometry, k);
       for (std::size_t k = 0; k < states; ++k) rows.state[k * n + at] = of(b.state, k);
       for (std::size_t k = 0; k < 4 && !rows.fields.empty(); ++k) rows.fields[k * n + at] = of(own.fields, k);
     }

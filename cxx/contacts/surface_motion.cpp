@@ -62,7 +62,7 @@ bool add_belts(const AssemblyInput& in, std::int64_t i, double* v, double* spin)
   for (const int side : {0, 1}) {
     const std::int32_t body = in.body(side ? in.candidates->contactor_b[i] : in.candidates->contactor_a[i]);
     if (body < 0) continue;
-    double lever[3], own[3], turn[3] = {0, 0, 0};
+    double lever[3] = {0, 0, 0}, own[3] = {0, 0, 0}, turn[3] = {0, 0, 0};
     for (int k = 0; k < d; ++k)
       lever[k] = in.candidates->point[d * i + k] - in.bodies->position[body][k] - (side ? shift[k] : 0);
     if (!belt_velocity(*in.bodies, d, body, lever, &in.candidates->normal[d * i], own)) continue;

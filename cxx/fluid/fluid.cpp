@@ -69,6 +69,7 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains g
   }
   const auto places = [&](const std::vector<std::int64_t>& of) {
     std::vector<std::int32_t> out;
+    out.reserve(of.size());
     for (const std::int64_t id : of)
       out.push_back(std::int32_t(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin()));
     return out;

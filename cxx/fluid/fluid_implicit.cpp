@@ -258,8 +258,17 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   }
   shear(h);
   for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += 0.5 * rest[i];
-  // Rows without bodies' part, and what the filter leaves of a liquid at rest.
-  const double filter = settings.filter;
+  begin_rows(rest, level);
+  add_mass();
+  report.passes = report.products = 0;
+}
+
+// Right-hand sides and diagonal of the rows: without the bodies' part, and less what the filter leaves of a liquid at
+// rest, whose change of velocity is rest [m/s] and whose pressure is level [Pa].
+void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& level) {
+  Implicit& s = *implicit_;
+  const std::size_t n = std::size_t(count()), bodies = std::max<std::size_t>(1, bodies_.size());
+  const double h = s.h, filter = settings.filter, volume = std::pow(settings.spacing, dim_) * settings.depth;
   push(level);
   const std::vector<double> still(6 * bodies, 0.0);
   divergence(rest, still, s.beside);
@@ -295,8 +304,6 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
                     filter * 2 * h / settings.density * bent + stiff;
   }
-  add_mass();
-  report.passes = report.products = 0;
 }
 
 // The mass of the liquid about bodies, as an estimate from below: with that, passes converge. A body displaces its

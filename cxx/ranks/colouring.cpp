@@ -82,6 +82,7 @@ private:
   // The owner of a body tells each rank with contacts on it all contacts, and keeps them too.
   static std::vector<Parcel> to_sharers(const ColourShare& s, int me, std::vector<Told> told) {
     std::vector<std::int64_t> bodies;
+    bodies.reserve(told.size());
     for (const Told& t : told) bodies.push_back(t.body);
     bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
     for (std::size_t i = 0; i < s.key.size(); ++i)
