@@ -28,6 +28,7 @@ THROUGH = [
     (r"strain_measure|stress_of_measure", "python/solids/test_bulk_materials.py", "test_measures_of_large_strain"),
     (r"small_\w+", "cxx/test_soe.cpp", "SolvesAsATextbookLoop"),
     (r"nlgs_sweep|delassus", "cxx/test_nlgs.cpp", "FindsWhatTheTextbookFinds"),
+    (r"ranked_sweep", "python/ranks/test_ranks.py", "test_a_run_over_ranks_is_that_without"),
     (r"contact_work", "cxx/test_interaction.cpp", "EnergyIsWhatBodiesLose"),
     (r"grid_\w+|bar_search|tube_search|contactor_reach|contactor_directions|pair_admit|pair_keep|pair_tidy|reference_detection|"
      r"pair_(disk_disk|disk_segment|disk_half_plane|sphere_sphere|sphere_plane|sphere_tube)",
