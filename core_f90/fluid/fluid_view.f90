@@ -194,16 +194,14 @@ contains
 
   !> Inverse of the second moment of the gradients about a particle within the liquid, with which they are exact for linear fields
   !> (Randles & Libersky 1996); 1 elsewhere, and where neighbours lie too unevenly.
-  pure subroutine invert(dim, second, within, shape, below)
+  pure subroutine invert(dim, second, within, shape)
     integer, intent(in) :: dim
     real(c_double), intent(in) :: second(3, 3)
     logical, intent(in) :: within
     real(c_double), intent(out) :: shape(3, 3)
-    real(c_double), intent(in), optional :: below !< determinant that is not inverted, .3 when not given [-]
-    real(c_double) :: a(3, 3), det, least
+    real(c_double), parameter :: least = 0.3_c_double !< determinant that is inverted [-]
+    real(c_double) :: a(3, 3), det
     integer :: l
-    least = 0.3_c_double
-    if (present(below)) least = below
     shape = 0
     do l = 1, 3
       shape(l, l) = 1

@@ -21,7 +21,7 @@ void RankedCell::begin(const std::vector<Part>& parts, double h, Exchange& excha
         const std::int32_t candidate = system.candidate[std::size_t(b.first + lane)];
         const std::int32_t image = part.simulation->candidates.image[std::size_t(candidate)];
         if (image == own_image) continue;
-        Place place{std::int32_t(k), lane, {}};
+        AcrossBoundary place{std::int32_t(k), lane, {}};
         image_shift(cell, image, place.shift);
         places.push_back(place);
         if (b.delassus[lane] > 0) mobile[0].add(1 / b.delassus[lane]);
@@ -48,7 +48,7 @@ void RankedCell::follow(std::vector<Part>& parts, Exchange& exchange) {
   ExactSum sums[9];
   for (std::size_t l = 0; l < parts.size(); ++l) {
     const ContactSystem& system = parts[l].simulation->interactions.system();
-    for (const Place& place : places_[l]) {
+    for (const AcrossBoundary& place : places_[l]) {
       double p[3], m[3];
       space_impulse(dim_, system.batches[std::size_t(place.batch)], place.lane, p, m);
       for (int j = 0; j < dim_; ++j)
@@ -64,21 +64,9 @@ void RankedCell::follow(std::vector<Part>& parts, Exchange& exchange) {
     rate_[e] = now;
   }
   if (!follows_) return;
-  double axes[3][3] = {};
   for (std::size_t l = 0; l < parts.size(); ++l) {
     const ContactSystem& system = parts[l].simulation->interactions.system();
-    for (const Place& place : places_[l]) {
-      const cairn_batch& b = system.batches[std::size_t(place.batch)];
-      double v[3] = {0, 0, 0};
-      for (int j = 0; j < dim_; ++j)
-        for (int i = 0; i < dim_; ++i) v[i] += change[i + 3 * j] * place.shift[j];
-      axes_of(b, dim_, place.lane, axes);
-      for (int c = 0; c < dim_; ++c) {
-        double along = 0;
-        for (int i = 0; i < dim_; ++i) along += axes[c][i] * v[i];
-        at(b, b.bias, place.lane, c) -= along;
-      }
-    }
+    for (const AcrossBoundary& place : places_[l]) shift_bias(system, place, dim_, change);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "../solvers/sweeps/contact_system.hpp"
+#include "../solvers/sweeps/moving_cell.hpp"
 #include "exact_sum.hpp"
 #include "exchange.hpp"
 #include "part.hpp"
@@ -21,12 +21,8 @@ public:
   void end(std::vector<Part>& parts) const;
 
 private:
-  struct Place { // of a contact across the boundary
-    std::int32_t batch, lane;
-    double shift[3];
-  };
   bool driven_ = false, follows_ = false;
-  std::vector<std::vector<Place>> places_; // of each part
+  std::vector<std::vector<AcrossBoundary>> places_; // of each part
   double rate_[9] = {}, free_[9] = {}, inverse_[9] = {}, sum_[9] = {};
   double over_ = 0; // 1/(h V)
   int dim_ = 2;

@@ -11,7 +11,7 @@ module extrapolated_sweep
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
-  public :: cairn_extrapolated_sweep, cairn_sweep_chosen
+  public :: cairn_extrapolated_sweep, cairn_sweep_chosen, lean_some
   integer, parameter :: w8 = 8 !< contacts at a time
 contains
 
@@ -148,6 +148,7 @@ contains
     call lean_some(batch%count*batch%components, factor, before, r, start)
   end subroutine lean
 
+  !> Keeps impulses r as those before the sweep, and takes them on along their last change.
   pure subroutine lean_some(n, factor, before, r, start)
     integer, value                :: n        !< numbers
     real(c_double), value         :: factor   !< [-]

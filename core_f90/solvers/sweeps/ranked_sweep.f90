@@ -5,6 +5,7 @@ module ranked_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, max_batch, max_components
   use contact_schedule, only: schedule_view, open_schedule
+  use extrapolated_sweep, only: lean_some
   use nlgs, only: sweep_batch
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
@@ -87,28 +88,6 @@ contains
     start = r
     before = now
   end subroutine lean_eight
-
-  pure subroutine lean_some(n, factor, before, r, start)
-    integer, value                :: n        !< numbers
-    real(c_double), value         :: factor   !< [-]
-    real(c_double), intent(inout) :: before(n) !< [N s]
-    real(c_double), intent(inout) :: r(n)     !< impulses [N s]
-    real(c_double), intent(out)   :: start(n) !< [N s]
-    real(c_double) :: now
-    integer :: i
-    if (factor > 0) then
-      !$omp simd private(now)
-      do i = 1, n
-        now = r(i)
-        r(i) = now + factor*(now - before(i))
-        start(i) = r(i)
-        before(i) = now
-      end do
-    else
-      start = r
-      before = r
-    end if
-  end subroutine lean_some
 
   !> Of contacts alone: lanes beyond them hold none.
   subroutine note(batch, start, before, unit_change, unit_along, change, along)

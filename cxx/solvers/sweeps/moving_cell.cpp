@@ -6,6 +6,19 @@
 
 namespace cairn {
 
+void shift_bias(const ContactSystem& system, const AcrossBoundary& place, int dim, const double* change) {
+  const cairn_batch& b = system.batches[std::size_t(place.batch)];
+  double v[3] = {0, 0, 0}, axes[3][3] = {};
+  for (int j = 0; j < dim; ++j)
+    for (int i = 0; i < dim; ++i) v[i] += change[i + 3 * j] * place.shift[j];
+  axes_of(b, dim, place.lane, axes);
+  for (int c = 0; c < dim; ++c) {
+    double along = 0;
+    for (int i = 0; i < dim; ++i) along += axes[c][i] * v[i];
+    at(b, b.bias, place.lane, c) -= along;
+  }
+}
+
 void MovingCell::begin(const Cell& cell, int dim, double h, const ContactSystem& system, const std::int32_t* image) {
   dim_ = dim;
   places_.clear();
@@ -15,7 +28,7 @@ void MovingCell::begin(const Cell& cell, int dim, double h, const ContactSystem&
     for (std::int32_t lane = 0; lane < b.contacts; ++lane) {
       const std::int32_t of = image[system.candidate[b.first + lane]];
       if (of == own_image) continue;
-      Place place{std::int32_t(k), lane, {}};
+      AcrossBoundary place{std::int32_t(k), lane, {}};
       image_shift(cell, of, place.shift);
       places_.push_back(place);
       if (b.delassus[lane] > 0) mobile += 1 / b.delassus[lane];
@@ -37,7 +50,7 @@ void MovingCell::begin(const Cell& cell, int dim, double h, const ContactSystem&
 void MovingCell::follow(ContactSystem& system) {
   double change[9], axes[3][3] = {};
   std::fill(std::begin(sum_), std::end(sum_), 0.0);
-  for (const Place& place : places_) {
+  for (const AcrossBoundary& place : places_) {
     const cairn_batch& b = system.batches[std::size_t(place.batch)];
     axes_of(b, dim_, place.lane, axes);
     for (int i = 0; i < dim_; ++i) {
@@ -54,18 +67,7 @@ void MovingCell::follow(ContactSystem& system) {
     rate_[e] = now;
   }
   if (!moved) return;
-  for (const Place& place : places_) {
-    const cairn_batch& b = system.batches[std::size_t(place.batch)];
-    double v[3] = {0, 0, 0};
-    for (int j = 0; j < dim_; ++j)
-      for (int i = 0; i < dim_; ++i) v[i] += change[i + 3 * j] * place.shift[j];
-    axes_of(b, dim_, place.lane, axes);
-    for (int c = 0; c < dim_; ++c) {
-      double along = 0;
-      for (int i = 0; i < dim_; ++i) along += axes[c][i] * v[i];
-      at(b, b.bias, place.lane, c) -= along;
-    }
-  }
+  for (const AcrossBoundary& place : places_) shift_bias(system, place, dim_, change);
 }
 
 void MovingCell::end(Cell& cell) const {

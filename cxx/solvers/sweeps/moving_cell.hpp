@@ -9,6 +9,15 @@
 
 namespace cairn {
 
+// Contact across the boundary: the cell moves its B by L shift.
+struct AcrossBoundary {
+  std::int32_t batch, lane;
+  double shift[3]; // [m]
+};
+
+// Takes a change (3, 3) of the velocity gradient [1/s] into the bias of the contact.
+void shift_bias(const ContactSystem& system, const AcrossBoundary& place, int dim, const double* change);
+
 // For a velocity gradient L whose image shift is s, the velocity of B at a contact is v_B + L s. Impulses p on A give
 //   L_ij+ = L_ij - (h P_ij V + sum p_i s_j) / (m H_jj^2),
 // P: pressure, V: volume, H: cell vectors, m: inertia. It is evaluated after each sweep over the contacts, which is
@@ -22,11 +31,7 @@ public:
   void end(Cell& cell) const;         // rates and stress of the step
 
 private:
-  struct Place {
-    std::int32_t batch, lane;
-    double shift[3];
-  };
-  std::vector<Place> places_;
+  std::vector<AcrossBoundary> places_;
   double rate_[9] = {}, free_[9] = {}, inverse_[9] = {}, sum_[9] = {};
   double over_ = 0; // 1/(h V)
   int dim_ = 2;

@@ -350,9 +350,12 @@ def test_meshes_ride_on_belts():
     scene = scene_of(2, ground(2, surface_velocity=(SPEED, 0.0)))
     scene.add(cn.deformable(body, ROCK, contact=np.arange(4)))
     sim = cn.Simulation(scene, dt=1e-3)
+    speeds = []
     for _ in range(450):
         sim.step()
-    assert abs(sim.nodes.velocity[:, 0].mean() - SPEED) < 1e-3 * SPEED
+        speeds.append(sim.nodes.velocity[:, 0].mean())
+    # nothing damps the block: it vibrates by 2e-3 of the speed about that of the belt
+    assert abs(np.mean(speeds[-50:]) - SPEED) < 2e-4 * SPEED
 
 
 def test_what_cannot_be_is_refused():
