@@ -15,7 +15,7 @@ from pathlib import Path
 
 import cairn
 from cairn import _core
-from cairn.options import strategies
+from cairn.options import solvers, strategies
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = "# written by script/stubs.py from the lists of the core: change those, and run it\n"
@@ -82,11 +82,11 @@ def package(folder):
     """The stub of the package."""
     out = [*sorted({*exports("."), *later()}), "from typing import Any", "from .model.bulk import BulkMaterial"]
     out += ["from .options.integrators import Integrator"]
-    out += ["from .options.strategies import ContactSolver, ProblemSolver, Strategy", ""]
+    out += ["from .options.solvers import ContactSolver, ProblemSolver", "from .options.strategies import Strategy", ""]
     for rows, base in ((_core.laws(), "Law"), (_core.bulk_materials(), "BulkMaterial")):
         out += [made(d["python_name"], base, [(p[0], "float", p[1]) for p in d["parameters"]]) for d in rows]
     out += [made(row[1], "Integrator", [(p[0], "float", p[1]) for p in row[3]]) for row in _core.integrators()]
-    out += [of_dataclass(cls, cls.__mro__[1].__name__) for cls in strategies.SOLVERS.values()]
+    out += [of_dataclass(cls, cls.__mro__[1].__name__) for cls in solvers.SOLVERS.values()]
     plain = {"NSCD", "Carpenter", "GranularElement", "SmoothDEM"}  # classes of a module, imported above
     listed = [name for name in strategies.STRATEGIES if name not in plain]
     out += [f"class {name}(Strategy):\n    def __init__(self, **options: Any) -> None: ...\n" for name in listed]

@@ -17,15 +17,17 @@ from .base.errors import FileError
 from .base.materials import Material
 from .base.time_functions import Expression, Harmonic, Servo, Table
 from .model import laws
-from .model.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
+from .model.bodies import BodySet, ContactorSet, clumps, disks, spheres
+from .model.boundaries import box, ring, segment, tube, wall
 from .model.grain_laws import granular, interact_by_mixing, mix
 from .model.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
 from .model.laws import Law
 from .model.missing_laws import MissingLawWarning
+from .model.periodic import Periodic
 from .model.round_shapes import capsules, cylinders, superquadrics
-from .model.scene import Periodic, Scene
+from .model.scene import Scene
 from .model.shapes import boxes, polygons, polyhedra, with_corners
-from .options import integrators, strategies
+from .options import integrators, solvers, strategies
 from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .plugs.plug import plug
 from .post.load import load
@@ -85,7 +87,7 @@ def __dir__():
 
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: a class for each row of the kernels' list
-globals().update(strategies.SOLVERS)  # NLGS, Auto, PPANewton, ...
+globals().update(solvers.SOLVERS)  # NLGS, Auto, PPANewton, ...
 globals().update(integrators.INTEGRATORS)  # Theta, Newmark, HHT, ...: a class for each row of the kernels' list
 globals().update(strategies.STRATEGIES)  # a class for each row of the core's list
 
@@ -165,7 +167,7 @@ __all__ = [
     "with_corners",
     *integrators.INTEGRATORS,
     *laws.LAWS,
-    *strategies.SOLVERS,
+    *solvers.SOLVERS,
     *(name for name in strategies.STRATEGIES if name not in ("NSCD", "Carpenter", "GranularElement", "SmoothDEM")),
 ]
 names.teach(globals(), (name for name in __all__ if name not in _LATER))

@@ -27,14 +27,14 @@ from .model import fracture as fracture
 from .model import laws as laws
 from .model.bodies import BodySet as BodySet
 from .model.bodies import ContactorSet as ContactorSet
-from .model.bodies import box as box
 from .model.bodies import clumps as clumps
 from .model.bodies import disks as disks
-from .model.bodies import ring as ring
-from .model.bodies import segment as segment
 from .model.bodies import spheres as spheres
-from .model.bodies import tube as tube
-from .model.bodies import wall as wall
+from .model.boundaries import box as box
+from .model.boundaries import ring as ring
+from .model.boundaries import segment as segment
+from .model.boundaries import tube as tube
+from .model.boundaries import wall as wall
 from .model.bulk import BulkMaterial
 from .model.callbacks import BodyStep as BodyStep
 from .model.callbacks import CallbackBody as CallbackBody
@@ -61,10 +61,10 @@ from .model.laws import Law as Law
 from .model.meshes import LinearBody as LinearBody
 from .model.meshes import deformable as deformable
 from .model.missing_laws import MissingLawWarning as MissingLawWarning
+from .model.periodic import Periodic as Periodic
 from .model.round_shapes import capsules as capsules
 from .model.round_shapes import cylinders as cylinders
 from .model.round_shapes import superquadrics as superquadrics
-from .model.scene import Periodic as Periodic
 from .model.scene import Scene as Scene
 from .model.shapes import boxes as boxes
 from .model.shapes import polygons as polygons
@@ -74,13 +74,15 @@ from .model.solid import SolidBody as SolidBody
 from .model.surfaces import surface as surface
 from .model.ties import tied as tied
 from .options import integrators as integrators
+from .options import solvers as solvers
 from .options import strategies as strategies
 from .options.integrators import Integrator
+from .options.solvers import ContactSolver, ProblemSolver
 from .options.strategies import NSCD as NSCD
 from .options.strategies import Carpenter as Carpenter
-from .options.strategies import ContactSolver, ProblemSolver, Strategy
 from .options.strategies import GranularElement as GranularElement
 from .options.strategies import SmoothDEM as SmoothDEM
+from .options.strategies import Strategy
 from .options.strategies import strategy as strategy
 from .plugs.plug import plug as plug
 from .post.load import load as load

@@ -125,7 +125,7 @@ def test_units_that_are_powers_of_two_change_no_bit(dim, clumped):
 @pytest.mark.parametrize("dim, clumped", [(2, False), (3, True)])
 def test_units_change_no_bit_with_any_solver(dim, clumped, solver):
     """Factorising solvers as well: pivots of bodies are forces and moments, each in its own unit."""
-    from cairn.options.strategies import SOLVERS as known
+    from cairn.options.solvers import SOLVERS as known
 
     heap, names = Heap(dim, clumped), ("position", "velocity", "gap", "impulse")
     reference = figures(heap.run(6, solver=known[solver](tol=1e-6)))

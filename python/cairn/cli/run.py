@@ -148,7 +148,8 @@ def _document(options):
 
 
 def _strategy(options):
-    from ..options.strategies import NSCD, SOLVERS
+    from ..options.solvers import SOLVERS
+    from ..options.strategies import NSCD
 
     if options.solver is not None and options.solver not in SOLVERS:
         raise ValueError(f"--solver is {options.solver!r}: give one of {listed(SOLVERS, options.solver)}")

@@ -1,4 +1,4 @@
-"""Sets of bodies to add to a scene: disks, spheres, clumps, walls, segments, tubes, rings.
+"""Sets of bodies to add to a scene: disks, spheres, clumps; boundaries.py has walls and the like.
 
 A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy, w in 2D and vx, vy, vz, wx, wy, wz in 3D.
 """
@@ -15,12 +15,10 @@ from ..base.expressions import texts_of
 from ..base.materials import Material
 from ..base.time_functions import Components
 from ..names import Spelt, listed, takes
+from .body_values import density_of, per_body, spread
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
 OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping", "surface_velocity", "surface_origin")
-OF_BOUNDARIES = (
-    "velocity", "mass", "inertia", "free", "force", "rotation", "group", "damping", "surface_velocity", "surface_origin",
-)  # fmt: skip
 DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 
 
@@ -227,7 +225,7 @@ def checked(s: BodySet) -> BodySet:
         if len(short):
             raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
     if s.velocity is not None:
-        s.velocity = checks.speeds("velocity", _spread("velocity", s.velocity, len(s), len(names), s.dim))
+        s.velocity = checks.speeds("velocity", spread("velocity", s.velocity, len(s), len(names), s.dim))
     if s.force is not None and s.mass is not None:
         _refuse_force_on_held(s)
     if callable(s.drive) and len(s.driven) == 1 and len(texts_of(s.drive) or ()) == 1:  # of the dof that is driven
@@ -241,7 +239,7 @@ def checked(s: BodySet) -> BodySet:
         if callable(value) and not getattr(value, "needs_simulation", False):
             checks.function_of_time(name, value)
         if value is not None and not callable(value):
-            value = _spread(name, value, len(s), len(names), s.dim)
+            value = spread(name, value, len(s), len(names), s.dim)
             setattr(s, name, value if name == "force" else checks.speeds(name, value))
     _tell_of_idle_drive(s)
     if s.surface_origin is not None:
@@ -253,7 +251,7 @@ def checked(s: BodySet) -> BodySet:
         origin = np.broadcast_to(origin, (len(s), s.dim)).copy()
         s.surface_origin = checks.real_array("surface_origin", origin, (len(s), s.dim))
     if s.damping is not None:
-        damping = _per_body("damping", s.damping, (len(s),))
+        damping = per_body("damping", s.damping, (len(s),))
         if not np.all((damping >= 0) & np.isfinite(damping)):
             at = int(np.argmin((damping >= 0) & np.isfinite(damping)))
             raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
@@ -308,7 +306,7 @@ def rows(name, value, n, dim):
     ValueError
         If the value has another shape.
     """
-    return _spread(name, value, n, len(DOFS[dim]), dim)
+    return spread(name, value, n, len(DOFS[dim]), dim)
 
 
 def driven_at(dofs, velocity, n, dim):
@@ -346,44 +344,6 @@ def driven_at(dofs, velocity, n, dim):
     out = np.zeros(len(DOFS[dim]))
     out[DOFS[dim].index(named[0])] = checks.number("velocity", velocity)
     return out
-
-
-def _spread(name, value, n, components, dim):
-    """(n, components) from a row or n rows; rows of translations alone are padded with zero rotations."""
-    array = checks.reals(name, value, f"give ({components},) or ({n}, {components})")
-    if array.shape[-1:] == (dim,) and array.ndim in (1, 2):
-        array = np.concatenate([array, np.zeros(array.shape[:-1] + (components - dim,))], axis=-1)
-    if array.ndim == 1:
-        array = np.broadcast_to(array, (n, components)) if array.shape == (components,) else array
-    if array.shape != (n, components):
-        raise ValueError(
-            f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
-            f"or translations only, ({dim},) or ({n}, {dim})"
-        )
-    # copied, so that a later change of the user's array has no effect
-    return checks.real_array(name, np.array(array, dtype=array.dtype, order="C"), (n, components))
-
-
-def _per_body(name, value, shape):
-    """An array of the given shape from a number, a row or a whole array."""
-    array = checks.reals(name, value, f"give a number or an array of shape {checks.shape_text(shape)}")
-    try:
-        if array.shape == shape[:1] and len(shape) == 2 and shape[1] == 1:
-            array = array[:, None]
-        return np.broadcast_to(array, shape).copy()
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"{name} has shape {np.shape(value)}: give a number or an array of shape {checks.shape_text(shape)}"
-        ) from None
-
-
-def _density(material, density):
-    if not isinstance(material, Material):
-        raise ValueError(f"material is {material!r}: give a cairn.Material")
-    value = material.density if density is None else checks.positive("density", density)
-    if value is None:
-        raise ValueError(f"density of material {material.name!r} is missing: Material({material.name!r}, density=...)")
-    return value
 
 
 def _points(centers, radii, dim):
@@ -435,7 +395,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
     """
     centers, radii = _points(centers, radii, 2)
     with np.errstate(over="ignore"):  # an overflow is refused below, by positive_array
-        mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
+        mass = density_of(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
     mass = checks.positive_array("mass", mass)
     contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
     return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, depth=float(depth), **options))
@@ -477,7 +437,7 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
     """
     centers, radii = _points(centers, radii, 3)
     with np.errstate(over="ignore"):
-        mass = _density(material, density) * 4 / 3 * np.pi * radii**3
+        mass = density_of(material, density) * 4 / 3 * np.pi * radii**3
     mass = checks.positive_array("mass", mass)
     inertia = np.repeat((0.4 * mass * radii**2)[:, None], 3, axis=1)
     contactors = [ContactorSet("sphere", material, np.arange(len(radii)), radii)]
@@ -529,12 +489,12 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     offsets, radii = _points(offsets, radii, dim)
     positions = checks.real_array("positions", positions, (None, dim))
     n, m = len(positions), len(radii)
-    masses = _per_body("mass", mass, (n,))
+    masses = per_body("mass", mass, (n,))
     given = np.shape(inertia)
     if dim == 3 and given not in ((3,), (n, 3)):
         raise ValueError(f"inertia has shape {given}: a body in 3D has three principal moments, give (3,) of all or ({n}, 3) of "
                          "each [kg m2]; cairn.pre.clump(centers, radii, density) finds them, and mass and offsets")  # fmt: skip
-    moments = _per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
+    moments = per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
     parts = ContactorSet(
         "disk" if dim == 2 else "sphere",
         material,
@@ -543,308 +503,3 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
         np.tile(offsets, (n, 1)),
     )
     return checked(BodySet(dim, positions, masses, moments, [parts], **options))
-
-
-def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, options):
-    """A body held except for its free dofs. velocity drives the held dofs, and is the initial velocity of the free ones."""
-    names = DOFS[dim]
-    free = (free,) if isinstance(free, str) else tuple(free or ())
-    for name in free:
-        if name not in names:
-            raise ValueError(f"free names {name!r}: the dofs of a body are {listed(names, name)}")
-    if free and mass is None:
-        raise ValueError(f"mass is missing: a boundary that is free to move along {', '.join(free)} needs one [kg]")
-    held = tuple(name for name in names if name not in free)
-    infinite = mass is None
-    masses = np.array([np.inf if infinite else checks.positive("mass", mass)])
-    moment = np.inf if infinite or inertia is None else inertia
-    moments = _per_body("inertia", moment, (1, 1 if dim == 2 else 3))
-    drive = np.zeros(len(names)) if velocity is None else velocity
-    if free and not callable(drive):
-        start = _spread("velocity", drive, 1, len(names), dim)
-        options["velocity"] = np.where(np.isin(names, free), start, 0.0)
-    return checked(
-        BodySet(
-            dim,
-            np.asarray(position, float)[None],
-            masses,
-            moments,
-            [contactor],
-            driven=held,
-            drive=drive,
-            force=force,
-            **options,
-        )
-    )
-
-
-@takes(*OF_BOUNDARIES)
-def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A half-plane (2D) or plane (3D): solid behind, free in front of it, where the normal points.
-
-    It is held, moves at a given velocity, or is pushed by a force: `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
-
-    Parameters
-    ----------
-    point : array_like (dim,)
-        A point of it [m].
-    normal : array_like (dim,)
-        Normal out of the solid; its length does not matter.
-    material : Material
-        Its material.
-    velocity : array_like (dofs,) or (dim,), or callable, optional
-        Imposed velocity [m/s, rad/s], or a function of time that gives it; zero when not given. It is the initial velocity of
-        free dofs as well; if it is a function they begin at rest.
-    mass : float, optional
-        Mass [kg], needed with free dofs.
-    inertia : float or array_like (3,), optional
-        Moment of inertia or principal moments [kg m2]; inf when not given.
-    free : str or sequence of str
-        Names of the dofs that are not held.
-    force : array_like (dofs,), callable or Servo, optional
-        Applied force and torque [N, N m], a function of time that gives them, or a Servo.
-    **options : array_like, str or float
-        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
-
-    Returns
-    -------
-    BodySet
-        A set of a single body.
-
-    Raises
-    ------
-    ValueError
-        If a value is wrong, or a mass is missing beside free dofs.
-
-    Examples
-    --------
-    >>> cn.wall((0, 0), (0, 1), cn.Material("rock")).driven
-    ('vx', 'vy', 'w')
-    """
-    point = checks.real_array("point", point, (None,))
-    dim = len(point)
-    if dim not in (2, 3):
-        raise ValueError(f"point has shape {point.shape}: give (2,) or (3,)")
-    normal = checks.real_array("normal", normal, (dim,))
-    if not np.any(normal):
-        raise ValueError(f"normal is {normal}: give a vector of non-zero length, pointing out of the solid")
-    contactor = ContactorSet(
-        "half_plane" if dim == 2 else "plane",
-        material,
-        np.zeros(1, int),
-        np.zeros(1),
-        None,
-        np.append(normal / np.max(np.abs(normal)), 0.0)[None],
-    )
-    return _boundary(dim, point, contactor, mass, inertia, free, velocity, force, options)
-
-
-@takes(*OF_BOUNDARIES)
-def segment(
-    start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
-) -> BodySet:
-    """A straight bar in 2D with round ends.
-
-    Parameters
-    ----------
-    start : array_like (2,)
-        One end of its axis [m].
-    end : array_like (2,)
-        The other end of its axis [m].
-    material : Material
-        Its material.
-    radius : float, default 0
-        Radius of the ends, half its thickness [m].
-    velocity : array_like (3,) or (2,), or callable, optional
-        As of a wall.
-    mass : float, optional
-        As of a wall.
-    inertia : float, optional
-        As of a wall.
-    free : str or sequence of str
-        As of a wall.
-    force : array_like (3,), callable or Servo, optional
-        As of a wall.
-    **options : array_like, str or float
-        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
-
-    Returns
-    -------
-    BodySet
-        A set of a single body.
-
-    Raises
-    ------
-    ValueError
-        If a value is wrong, or both ends are the same point.
-    """
-    start, end = (checks.real_array(n, v, (2,)) for n, v in (("start", start), ("end", end)))
-    half = (end - start) / 2
-    if not np.any(half):
-        raise ValueError(f"end is {end}, the same as start: give two different points")
-    radius = checks.number("radius", radius)
-    if radius < 0:
-        raise ValueError(f"radius is {radius}: give a length >= 0 [m]")
-    size = np.max(np.abs(half))
-    length = size * np.sqrt(np.sum((half / size) ** 2))
-    contactor = ContactorSet(
-        "segment", material, np.zeros(1, int), np.array([radius]), None, np.append(half / size, length)[None]
-    )
-    return _boundary(2, (start + end) / 2, contactor, mass, inertia, free, velocity, force, options)
-
-
-@takes(*OF_BOUNDARIES)
-def tube(
-    point,
-    axis,
-    radius,
-    material,
-    *,
-    half_length=0.0,
-    velocity=None,
-    mass=None,
-    inertia=None,
-    free=(),
-    force=None,
-    **options,
-) -> BodySet:
-    """A cylinder seen from inside, in 3D: a drum, a silo.
-
-    Parameters
-    ----------
-    point : array_like (3,)
-        Middle of its axis [m].
-    axis : array_like (3,)
-        Direction of its axis; its length does not matter.
-    radius : float
-        Radius [m].
-    material : Material
-        Its material.
-    half_length : float, default 0
-        Half its length [m]; 0: it has no end.
-    velocity : array_like (6,) or (3,), or callable, optional
-        As of a wall.
-    mass : float, optional
-        As of a wall.
-    inertia : float or array_like (3,), optional
-        As of a wall.
-    free : str or sequence of str
-        As of a wall.
-    force : array_like (6,), callable or Servo, optional
-        As of a wall.
-    **options : array_like, str or float
-        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
-
-    Returns
-    -------
-    BodySet
-        A set of a single body.
-
-    Raises
-    ------
-    ValueError
-        If a value is wrong.
-    """
-    point = checks.real_array("point", point, (3,))
-    axis = checks.real_array("axis", axis, (3,))
-    if not np.any(axis):
-        raise ValueError(f"axis is {axis}: give a vector of non-zero length")
-    half_length = checks.number("half_length", half_length)
-    if half_length < 0:
-        raise ValueError(f"half_length is {half_length}: give a length > 0 [m], or 0 for no end")
-    contactor = ContactorSet(
-        "tube",
-        material,
-        np.zeros(1, int),
-        np.array([checks.positive("radius", radius)]),
-        None,
-        np.append(axis / np.max(np.abs(axis)), half_length or np.inf)[None],
-    )
-    return _boundary(3, point, contactor, mass, inertia, free, velocity, force, options)
-
-
-@takes(*OF_BOUNDARIES)
-def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
-    """A circle seen from inside, in 2D: a drum.
-
-    Everything outside is solid.
-
-    Parameters
-    ----------
-    center : array_like (2,)
-        Centre [m].
-    radius : float
-        Radius [m].
-    material : Material
-        Its material.
-    velocity : array_like (3,) or (2,), or callable, optional
-        As of a wall; with its spin [rad/s].
-    mass : float, optional
-        As of a wall.
-    inertia : float, optional
-        As of a wall.
-    free : str or sequence of str
-        As of a wall.
-    force : array_like (3,), callable or Servo, optional
-        As of a wall.
-    **options : array_like, str or float
-        Options of BodySet: rotation, group, damping, surface_velocity, surface_origin.
-
-    Returns
-    -------
-    BodySet
-        A set of a single body.
-
-    Raises
-    ------
-    ValueError
-        If a value is wrong.
-    """
-    center = checks.real_array("center", center, (2,))
-    contactor = ContactorSet("ring", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]))
-    return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
-
-
-@takes(*OF_BOUNDARIES)
-def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
-    """Walls round the inside of a box.
-
-    Parameters
-    ----------
-    low : array_like (dim,)
-        Lowest corner [m].
-    high : array_like (dim,)
-        Highest corner [m].
-    material : Material
-        Material of all walls.
-    lid : bool, default True
-        False leaves out the wall at the high end of the last axis.
-    **options : array_like, str or callable
-        Options of each wall.
-
-    Returns
-    -------
-    list of BodySet
-        For each axis the wall at its low end, then at its high end.
-
-    Raises
-    ------
-    ValueError
-        If a corner is wrong, or low is not below high in each coordinate.
-
-    Examples
-    --------
-    >>> len(cn.box((0, 0), (1, 1), cn.Material("rock"), lid=False))
-    3
-    """
-    low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))
-    if low.shape != high.shape or low.shape not in ((2,), (3,)) or not np.all(low < high):
-        raise ValueError(f"low is {low} and high {high}: give two corners (dim,), low below high in each coordinate")
-    walls = []
-    for axis in range(len(low)):
-        normal = np.zeros(len(low))
-        normal[axis] = 1.0
-        walls.append(wall(low, normal, material, **options))
-        if lid or axis < len(low) - 1:
-            walls.append(wall(high, -normal, material, **options))
-    return walls

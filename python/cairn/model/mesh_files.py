@@ -12,7 +12,7 @@ from ..base.materials import Material
 from ..networks.conductances import CONDUCTANCES, Conductance
 from . import bulk, fracture
 from .elastic import ElasticBody
-from .joints import end_on_node
+from .joint_ends import end_on_node
 from .meshes import LinearBody, deformable
 from .moving_frames import FrameBody
 from .opening_faces import OpeningFaces

@@ -6,12 +6,17 @@ scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from ..base import checks
 from . import bodies
+from .mesh_checks import (
+    checked_displacements,
+    checked_fields,
+    checked_modal_damping,
+    checked_mortar,
+    checked_self_contact,
+)
 from .mesh_faces import Faces, outwards
 from .mesh_parts import GivenBody, group_nodes, part_set, rows_by_material
 from .ways_through import ways_through
@@ -252,7 +257,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         beyond = named[(named < 0) | (named >= n)]
         if beyond.size:
             raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
-    fixed, drive = _checked_fields(dim, given, fixed, drive)
+    fixed, drive = checked_fields(dim, given, fixed, drive)
     named = {"fixed": fixed, "drive": drive, "displace": displace or {}, "force": force, "rigid": _listed(rigid)}
     for field, of in named.items():
         for group in of if isinstance(of, (dict, list)) else ():
@@ -304,31 +309,6 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     return sets
 
 
-GROUPED = {"fixed": '{group: "xy"}', "drive": '{group: {"x": velocity}}', "displace": '{group: {"x": function of time}}',
-           "pressure": "{group: p}"}  # fmt: skip
-
-
-def _checked_fields(dim, given, fixed, drive):
-    """Copies of fixed and drive. Raises ValueError for fields that are no dicts of groups, for axes that are none, and for
-    functions that take no time."""
-    for field, due in GROUPED.items():
-        if given[field] is not None and not isinstance(given[field], dict):
-            raise ValueError(f"{field} is {given[field]!r}: give {due}")
-    for group, axes in (fixed or {}).items():
-        checks.fixed_axes(group, axes, dim)
-    _check_functions(**{name: given[name] for name in ("force", "body_force", "drive", "displace", "pressure", "traction")})
-    return dict(fixed or {}), dict(drive or {})
-
-
-def _check_functions(**fields):
-    """Raises ValueError for a function of time that takes no time, wherever in a field it stands."""
-    for name, value in fields.items():
-        for place, of in value.items() if isinstance(value, dict) else [("", value)]:
-            for axis, function in of.items() if isinstance(of, dict) else [("", of)]:
-                if callable(function) and not getattr(function, "needs_simulation", False):
-                    checks.function_of_time("".join([name, *(f"[{key!r}]" for key in (place, axis) if key)]), function)
-
-
 def _made(body, material, bulk, options):
     """Body from a mesh of another program and its material; a body made before is returned unchanged."""
     from ..pre import mesh_sources
@@ -362,142 +342,6 @@ def _of_nodes(name, given, n, dim):
     if given.shape not in ((), (dim,), (1, dim), (n, dim)):
         raise ValueError(f"{name} has shape {given.shape}: give ({dim},), or ({n}, {dim}) of the nodes")
     return np.broadcast_to(given, (n, dim))
-
-
-def checked_mortar(wanted, dim, nodes, pairs, patches):
-    """Checks that mortar contact has nodes and sides.
-
-    Parameters
-    ----------
-    wanted : bool
-        True for mortar contact.
-    dim : int
-        2 or 3.
-    nodes : ndarray
-        Contact nodes.
-    pairs : ndarray (m, 2)
-        Edges.
-    patches : Faces or None
-        Faces.
-
-    Returns
-    -------
-    bool
-        True if contact is enforced by dual mortar multipliers.
-
-    Raises
-    ------
-    ValueError
-        If it is wanted without contact nodes or sides.
-    """
-    if wanted and (not len(nodes) or not (len(pairs) if dim == 2 else patches)):
-        sides = "edges" if dim == 2 else "faces"
-        raise ValueError(f"mortar is of contact nodes and the {sides} between them: give contact and {sides} of that side")
-    return bool(wanted)
-
-
-def checked_modal_damping(ratios, body, rigid):
-    """Checks damping ratios of the modes of a body.
-
-    Parameters
-    ----------
-    ratios : float, sequence of float or None
-        Damping ratios [-].
-    body : LinearBody or ElasticBody
-        The body.
-    rigid : list of str
-        Its rigid parts.
-
-    Returns
-    -------
-    float, ndarray or None
-        The ratios; None without any.
-
-    Raises
-    ------
-    ValueError
-        If the body is not linear or has rigid parts.
-    """
-    if ratios is None:
-        return None
-    from .modal_damping import checked
-
-    if rigid:
-        raise ValueError("modal_damping needs a body without rigid parts: leave `rigid` out, or give the body rayleigh=(a, b)")
-    return checked(ratios, body)
-
-
-def checked_self_contact(wanted, nodes, between, pairs, patches):
-    """Checks that self-contact has points and sides.
-
-    Parameters
-    ----------
-    wanted : bool
-        True for self-contact.
-    nodes : ndarray
-        Contact nodes.
-    between : ndarray
-        Nodes of points between nodes.
-    pairs : ndarray (m, 2)
-        Edges.
-    patches : Faces or None
-        Faces.
-
-    Returns
-    -------
-    bool
-        True for self-contact.
-
-    Raises
-    ------
-    ValueError
-        If it is wanted without points or without sides.
-    """
-    if wanted and not ((len(nodes) or len(between)) and (len(pairs) or patches)):
-        raise ValueError("self_contact is of points and sides of one mesh: give contact (or points), and edges or faces")
-    return bool(wanted)
-
-
-def checked_displacements(body, displace, drive):
-    """Checks imposed displacements.
-
-    Parameters
-    ----------
-    body : ElasticBody, LinearBody or CallbackBody
-        The body.
-    displace : dict or None
-        {group: {axis: function of time}} [m].
-    drive : dict
-        {group: {axis: velocity}} [m/s].
-
-    Returns
-    -------
-    dict
-        {group: {axis: function of time}}.
-
-    Raises
-    ------
-    ValueError
-        If a dof is imposed twice, or a displacement is no function of time.
-    """
-    out, taken = dict(displace or {}), {}
-    for what, of in (("drive", drive), ("displace", out)):
-        for group, by_axis in of.items():
-            for axis, value in by_axis.items():
-                if what == "displace" and not callable(value):
-                    remedy = "give a function of time, such as cn.Table; `fixed` holds a group where it is"
-                    raise ValueError(f"displace of {group!r} along {axis} is {value!r}: {remedy}")
-                if not callable(value):
-                    checks.number(f"drive of {group!r} along {axis}", value)
-                for dof in (body.dim * group_nodes(body, group) + checks.axis(f"{what} of {group!r}", axis, body.dim)).tolist():
-                    if what == "displace" and dof in taken:
-                        named = f"node {dof // body.dim} along {axis}"
-                        raise ValueError(f"displace of {group!r} moves {named}, which is moved already: leave it out of one")
-                    if what == "drive" and taken.setdefault(dof, value) != value:
-                        named = f"node {dof // body.dim} along {axis} at {value!r}, which another group drives at {taken[dof]!r}"
-                        raise ValueError(f"drive of {group!r} drives {named}: leave it out of one")
-                    taken[dof] = value
-    return out
 
 
 def _listed(groups):
@@ -549,203 +393,3 @@ def _edge_set(places, pairs, material, d):
         for of, rows in rows_by_material("edge_material", material, len(pairs))
     ]
     return part_set(2, contactors, "edges", d)
-
-
-class MovingMesh:
-    """A Deformable in a simulation: ids of its nodes, points and sides (edges, faces), its held dofs and loads.
-
-    Parameters
-    ----------
-    d : Deformable
-        The deformable body.
-    node_ids : ndarray
-        Ids of its nodes and points.
-    side_ids : ndarray
-        Ids of its edges or faces.
-    """
-
-    def __init__(self, d, node_ids, side_ids):
-        n = len(d.body.points)
-        self.d, self.body = d, d.body
-        self.node_ids, self.point_ids, self.side_ids = node_ids[:n], node_ids[n:], side_ids
-        self.dim, self.size = d.body.dim, d.body.points.size
-        fixed = [(group_nodes(d.body, g), k) for g, axes in d.fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
-        held = [self.dim * nodes + k for nodes, k in fixed]
-        self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
-        self.called = None  # forces of another code, as the core calls them
-
-    @property
-    def all_ids(self):
-        """Ids of its nodes, points, then edges or faces."""
-        return np.concatenate([self.node_ids, self.point_ids, self.side_ids])
-
-    @cached_property
-    def ties(self):
-        """Slave dofs and their masters, as the core takes them; None without ties and rigid parts."""
-        if not self.d.rigid and getattr(self.body, "ties", None) is None:
-            return None
-        from .ties import rigid_parts, rows_of_ties
-
-        return rows_of_ties(self.body, rigid_parts(self.body, self.d.rigid), self.held)
-
-    @cached_property
-    def modes(self):
-        """Damped modes (dofs, n) of unit modal mass, and their damping rates (n,) [1/s]."""
-        from .modal_damping import damped_modes
-
-        if self.ties:
-            raise ValueError(f"{self.d.name!r} has ties, and modal_damping is of a body without: give rayleigh")
-        if self.d.opening is not None:
-            raise ValueError(f"{self.d.name!r} may crack, and its modes with it: leave modal_damping out, or give rayleigh")
-        return damped_modes(self.body, self.free, self.d.modal_damping, self.d.name)
-
-    @cached_property
-    def free(self):
-        """Dofs that are not held."""
-        return np.setdiff1d(np.arange(self.size), self.held)
-
-    # ------------------------------------------------------------------ state
-
-    def load(self, t):
-        """Gives the nodal forces of `force`, tractions and body forces.
-
-        Parameters
-        ----------
-        t : float
-            Time [s].
-
-        Returns
-        -------
-        ndarray (n dofs,)
-            Forces [N].
-        """
-        given = self.d.force(t) if callable(self.d.force) else self.d.force
-        out = np.zeros((self.size // self.dim, self.dim))
-        for group, total in (given or {}).items():
-            nodes = group_nodes(self.body, group)
-            out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
-        if self.d.loads:
-            from .dead_loads import at_time
-
-            at_time(self.d.loads, t, out)
-        return out.ravel()
-
-    def pressure_load(self, t, x):
-        """Gives the nodal forces of the pressures.
-
-        Parameters
-        ----------
-        t : float
-            Time [s].
-        x : ndarray (n, dim)
-            Positions of the nodes [m].
-
-        Returns
-        -------
-        ndarray (n dofs,)
-            Forces [N].
-        """
-        from .pressure import forces
-
-        out = np.zeros(x.shape)
-        for sides, p in self.d.pressed:
-            out += forces(self.body, sides, x) * checks.number("pressure", p(t) if callable(p) else p)
-        return out.ravel()
-
-    @property
-    def follows_pressure(self):
-        """True if Newton's method includes the pressures at the end of the step: for bodies that are not linear."""
-        return bool(self.d.pressed) and not is_linear(self.body)
-
-    def pressed_parts(self, origin):
-        """Gives the sides under pressure as the core takes them, grouped by form, in the order of `pressures`.
-
-        Parameters
-        ----------
-        origin : ndarray (dim,)
-            Origin of the scene [m].
-
-        Returns
-        -------
-        list of dict
-            Nodes and form of each part.
-        """
-        ring = getattr(self.body, "plane", "") == "axisymmetric"
-        common = {"ring": ring, "thickness": float(getattr(self.body, "thickness", 1.0)), "axis": -float(origin[0])}
-        return [{"nodes": part.shape[1], "node": part.astype(np.int32).ravel(), **common} for part, _ in self._pressed()]
-
-    def pressures(self, begin, end):
-        """Gives the pressures on the parts of `pressed_parts` at two times.
-
-        Parameters
-        ----------
-        begin : float
-            One time [s].
-        end : float
-            The other time [s].
-
-        Returns
-        -------
-        ndarray (parts, 2)
-            Pressures [Pa].
-        """
-        return np.array(
-            [[checks.number("pressure", p(t) if callable(p) else p) for t in (begin, end)] for _, p in self._pressed()]
-        )
-
-    def _pressed(self):
-        for sides, p in self.d.pressed:
-            for part in sides:
-                wide = part[:, -1] >= 0
-                for some in (part[wide], part[~wide][:, :-1]):
-                    if len(some):
-                        yield some, p
-
-    def held_velocity(self, t):
-        """Gives the imposed velocity of driven dofs, zero elsewhere.
-
-        Parameters
-        ----------
-        t : float
-            Time [s].
-
-        Returns
-        -------
-        ndarray (n dofs,)
-            Velocities [m/s].
-        """
-        out = np.zeros(self.size)
-        for group, by_axis in self.d.drive.items():
-            for axis, v in by_axis.items():
-                out[self.dim * group_nodes(self.body, group) + "xyz".index(axis)] = checks.number(
-                    f"drive of {group!r}", v(t) if callable(v) else v
-                )
-        return out
-
-    def displaced_velocity(self, t, h, share, u, v, out):
-        """Writes the velocities at the end of a step of dofs with imposed displacement.
-
-        The step moves dofs by h ((1 - share) v + share out); the velocity is chosen so that an error in the displacement is gone
-        after two steps at most.
-
-        Parameters
-        ----------
-        t : float
-            Beginning of the step [s].
-        h : float
-            Length of the step [s].
-        share : float
-            Weight of the end of the step [-].
-        u : ndarray (n dofs,)
-            Displacements at the beginning [m].
-        v : ndarray (n dofs,)
-            Velocities at the beginning [m/s].
-        out : ndarray (n dofs,)
-            Takes the velocities [m/s].
-        """
-        for group, by_axis in self.d.displace.items():
-            for axis, given in by_axis.items():
-                dofs = self.dim * group_nodes(self.body, group) + "xyz".index(axis)
-                begin, half, end = (checks.number("displace", given(at)) for at in (t, t + h / 2, t + h))
-                rate = (3 * end - 4 * half + begin) / h
-                out[dofs] = (end - u[dofs]) / h + (1 - share) * (rate - v[dofs])

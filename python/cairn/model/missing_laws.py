@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from .bodies import DOFS
-from .scene import mesh_groups
+from .rules import mesh_groups
 
 TOLD = 4  # pairs that a warning names
 

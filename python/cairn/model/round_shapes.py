@@ -11,7 +11,8 @@ import numpy as np
 
 from ..base import checks
 from ..names import takes
-from .bodies import OPTIONS, BodySet, ContactorSet, _density
+from .bodies import OPTIONS, BodySet, ContactorSet
+from .body_values import density_of
 from .shapes import Hulls, _body_set, _unit
 
 EXPONENTS = (0.05, 1.95)
@@ -58,7 +59,7 @@ def capsules(
     """
     centers, n = _centers(centers)
     r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n, zero=True)
-    density = _density(material, density)
+    density = density_of(material, density)
     with np.errstate(over="ignore", under="ignore"):
         middle, ends = density * np.pi * r**2 * length, density * np.pi * 4 / 3 * r**3
         along = middle * r**2 / 2 + ends * 0.4 * r**2
@@ -110,7 +111,7 @@ def cylinders(
     centers, n = _centers(centers)
     r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n)
     with np.errstate(over="ignore", under="ignore"):
-        mass = _density(material, density) * np.pi * r**2 * length
+        mass = density_of(material, density) * np.pi * r**2 * length
         across, along = mass * (r**2 / 4 + length**2 / 12), mass * r**2 / 2
     hulls, which = _axial(r, length, np.hypot(length / 2, r))
     moments = np.stack([across, across, along], axis=1)
@@ -174,7 +175,7 @@ def superquadrics(
     table, which = np.unique(np.concatenate([half, powers], axis=1), axis=0, return_inverse=True)
     which, m = which.reshape(-1), len(table)
     figures = np.array([_superquadric(*row) for row in table])
-    mass = _density(material, density) * figures[which, 0]
+    mass = density_of(material, density) * figures[which, 0]
     moments = mass[:, None] * figures[which, 1:4]
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     plane = np.zeros((m, 5, 4))

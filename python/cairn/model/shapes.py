@@ -15,7 +15,8 @@ from ..names import takes
 from ..pre import mass_properties as exact
 from ..pre import mesh as surface
 from ..pre.blocks import MAKERS
-from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
+from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, checked
+from .body_values import density_of
 
 
 class Hulls(NamedTuple):
@@ -109,7 +110,7 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
     middles = [_middle(x) for x in flat]
     local = [x - m for x, m in zip(flat, middles)] if len(flat) > len(bodies) else [x - c for x, c in zip(flat, center)]
     offset = np.array(middles) - center[owner] if len(flat) > len(bodies) else None
-    mass = _density(material, density) * checks.positive("depth", depth) * area
+    mass = density_of(material, density) * checks.positive("depth", depth) * area
     hulls = Hulls(np.concatenate(local), _starts(local), *(np.zeros(0, np.int64),) * 3)
     place, angle = center, None
     if position is not None:
@@ -174,7 +175,7 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
     sizes = np.concatenate([[len(c) for c in f] for f in faces])
     corner = np.concatenate([np.concatenate([np.asarray(c, np.int64) for c in f]) for f in faces])
     hulls = Hulls(np.concatenate(local), _starts(local), _starts(faces), np.concatenate([[0], np.cumsum(sizes)]), corner)
-    mass = _density(material, density) * own.measure
+    mass = density_of(material, density) * own.measure
     inertia = own.moments * (mass / own.measure)[:, None]
     turned = rotation is not None or np.any(own.axes != np.eye(3))
     quaternion = exact.quaternions(own.axes)[which] if turned else None
@@ -275,7 +276,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     if not np.all(sizes > 0):
         at = np.argwhere(~(sizes > 0))[0]
         raise ValueError(f"sizes[{at[0]}] is {sizes[at[0]]}: give lengths > 0 [m]")
-    mass = checks.positive_array("mass", _density(material, density) * np.prod(sizes, axis=1))
+    mass = checks.positive_array("mass", density_of(material, density) * np.prod(sizes, axis=1))
     square = sizes * sizes
     inertia = mass[:, None] / 12 * (np.roll(square, 1, axis=1) + np.roll(square, 2, axis=1))
     different, which = np.unique(sizes, axis=0, return_inverse=True)

@@ -7,7 +7,8 @@ import numpy as np
 from ..base import checks
 from ..names import takes
 from ..pre import mesh as meshes
-from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
+from .bodies import BodySet, ContactorSet
+from .boundaries import OF_BOUNDARIES, boundary_set
 from .shapes import Hulls
 
 
@@ -48,7 +49,7 @@ def surface(
     contactor = ContactorSet(
         "facet", material, np.zeros(count, int), np.zeros(count), centre - place, None, np.arange(count), hulls
     )
-    return _boundary(3, place, contactor, mass, inertia, free, velocity, force, options)
+    return boundary_set(3, place, contactor, mass, inertia, free, velocity, force, options)
 
 
 def _chain(vertices, edges, material, radius, velocity, mass, inertia, free, force, options):
@@ -81,7 +82,7 @@ def _chain(vertices, edges, material, radius, velocity, mass, inertia, free, for
     centre = vertices[pairs[:, 0]] + half - place
     count = len(pairs)
     contactor = ContactorSet("segment", material, np.zeros(count, int), np.full(count, radius), centre, direction)
-    return _boundary(2, place, contactor, mass, inertia, free, velocity, force, options)
+    return boundary_set(2, place, contactor, mass, inertia, free, velocity, force, options)
 
 
 def with_neighbours(vertices, fans, centre):

@@ -154,10 +154,10 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         return CalledRoutine(name, routine, _values(name, parameters, params))
     values = _values(name, routine.described()["parameters"], params)
     if kind == "solver":
-        from ..options import strategies
+        from ..options import solvers
 
         routine.plug_solver(list(values.values()))
-        return strategies.solver_class(name, name, f"a contact solver from {path}")
+        return solvers.solver_class(name, name, f"a contact solver from {path}")
     return Routine(kind, name, routine, values)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..base import checks
 from ..names import listed
-from ..options.strategies import MOST_THREADS
+from ..options.solvers import MOST_THREADS
 
 
 def solvers():

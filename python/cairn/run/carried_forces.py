@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..model.bodies import _spread
+from ..model.body_values import spread
 
 
 class CarriedForce:
@@ -17,7 +17,7 @@ class CarriedForce:
     def wrench(self, t, dim, call):
         """Force and torque at time t [s], (dofs,) [N, N m]; call(function, t) evaluates a function of time."""
         value = call(self.given, t) if callable(self.given) else self.given
-        return _spread("force", value, self.count, 3 * dim - 3, dim)[self.row]
+        return spread("force", value, self.count, 3 * dim - 3, dim)[self.row]
 
     def of_nodes(self, body, x, t, call):
         """Nodal forces at time t [s] for positions x (n, dim) [m], (n dofs) [N]."""
@@ -34,7 +34,7 @@ class OfOneBody:
         self.needs_simulation = getattr(given, "needs_simulation", False)
 
     def __call__(self, *at):
-        return _spread("force", self.given(*at), self.count, 3 * self.dim - 3, self.dim)[self.row]
+        return spread("force", self.given(*at), self.count, 3 * self.dim - 3, self.dim)[self.row]
 
 
 def force_of(s, row):

@@ -26,7 +26,8 @@ from ..base import checks
 from ..base.errors import FileError
 from ..names import listed, teach
 from ..options.integrators import INTEGRATORS
-from ..options.strategies import SOLVERS, STRATEGIES
+from ..options.solvers import SOLVERS
+from ..options.strategies import STRATEGIES
 
 VERSION = 1
 SHAPES = ("disks", "spheres", "boxes", "polygons", "polyhedra", "wall", "ring", "segment", "tube", "capsules", "cylinders",

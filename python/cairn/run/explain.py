@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from .. import _core
-from ..options.strategies import NLGS, NSCD, Auto, SmoothDEM
+from ..options.solvers import NLGS, Auto
+from ..options.strategies import NSCD, SmoothDEM
 from .views import core_of
 
 

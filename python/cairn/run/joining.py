@@ -7,7 +7,7 @@ import numpy as np
 from ..base.materials import Material
 from ..model import bodies as sets
 from ..model.joints import ROWS, Cable, JointKind, joined
-from ..model.scene import rule
+from ..model.rules import rule
 from .changes import account, joints_present
 from .views import core_of
 

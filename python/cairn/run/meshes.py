@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..model.mesh_faces import whole_sides
-from ..model.meshes import MovingMesh
+from ..model.moving_mesh import MovingMesh
 from ..model.triangles_of_matrices import lower_triangles
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from .. import _core
 from ..base import checks
-from ..options.strategies import NLGS, NSCD, TOL, Default
+from ..options.solvers import NLGS, TOL, Default
+from ..options.strategies import NSCD
 from .views import core_of
 
 VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script

@@ -6,7 +6,7 @@ import hashlib
 
 import numpy as np
 
-from ..model.scene import rules_to_dict
+from ..model.rules import rules_to_dict
 from . import cracks, driven_cell, restored
 from .sets import ids_of, later_to_dict
 
@@ -85,7 +85,7 @@ class Restarts:
         if opened is not None:
             self._sets = opened
             self._start_meshes(state, anew=True)
-        self._constant_force_set = False  # a state from before the first step has no forces
+        self._values.forces_are_due = True  # a state from before the first step has no forces
         self._came("state")
 
     def _fingerprint(self):

@@ -6,8 +6,8 @@ import numpy as np
 from ..base import checks
 from ..base.errors import DAMAGE, FileError
 from ..files.checkpoint import load
-from ..model.scene import rules_from_dict, rules_to_dict
-from ..options.strategies import Default, may_be_pack
+from ..model.rules import rules_from_dict, rules_to_dict
+from ..options.solvers import Default, may_be_pack
 from . import cracks, driven_cell
 from .sets import FUNCTIONS, free_masses, later_from_dict, mesh_from_dict
 from .views import core_of

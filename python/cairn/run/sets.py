@@ -16,7 +16,7 @@ def later_to_dict(s, sets):
         if next(other for other in sets if other.mesh is s.mesh) is s:  # written once, with its sides
             out |= _mesh_to_dict(s.mesh, sets)
     elif s.mass is not None:
-        from ..model.scene import set_to_dict
+        from ..model.scene_sets import set_to_dict
 
         bare = dict.fromkeys((*FUNCTIONS, "velocity", "surface_origin"))
         out["body"] = set_to_dict(replace(s, **bare))
@@ -79,7 +79,7 @@ def mesh_from_dict(content, ids, sets):
 
 def later_from_dict(dim, d, **functions):
     """Set of rigid bodies, or of imposed velocities, from its entry. functions: Python functions, which no file holds."""
-    from ..model.scene import set_from_dict
+    from ..model.scene_sets import set_from_dict
 
     ids = np.asarray(d["ids"], np.int64)
     n, values = len(ids), {name: time_functions.from_dict(d[name]) for name in FUNCTIONS if name in d and name not in functions}

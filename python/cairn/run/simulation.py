@@ -8,21 +8,20 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
-from ..base.expressions import texts_of
-from ..base.time_functions import Servo
 from ..model import bodies, missing_laws
-from ..model.scene import Scene, checked_sets, insert, rule
+from ..model.rules import rule
+from ..model.scene import Scene
+from ..model.scene_sets import checked_sets, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, driven_cell, first_overlaps, unmet_shapes, views
 from . import ranks as over
-from .belts import Belts
-from .drives import Drives
+from .given_values import GivenValues, three
 from .info import Info
 from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .restarts import Restarts
-from .sets import found, free_masses, ids_of, living, numbers_of_meshes
+from .sets import free_masses, ids_of, living, numbers_of_meshes
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 
@@ -79,7 +78,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
         self._species, numbers = scene.species(), {}
         core = _core.Scene(scene.dim)
-        core.origin = _three(scene.origin)
+        core.origin = three(scene.origin)
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=numbers)) for s in scene.sets]
@@ -152,7 +151,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()
-        self._constant_force_set = False
+        self._values.forces_are_due = True
         self._start_meshes(anew=True)
 
     @property
@@ -362,7 +361,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         h = self._dt if dt is None else _step_length(dt)
         with self._stage.of_loads():
             self._follow_scene()
-            self._apply_functions(h)
+            self._values.apply(self, h)
             _ = [part.load(h) for part in (self._meshes, self._networks) if part]
             if self._fluid:
                 self._fluid.follow()
@@ -799,38 +798,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         return ids_of({of: {"id": ids} for of, ids in (("bodies", scene.body("id")), ("nodes", scene.node("id")))})
 
     def _start_functions(self):
-        """Collects drives, forces and damping of the present bodies; constants are written once, functions before each step."""
-        present = self._core.scene.body("id")
-        self._core.release_bodies()
-        self._drives, self._forced = Drives(self._sets, self._core, self.scene.dim), []
-        self._belts = Belts(self._sets, self._core, self.scene.dim)
-        damping = None
-        for s in self._sets:
-            if s.force is None and s.damping is None:
-                continue
-            alive, rows = found(s.own_ids, present)
-            if not np.any(alive):
-                continue
-            if s.force is not None and not self._press(present[rows[alive]], s.force):
-                self._forced.append((rows[alive], alive, s.force))
-            if s.damping is not None:
-                damping = self._field("damping", (len(present),)) if damping is None else damping
-                damping[rows[alive]] = s.damping[alive]
-        if damping is not None:
-            self._core.assign_body("damping", damping)
-        self._constant_force_set = False
-
-    def _press(self, ids, force):
-        """Hands a Servo of bodies to the core; False where Python has to evaluate it."""
-        if not isinstance(force, Servo) or not (force.area is None or isinstance(force.area, (float, int, str))):
-            return False
-        texts = texts_of(force.stress)
-        if texts is None or len(texts) != 1 or len(force.normal) != self.scene.dim:
-            return False
-        area = "grains" if force.area is None else force.area if isinstance(force.area, str) else repr(float(force.area))
-        for body in ids:
-            self._core.set_servo(int(body), _three(force.normal), texts[0], area, self.scene.depth)
-        return True
+        """Takes gravity, drives, forces and damping of the present bodies from their sets."""
+        self._values = GivenValues(self)
 
     def loaded_area(self, normal):
         """Gives the area of a wall between those that face each other across its normal, see Servo.
@@ -850,7 +819,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         ValueError
             If no two planes face each other.
         """
-        return self._core.loaded_area(_three(normal), "walls", self.scene.depth)
+        return self._core.loaded_area(three(normal), "walls", self.scene.depth)
 
     @property
     def cell(self):
@@ -901,48 +870,9 @@ class Simulation(Reshaping, Restarts, Spelt):
             self._core.set_meshes([])
         self._networks = self.scene.running_networks(self, self._core)
 
-    def _field(self, name, shape):
-        values = self._core.scene.body(name)
-        return values if values.shape == shape else np.zeros(shape)
-
-    def _apply_functions(self, h):
-        t, end = self.time, self.time + h
-        late_share = self.strategy.end_share
-        gravity = self.scene.gravity
-        if callable(gravity):
-            late, early = (checks.real_array("gravity", gravity(at), (self.scene.dim,)) for at in (end, t))
-            gravity = late_share * late + (1 - late_share) * early
-        self._core.set_gravity(_three(gravity))
-        self._drives.apply(end)
-        self._belts.apply(end)
-        moving = any(callable(force) for _, _, force in self._forced)
-        if self._forced and (moving or not self._constant_force_set):
-            forces = np.zeros((len(self.bodies), 3 if self.scene.dim == 2 else 6))
-            for rows, alive, force in self._forced:
-                if callable(force):
-                    late = self._rows("force", self._call(force, end), alive)
-                    early = self._rows("force", self._call(force, t), alive)
-                    forces[rows] += late_share * late + (1 - late_share) * early
-                else:
-                    forces[rows] += force[alive]
-            self._core.assign_body("force", forces)
-            self._constant_force_set = True
-
     def _call(self, function, t):
         """Value at time t [s] of a function of time, or of a function of time and simulation (Servo)."""
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
-
-    def _rows(self, name, value, alive):
-        from ..model.bodies import _spread
-
-        return np.ascontiguousarray(_spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive])
-
-
-def _three(values):
-    """(3,) from (2,) or (3,)."""
-    out = np.zeros(3)
-    out[: len(values)] = values
-    return out
 
 
 def _step_length(value, *words):

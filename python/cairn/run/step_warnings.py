@@ -7,7 +7,8 @@ import warnings
 
 import numpy as np
 
-from ..options.strategies import NSCD, Auto
+from ..options.solvers import Auto
+from ..options.strategies import NSCD
 from .passing import Flights
 from .sets import free_masses
 from .sinking import Leaps, RoundEdges, Sinking, deepest, deepest_pair

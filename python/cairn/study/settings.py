@@ -178,7 +178,7 @@ def scene_settings(
 
 def _estimates(name):
     """True if the solver estimates the error of velocities, as NSCD(accuracy=...) requires."""
-    from ..options.strategies import SOLVERS, Auto, ProblemSolver
+    from ..options.solvers import SOLVERS, Auto, ProblemSolver
 
     return issubclass(SOLVERS[name], Auto) or not issubclass(SOLVERS[name], ProblemSolver)
 

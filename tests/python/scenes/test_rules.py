@@ -5,7 +5,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import _core
-from cairn.model.scene import chosen_rule
+from cairn.model.rules import chosen_rule
 
 STONE = cn.Material("stone", 2500.0)
 WORDS = ["stone", "sand", "glass", "left", "right", "top", "*"]

@@ -6,7 +6,7 @@ import math
 import cairn as cn
 import pytest
 from cairn import _core
-from cairn.options.strategies import NLGS
+from cairn.options.solvers import NLGS
 
 
 @pytest.mark.parametrize("name, strategy", [("nscd", cn.NSCD(solver=NLGS())), ("smooth_dem", cn.SmoothDEM())])
