@@ -58,11 +58,11 @@ def press(sim, dt):
     sim.dt, sim.strategy = dt, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-4, max_iter=2000))
 
 
-def shear(sim, top, speed, way, outputs=60):
-    """Rows: way [mm], force along and down on the wall [kN], steps that did not converge and CPU time [s] so far."""
+def shear(sim, top, speed, displacement, outputs=60):
+    """Rows: displacement of the top [mm], force along and down on the wall [kN], steps that did not converge and CPU time [s] so far."""
     sim.drive([top], "vx", speed)
     sim.drive([top], "vy", 0.0)
-    steps, failed, start = round(way / (speed * sim.dt)), 0, time.process_time()
+    steps, failed, start = round(displacement / (speed * sim.dt)), 0, time.process_time()
     for k in range(1, steps + 1):
         failed += sim.step()["status"] != "converged"
         if k % max(1, steps // outputs):
@@ -75,7 +75,7 @@ def shear(sim, top, speed, way, outputs=60):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true")
-    parser.add_argument("--way", type=float, default=3.0, help="of the top [mm]")
+    parser.add_argument("--displacement", type=float, default=3.0, help="of the top [mm]")
     parser.add_argument("--plot", type=Path)
     asked = parser.parse_args()
     cases = [("cap", JOINT, 1e-4, 0.01)]
@@ -84,11 +84,11 @@ def main():
     path, curves = Path(__file__).parent / "results" / "shear_wall.csv", {}
     with open(path, "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["case", "way_mm", "along_kN", "down_kN", "steps_not_converged", "cpu_s"])
+        table.writerow(["case", "displacement_mm", "along_kN", "down_kN", "steps_not_converged", "cpu_s"])
         for name, joint, dt, speed in cases:
             sim, top = build(dt, joint=joint)
             press(sim, dt)
-            for row in shear(sim, top, speed, 1e-3 * asked.way):
+            for row in shear(sim, top, speed, 1e-3 * asked.displacement):
                 curves.setdefault(name, []).append(row[:2])
                 table.writerow([name, f"{row[0]:.3f}", f"{row[1]:.2f}", f"{row[2]:.2f}", row[3], f"{row[4]:.1f}"])
                 file.flush()
@@ -100,7 +100,7 @@ def main():
         for name, points in curves.items():
             axes.plot(*np.array([(0, 0), *points]).T, label=name)
         axes.axhline(50, color="0.5", linestyle="--", label="peak of the test, J4D")
-        axes.set(xlabel="way of the top [mm]", ylabel="force along the wall [kN]", xlim=(0, None), ylim=(0, None))
+        axes.set(xlabel="displacement of the top [mm]", ylabel="force along the wall [kN]", xlim=(0, None), ylim=(0, None))
         axes.legend()
         figure.savefig(asked.plot, dpi=120)
 
