@@ -1,6 +1,6 @@
 """A shear wall whose joints crack, slide and crush: Raijmakers & Vermeltfoort's J4D, whose peak was 50 kN.
 
-    python benchmarks/shear_wall.py [--full] [--way MM] [--plot PNG]      minutes of one core
+    python benchmarks/shear_wall.py [--full] [--displacement MM] [--plot PNG]      minutes of one core
 
 Writes benchmarks/results/shear_wall.csv. Sixteen courses of bricks of 204 x 98 x 50 mm and joints of 12.5 mm, .99 x 1.00 m,
 under .3 MPa; the top then moves along, kept level and at its height (Raijmakers & Vermeltfoort 1992; Lourenco 1996). Rigid
@@ -59,7 +59,7 @@ def press(sim, dt):
 
 
 def shear(sim, top, speed, displacement, outputs=60):
-    """Rows: displacement of the top [mm], force along and down on the wall [kN], steps that did not converge and CPU time [s] so far."""
+    """Rows: displacement of the top [mm], forces along and down [kN], failed steps and CPU time [s] so far."""
     sim.drive([top], "vx", speed)
     sim.drive([top], "vy", 0.0)
     steps, failed, start = round(displacement / (speed * sim.dt)), 0, time.process_time()
