@@ -30,8 +30,11 @@ contains
     integer(c_int64_t) :: i, k
     integer :: j
     real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3), rates(3, 3), shape(3, 3)
-    real(c_double) :: e1, e2, a11, a12, a22, m11, m12, m22
+    real(c_double) :: e1, e2, a11, a12, a22, m11, m12, m22, mirrored
     call open_fluid(f, last, v)
+    ! Walls press with twice the pressure of a particle. Among grains the rate is the adjoint of that, with velocities that walls
+    ! mirror: a particle whose share of grains rises as it leaves a wall is driven off by it otherwise.
+    mirrored = merge(2, 1, v%grains)
     periodic = v%periodic
     period = v%period
     per = v%per
@@ -81,7 +84,7 @@ contains
         g = -v%scale*t**3*w%volume(k)
         call add_square(second, -g, r)
         do j = 1, v%dim
-          rates(:, j) = rates(:, j) + g*(own(4:6) - w%velocity(:, k))*r(j)
+          rates(:, j) = rates(:, j) + mirrored*g*(own(4:6) - w%velocity(:, k))*r(j)
         end do
       end do
       ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
