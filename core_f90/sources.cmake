@@ -94,6 +94,7 @@ set(CAIRN_CORE_SOURCES
   smooth/smooth_moments.f90
   smooth/smooth_pairs.f90
   smooth/smooth_spheres3.f90
+  smooth/smooth_states3.f90
   soe/band_triangles.f90
   soe/block_cholesky.f90
   soe/column_triangles.f90

@@ -32,42 +32,51 @@ contains
     real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and tearing, by friction;
     !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: a(n), k(n), stored(n), dashpot(n), elastic(n), limit(n), springs(n), spent(n), was(n)
-    logical :: touched(n), before(n)
-    integer :: axes
+    real(c_double) :: a(n), k(n), stored(n), dashpot(n), elastic(n), limit(n), springs(n), spent(n), was(n), touch(n)
+    real(c_double) :: push, pull
+    logical :: touched(n), before(n), limited
+    integer :: axes, model, i
     integer, parameter :: slip = columns + 1
     call c_f_pointer(context%geometry, geometry, [n, 3])
     axes = merge(2, 3, c == 3)
+    model = nint(params(p_model))
     before = state(:, s_touched) > 0
     touched = gap < 0
-    if (nint(params(p_model)) == jkr_contact) &
+    if (model == jkr_contact) &
       touched = touched .or. (before .and. gap <= tear_gap(neck_of(modulus_of(params), params(p_work)), geometry(:, 2)))
-    call normal_force(n, nint(params(p_model)), modulus_of(params), params(p_work), gap, geometry(:, 2), touched, elastic, a, k, &
-                      stored)
-    call damping_coefficient(n, nint(params(p_model)), nint(params(p_damping)), params(p_value), a, k, geometry(:, 3), dashpot)
+    touch = merge(1.0_c_double, 0.0_c_double, touched)
+    call normal_force(n, model, modulus_of(params), params(p_work), gap, geometry(:, 2), touched, elastic, a, k, stored)
+    call damping_coefficient(n, model, nint(params(p_damping)), params(p_value), a, k, geometry(:, 3), dashpot)
     f(:, 1) = elastic
     call damp(n, context%h, geometry(:, 3), dashpot, u(:, 1), f(:, 1))
-    if (params(p_limited) > 0) f(:, 1) = max(f(:, 1), min(elastic, 0.0_c_double))
-    f(:, 1) = merge(f(:, 1), 0.0_c_double, touched)
-    limit = merge(max(f(:, 1) + 2*pull_off(nint(params(p_model)), params(p_work), geometry(:, 2)), 0.0_c_double), &
-                  0.0_c_double, touched)
-    was = state(:, s_stored)
+    limited = params(p_limited) > 0
+    pull = pull_off(model, params(p_work), 1.0_c_double)
+    do i = 1, n
+      push = merge(max(f(i, 1), min(elastic(i), 0.0_c_double)), f(i, 1), limited)
+      f(i, 1) = merge(push, 0.0_c_double, touch(i) > 0)
+      limit(i) = merge(max(f(i, 1) + 2*(pull*geometry(i, 2)), 0.0_c_double), 0.0_c_double, touch(i) > 0)
+      was(i) = state(i, s_stored)
+    end do
     springs = 0
     spent = 0
     call tangential(n, axes, context%h, params, a, k, dashpot, limit, u(:, 1:axes), state(:, s_radius), &
-                    state(:, slip:slip + axes - 2), f(:, 1:axes), springs, spent)
+                    state(:, slip:slip + axes - 2), f(:, 1:axes), springs, spent, present(energy))
     call spins(n, axes, context%h, params, a, k, geometry, limit, u(:, axes + 1:c), state(:, s_twist), &
                state(:, slip + axes - 1:slip + 2*axes - 3), f(:, axes + 1:c), springs, spent)
     if (present(energy)) then
-      energy(:, 1) = stored + springs
-      energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
-      if (nint(params(p_model)) >= 2) &
-        energy(:, 2) = energy(:, 2) + made_and_torn(n, params, geometry(:, 2), stored, before, touched)
-      energy(:, 3) = spent - (springs - was)
-      energy(:, 4) = 0
+      !$omp simd
+      do i = 1, n
+        energy(i, 1) = stored(i) + springs(i)
+        energy(i, 2) = merge((elastic(i) - f(i, 1))*u(i, 1)*context%h, 0.0_c_double, touch(i) > 0)
+        energy(i, 3) = spent(i) - (springs(i) - was(i))
+        energy(i, 4) = 0
+      end do
+      if (model >= 2) energy(:, 2) = energy(:, 2) + made_and_torn(n, params, geometry(:, 2), stored, before, touched)
     end if
-    state(:, s_stored) = springs
-    state(:, s_touched) = merge(1.0_c_double, 0.0_c_double, touched)
+    do i = 1, n
+      state(i, s_stored) = springs(i)
+      state(i, s_touched) = touch(i)
+    end do
   end subroutine cairn_law_granular_contact_force
 
   !> Energy that surfaces take as they meet, and that of a neck as it tears [J].
@@ -86,41 +95,54 @@ contains
 
   !> Tangential force: a dashpot alone, a linear spring, Mindlin's spring, or that which is made shorter as the contact shrinks
   !> (Walton 1987; Thornton, Cummins & Cleary 2013).
-  subroutine tangential(n, axes, h, params, a, k, dashpot, limit, u, radius, spring, f, stored, spent)
+  subroutine tangential(n, axes, h, params, a, k, dashpot, limit, u, radius, spring, f, stored, spent, counts)
     integer(c_int32_t), intent(in) :: n, axes
     real(c_double), intent(in)     :: h, params(own), a(n), k(n), dashpot(n), limit(n), u(n, axes)
     real(c_double), intent(inout)  :: radius(n), spring(n, axes - 1), f(n, axes), stored(n), spent(n)
-    real(c_double) :: stiffness(n), damping(n), energy(n, 4), old(n, axes - 1)
-    integer :: i, model
+    logical, intent(in)            :: counts !< works of the step, too
+    real(c_double) :: stiffness(n), damping(n), bound(n), old(n, axes - 1), share, most
+    integer :: i, j, model
     model = nint(params(p_slip))
     select case (model)
     case (no_history)
       stiffness = 0
     case (linear)
-      stiffness = params(p_ratio)*merge(k, shear_of(params)*a, nint(params(p_model)) == hooke)
+      stiffness = params(p_ratio)*shear_of(params)*a
+      if (nint(params(p_model)) == hooke) stiffness = params(p_ratio)*k
     case default
       stiffness = shear_of(params)*a
     end select
     if (model == rescaled) then
-      do i = 1, n
-        if (a(i) < radius(i)) spring(i, :) = spring(i, :)*(a(i)/radius(i))
+      do j = 1, axes - 1
+        do i = 1, n
+          spring(i, j) = spring(i, j)*merge(a(i)/merge(radius(i), 1.0_c_double, radius(i) > 0), 1.0_c_double, a(i) < radius(i))
+        end do
       end do
     end if
-    radius = a
     if (params(p_slip_damping) >= 0) then
-      damping = params(p_slip_damping)*dashpot
+      share = params(p_slip_damping)
     else if (nint(params(p_model)) == hooke) then
-      damping = sqrt(params(p_ratio))*dashpot
+      share = sqrt(params(p_ratio))
     else
-      damping = sqrt(merge(shear_of(params)/(2*modulus_of(params)), 0.0_c_double, modulus_of(params) > 0))*dashpot
+      share = 0
+      if (modulus_of(params) > 0) share = sqrt(shear_of(params)/(2*modulus_of(params)))
     end if
-    energy = 0
-    old = spring
-    call slide(n, axes, h, stiffness, damping, params(p_mu)*limit, u, spring, f, energy)
-    stored = stored + energy(:, 1)
+    most = params(p_mu)
     do i = 1, n
-      spent(i) = spent(i) - h*sum(f(i, 2:axes)*u(i, 2:axes)) &
-                 - 0.5_c_double*stiffness(i)*h*sum(u(i, 2:axes)*(spring(i, :) - old(i, :)))
+      radius(i) = a(i)
+      damping(i) = share*dashpot(i)
+      bound(i) = most*limit(i)
+    end do
+    if (counts) old = spring
+    call slide(n, axes, h, stiffness, damping, bound, u, spring, f)
+    do j = 1, axes - 1
+      do i = 1, n
+        stored(i) = stored(i) + 0.5_c_double*stiffness(i)*spring(i, j)**2
+      end do
+      if (.not. counts) cycle
+      do i = 1, n
+        spent(i) = spent(i) - h*(f(i, 1 + j)*u(i, 1 + j)) - 0.5_c_double*stiffness(i)*h*(u(i, 1 + j)*(spring(i, j) - old(i, j)))
+      end do
     end do
   end subroutine tangential
 

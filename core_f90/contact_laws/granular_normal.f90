@@ -13,19 +13,19 @@ module granular_normal
 contains
 
   !> Elastic force, contact radius, stiffness and energy of n contacts. A spring's radius is that of the overlapping spheres,
-  !> sqrt(R delta). Bodies that do not touch have none of them.
+  !> sqrt(R delta). Bodies that do not touch exert no force.
   pure subroutine normal_force(n, model, modulus, work, gap, radius, touches, f, a, stiffness, energy)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer, intent(in)            :: model        !< see above
     real(c_double), intent(in)     :: modulus      !< E* [Pa]; of linear springs k [N/m]
     real(c_double), intent(in)     :: work         !< of adhesion [J/m2]
     real(c_double), intent(in)     :: gap(n), radius(n) !< [m]
-    logical, intent(in)            :: touches(n)
+    logical, intent(in)            :: touches(n)   !< of JKR, which pulls beyond the touch; others act where gap < 0
     real(c_double), intent(out)    :: f(n)         !< [N]
     real(c_double), intent(out)    :: a(n)         !< [m]
     real(c_double), intent(out)    :: stiffness(n) !< [N/m]
     real(c_double), intent(out)    :: energy(n)    !< [J]
-    real(c_double) :: depth, b
+    real(c_double) :: depth, force, b
     integer :: i
     if (model == jkr_contact) then
       b = neck_of(modulus, work)
@@ -35,26 +35,25 @@ contains
       energy = stored_in_neck(modulus, b, radius, a)
       return
     end if
-    do i = 1, n
-      depth = max(-gap(i), 0.0_c_double)
-      a(i) = sqrt(radius(i)*depth)
-      if (model == hooke) then
-        f(i) = modulus*depth
+    b = merge(2*pi*work, 0.0_c_double, model == dmt) ! pull on a radius
+    if (model == hooke) then
+      do i = 1, n
+        depth = max(-gap(i), 0.0_c_double)
+        a(i) = sqrt(radius(i)*depth)
+        f(i) = merge(modulus*depth, 0.0_c_double, gap(i) < 0)
         stiffness(i) = modulus
-        energy(i) = 0.5_c_double*modulus*depth**2
-      else
-        f(i) = 4.0_c_double/3*modulus*a(i)*depth
+        energy(i) = merge(0.5_c_double*modulus*depth**2, 0.0_c_double, gap(i) < 0)
+      end do
+    else
+      do i = 1, n
+        depth = max(-gap(i), 0.0_c_double)
+        a(i) = sqrt(radius(i)*depth)
+        force = 4.0_c_double/3*modulus*a(i)*depth
         stiffness(i) = 2*modulus*a(i)
-        energy(i) = 0.4_c_double*f(i)*depth
-      end if
-      if (model == dmt .and. touches(i)) then
-        f(i) = f(i) - 2*pi*work*radius(i)
-        energy(i) = energy(i) - 2*pi*work*radius(i)*depth
-      end if
-      if (touches(i)) cycle
-      f(i) = 0
-      energy(i) = 0
-    end do
+        f(i) = merge(force - b*radius(i), 0.0_c_double, gap(i) < 0)
+        energy(i) = merge(0.4_c_double*force*depth - b*radius(i)*depth, 0.0_c_double, gap(i) < 0)
+      end do
+    end if
   end subroutine normal_force
 
   !> Coefficient of the normal dashpot [N s/m]. By the restitution e: the share -ln e/sqrt(pi^2 + ln^2 e) of the critical damping of

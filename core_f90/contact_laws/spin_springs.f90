@@ -23,25 +23,34 @@ contains
     real(c_double), intent(out)    :: moment(n, c)  !< on A [N m]
     real(c_double), intent(inout)  :: stored(n)     !< energies of springs are added [J]
     real(c_double), intent(inout)  :: spent(n)      !< works against the moments in the middle of the step are added [J]
-    real(c_double) :: size, yield, old(c)
+    real(c_double) :: x, y, p, q, u, v, size, yield, was_x, was_y
     integer :: i
+    !$omp simd private(x, y, p, q, u, v, size, yield, was_x, was_y)
     do i = 1, n
-      old = spring(i, :)
-      spring(i, :) = spring(i, :) + h*w(i, :)
-      moment(i, :) = -k(i)*spring(i, :)
-      size = sqrt(sum(moment(i, :)**2))
-      if (size > limit(i)) then
-        yield = 0
-        if (size > 0) yield = limit(i)/size
-        moment(i, :) = yield*moment(i, :)
-        spring(i, :) = yield*spring(i, :)
-      else
-        moment(i, :) = moment(i, :) - damping(i)*w(i, :)
-        size = sqrt(sum(moment(i, :)**2))
-        if (size > limit(i)) moment(i, :) = (limit(i)/size)*moment(i, :)
-      end if
-      stored(i) = stored(i) + 0.5_c_double*k(i)*sum(spring(i, :)**2)
-      spent(i) = spent(i) - h*sum(moment(i, :)*w(i, :)) - 0.5_c_double*k(i)*h*sum(w(i, :)*(spring(i, :) - old))
+      u = w(i, 1)
+      v = merge(w(i, c), 0.0_c_double, c == 2)
+      was_x = spring(i, 1)
+      was_y = merge(spring(i, c), 0.0_c_double, c == 2)
+      x = was_x + h*u
+      y = was_y + h*v
+      p = -k(i)*x
+      q = -k(i)*y
+      size = sqrt(p*p + q*q)
+      yield = merge(limit(i)/max(size, tiny(h)), 1.0_c_double, size > limit(i))
+      x = yield*x
+      y = yield*y
+      p = yield*p - merge(0.0_c_double, damping(i)*u, size > limit(i))
+      q = yield*q - merge(0.0_c_double, damping(i)*v, size > limit(i))
+      size = sqrt(p*p + q*q)
+      yield = merge(limit(i)/max(size, tiny(h)), 1.0_c_double, size > limit(i))
+      p = yield*p
+      q = yield*q
+      spring(i, c) = y
+      spring(i, 1) = x
+      moment(i, c) = q
+      moment(i, 1) = p
+      stored(i) = stored(i) + 0.5_c_double*k(i)*(x*x + y*y)
+      spent(i) = spent(i) - h*(p*u + q*v) - 0.5_c_double*k(i)*h*(u*(x - was_x) + v*(y - was_y))
     end do
   end subroutine roll
 

@@ -5,9 +5,10 @@ module smooth_spheres3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_int8_t, c_double
   implicit none
   private
-  public :: cairn_sphere_records, cairn_sphere_gather, cairn_sphere_scatter
+  public :: cairn_sphere_records, cairn_sphere_gather, cairn_sphere_scatter, near_lanes, load_lanes, localize, wrenches, &
+            springs_in_space, push_bodies
 
-  integer, parameter :: lanes = 128
+  integer, parameter, public :: lanes = 128
   ! Between these squares of distances neither digits nor range are lost; beyond, the general way is taken.
   real(c_double), parameter :: shortest = 2.0_c_double**(-900), longest = 2.0_c_double**1000
 
@@ -51,10 +52,35 @@ contains
     real(c_double), intent(out)      :: gap(n)           !< of the lanes [m]
     real(c_double), intent(out)      :: geometry(*)      !< (filled, 3) 0, effective radius [m], mass, 0 if both are held [kg]
     real(c_double), intent(out)      :: state(*)         !< (filled, 2) spring along t, s [m]
-    real(c_double) :: between(4, lanes), delta(8, lanes), turn(8, lanes), total(lanes), square(lanes), spring(4, lanes)
-    real(c_double) :: nearest, farthest
+    real(c_double) :: delta(8, lanes), turn(8, lanes), total(lanes), square(lanes), spring(4, lanes)
+    integer :: i, l
+    call near_lanes(n, body_a, body_b, record, reach, 3_c_int32_t, stored, active, lane, count, filled, total, square)
+    if (count <= 0) return
+    call load_lanes(n, filled, lane, body_a, body_b, record, delta, turn, total, square)
+    do i = 1, filled
+      l = lane(i)
+      spring(1, i) = stored(1, l); spring(2, i) = stored(2, l); spring(3, i) = stored(3, l)
+    end do
+    call localize(filled, delta, turn, total, square, spring, h, frame, arm, u, gap, geometry, state)
+  end subroutine cairn_sphere_gather
+
+  !> Lanes of the pairs closer than the reach of their law; the others forget.
+  pure subroutine near_lanes(n, body_a, body_b, record, reach, states, stored, active, lane, count, filled, total, square)
+    integer(c_int32_t), intent(in)   :: n                !< pairs, at most 128
+    integer(c_int32_t), intent(in)   :: body_a(n), body_b(n) !< from 0
+    real(c_double), intent(in)       :: record(12, 0:*)
+    real(c_double), intent(in)       :: reach            !< gap at which a force begins [m]
+    integer(c_int32_t), intent(in)   :: states           !< numbers of a pair
+    real(c_double), intent(inout)    :: stored(states, n)
+    integer(c_int8_t), intent(inout) :: active(n)        !< 1: it acted in the last step
+    integer(c_int32_t), intent(out)  :: lane(n + 8)      !< pairs that act, from 1
+    integer(c_int32_t), intent(out)  :: count            !< how many; -1: distances beyond the range of their squares
+    integer(c_int32_t), intent(out)  :: filled           !< that, up to a multiple of eight; the rest repeats the last
+    real(c_double), intent(out)      :: total(lanes)     !< of the pairs, sum of radii [m]
+    real(c_double), intent(out)      :: square(lanes)    !< of the pairs, of the distance [m2]
+    real(c_double) :: between(4, lanes), nearest, farthest
     integer(c_int8_t) :: near(lanes)
-    integer :: i, k, l, ia, ib
+    integer :: i, k, ia, ib
     do i = 1, n
       ia = body_a(i); ib = body_b(i)
       !$omp simd simdlen(4)
@@ -93,7 +119,19 @@ contains
     if (count == 0) return
     filled = iand(count + 7, -8)
     lane(count + 1:filled) = lane(count)
-    do i = 1, filled
+  end subroutine near_lanes
+
+  !> Differences of the records of each lane, sums of their last four numbers.
+  pure subroutine load_lanes(n, m, lane, body_a, body_b, record, delta, turn, total, square)
+    integer(c_int32_t), intent(in) :: n                !< pairs
+    integer(c_int32_t), intent(in) :: m                !< lanes
+    integer(c_int32_t), intent(in) :: lane(m)          !< pair of each, from 1, rising
+    integer(c_int32_t), intent(in) :: body_a(n), body_b(n) !< from 0
+    real(c_double), intent(in)     :: record(12, 0:*)
+    real(c_double), intent(out)    :: delta(8, lanes), turn(8, lanes)
+    real(c_double), intent(inout)  :: total(lanes), square(lanes) !< of pairs; out, of lanes
+    integer :: i, k, l, ia, ib
+    do i = 1, m
       l = lane(i)
       ia = body_a(l); ib = body_b(l)
       !$omp simd simdlen(8)
@@ -107,10 +145,8 @@ contains
       end do
       total(i) = total(l)
       square(i) = square(l)
-      spring(1, i) = stored(1, l); spring(2, i) = stored(2, l); spring(3, i) = stored(3, l)
     end do
-    call localize(filled, delta, turn, total, square, spring, h, frame, arm, u, gap, geometry, state)
-  end subroutine cairn_sphere_gather
+  end subroutine load_lanes
 
   !> Local frame of each lane, and in it the relative velocity and the spring: turned into the new tangent plane at its length,
   !> and about the normal with the mean spin.
@@ -180,8 +216,24 @@ contains
     real(c_double), intent(inout)  :: force(6, 0:*)     !< on bodies [N, N m]
     real(c_double), intent(inout), optional :: other(6, n) !< on B, if it is of another tile
     real(c_double) :: on_a(6, lanes), on_b(6, lanes), spring(3, lanes)
+    integer :: i
+    call wrenches(m, frame, arm, f, on_a, on_b)
+    call springs_in_space(m, frame, state, spring)
+    do i = 1, count
+      stored(:, lane(i)) = spring(:, i)
+    end do
+    call push_bodies(n, count, m, lane, body_a, body_b, on_a, on_b, lane_force, force, other)
+  end subroutine cairn_sphere_scatter
+
+  !> Forces and moments on the bodies of each lane.
+  pure subroutine wrenches(m, frame, arm, f, on_a, on_b)
+    integer(c_int32_t), intent(in) :: m               !< lanes
+    real(c_double), intent(in)     :: frame(lanes, 6) !< normal, first tangent
+    real(c_double), intent(in)     :: arm(lanes, 2)   !< [m]
+    real(c_double), intent(in)     :: f(m, 3)         !< on A along n, t, s [N]
+    real(c_double), intent(out)    :: on_a(6, lanes), on_b(6, lanes) !< in space axes [N, N m]
     real(c_double) :: nx, ny, nz, tx, ty, tz, sx, sy, sz, x, y, z, cx, cy, cz
-    integer :: i, l
+    integer :: i
     !$omp simd private(nx, ny, nz, tx, ty, tz, sx, sy, sz, x, y, z, cx, cy, cz)
     do i = 1, m
       nx = frame(i, 1); ny = frame(i, 2); nz = frame(i, 3)
@@ -197,14 +249,42 @@ contains
       on_a(4, i) = -arm(i, 1)*cx; on_a(5, i) = -arm(i, 1)*cy; on_a(6, i) = -arm(i, 1)*cz
       on_b(1, i) = -x; on_b(2, i) = -y; on_b(3, i) = -z
       on_b(4, i) = -arm(i, 2)*cx; on_b(5, i) = -arm(i, 2)*cy; on_b(6, i) = -arm(i, 2)*cz
-      spring(1, i) = tx*state(i, 1) + sx*state(i, 2)
-      spring(2, i) = ty*state(i, 1) + sy*state(i, 2)
-      spring(3, i) = tz*state(i, 1) + sz*state(i, 2)
     end do
+  end subroutine wrenches
+
+  !> A tangential vector of the state of each lane in space axes.
+  pure subroutine springs_in_space(m, frame, state, spring)
+    integer(c_int32_t), intent(in) :: m                !< lanes
+    real(c_double), intent(in)     :: frame(lanes, 6)  !< normal, first tangent
+    real(c_double), intent(in)     :: state(m, 2)      !< along t, s [m or rad]
+    real(c_double), intent(out)    :: spring(3, lanes) !< [m or rad]
+    real(c_double) :: nx, ny, nz, tx, ty, tz
+    integer :: i
+    !$omp simd private(nx, ny, nz, tx, ty, tz)
+    do i = 1, m
+      nx = frame(i, 1); ny = frame(i, 2); nz = frame(i, 3)
+      tx = frame(i, 4); ty = frame(i, 5); tz = frame(i, 6)
+      spring(1, i) = tx*state(i, 1) + (ny*tz - nz*ty)*state(i, 2)
+      spring(2, i) = ty*state(i, 1) + (nz*tx - nx*tz)*state(i, 2)
+      spring(3, i) = tz*state(i, 1) + (nx*ty - ny*tx)*state(i, 2)
+    end do
+  end subroutine springs_in_space
+
+  !> Adds what the lanes exert to their bodies. What acts on a body of another tile goes to other.
+  pure subroutine push_bodies(n, count, m, lane, body_a, body_b, on_a, on_b, lane_force, force, other)
+    integer(c_int32_t), intent(in) :: n                !< pairs
+    integer(c_int32_t), intent(in) :: count            !< lanes that count
+    integer(c_int32_t), intent(in) :: m                !< lanes
+    integer(c_int32_t), intent(in) :: lane(m)          !< pair of each, from 1
+    integer(c_int32_t), intent(in) :: body_a(n), body_b(n)
+    real(c_double), intent(in)     :: on_a(6, lanes), on_b(6, lanes) !< [N, N m]
+    real(c_double), intent(inout)  :: lane_force(3, n) !< on A in space axes [N]
+    real(c_double), intent(inout)  :: force(6, 0:*)    !< on bodies [N, N m]
+    real(c_double), intent(inout), optional :: other(6, n) !< on B, if it is of another tile
+    integer :: i, l
     do i = 1, count
       l = lane(i)
       lane_force(:, l) = on_a(1:3, i)
-      stored(:, l) = spring(:, i)
       call add_six(on_a(:, i), force(:, body_a(l)))
     end do
     if (present(other)) then
@@ -216,7 +296,7 @@ contains
         call add_six(on_b(:, i), force(:, body_b(lane(i))))
       end do
     end if
-  end subroutine cairn_sphere_scatter
+  end subroutine push_bodies
 
   !> Adds six numbers as four and two at once, which the compiler does not find by itself.
   pure subroutine add_six(push, total)

@@ -31,6 +31,15 @@ void cairn_smooth_spins(int32_t dim, int32_t n, int32_t m, const int32_t* lane, 
 void cairn_smooth_moments(int32_t dim, int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
                           const int32_t* body_b, const double* frame, const double* moment, double* lane_moment,
                           double* force, double* other);
+void cairn_sphere_gather_states(int32_t n, const int32_t* body_a, const int32_t* body_b, const double* record,
+                                double reach, double h, int32_t scalars, int32_t vectors, int32_t states,
+                                double* stored, int8_t* active, int32_t* lane, int32_t* count, int32_t* filled,
+                                double* frame, double* arm, double* u, double* gap, double* geometry, double* state);
+void cairn_sphere_scatter_states(int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
+                                 const int32_t* body_b, const double* frame, const double* arm, const double* f,
+                                 int32_t scalars, int32_t vectors, int32_t states, const double* state, double* stored,
+                                 double* lane_force, double* force, double* other, const double* moment,
+                                 double* lane_moment);
 
 #ifdef __cplusplus
 }

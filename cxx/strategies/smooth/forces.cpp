@@ -90,16 +90,35 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
     __builtin_prefetch(&record_[12 * body]);
     __builtin_prefetch(&record_[12 * body + 8]);
     __builtin_prefetch(&force[6 * body]);
+    if (states_ > 3) { // wider than what the processor foresees by itself
+      const std::int64_t acting = list.active[q] ? q : p;
+      __builtin_prefetch(&list.state[states_ * acting]);
+      __builtin_prefetch(&list.state[states_ * acting + states_ - 1]);
+    }
   }
-  cairn_sphere_gather(batch.count, &list.body_a[p], &list.body_b[p], record_.data(), entries_[batch.entry].reach, h,
-                      &list.state[3 * p], &list.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
-                      w.geometry, w.state);
+  const EntryShape& shape = entries_[batch.entry];
+  double *state = list.state.data() + states_ * p, *lane_force = &list.force[3 * p];
+  const std::int32_t *body_a = &list.body_a[p], *body_b = &list.body_b[p];
+  const bool one_spring = states_ == 3 && shape.scalars == 0 && shape.vectors == 1 && !shape.turns;
+  if (one_spring)
+    cairn_sphere_gather(batch.count, body_a, body_b, record_.data(), shape.reach, h, state, &list.active[p], w.lane,
+                        &count, &m, w.frame, w.arm, w.u, w.lane_gap, w.geometry, w.state);
+  else
+    cairn_sphere_gather_states(batch.count, body_a, body_b, record_.data(), shape.reach, h, shape.scalars,
+                               shape.vectors, states_, state, &list.active[p], w.lane, &count, &m, w.frame, w.arm, w.u,
+                               w.lane_gap, w.geometry, w.state);
   if (count <= 0) return count;
   const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
-  law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
-  cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state,
-                       &list.state[3 * p], &list.force[3 * p], to.force, to.other);
+  law_infos()[std::size_t(entry.law)].force(m, shape.turns ? 6 : 3, &context, w.lane_gap, w.u, entry.params, w.state,
+                                            w.f, energy);
+  if (one_spring)
+    cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, body_b, w.frame, w.arm, w.f, w.state, state,
+                         lane_force, to.force, to.other);
+  else
+    cairn_sphere_scatter_states(batch.count, count, m, w.lane, to.body_a, body_b, w.frame, w.arm, w.f, shape.scalars,
+                                shape.vectors, states_, w.state, state, lane_force, to.force, to.other,
+                                shape.turns ? &w.f[3 * m] : nullptr, shape.turns ? &list.moment[3 * p] : nullptr);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (energy) keep_loss(list, batch, count, m, w);
   return count;
@@ -125,7 +144,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0) return;
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
-  cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list.state[p * states_], &list.active[p], w.lane,
+  cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, list.state.data() + p * states_, &list.active[p], w.lane,
                      &count, &m);
   if (count == 0) return;
   cairn_smooth_sides(dim_, n, &list.a[p], &list.b[p], &list.body_a[p], &list.body_b[p], grain_.data(), w.between,
@@ -140,7 +159,14 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
       for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
     }
   if (belts) add_belts(s, list, batch, count, !sheared, w);
-  double* stored = &list.state[p * states_];
+  // rows of the list are as long as the longest state; kernels take them as long as their law's
+  const int own = shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3);
+  double* const rows = list.state.data() + p * states_;
+  double* const stored = own < states_ ? w.rows : rows;
+  for (int i = 0; own < states_ && i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(rows + l * states_, own, w.rows + l * own);
+  }
   (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
       n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
@@ -156,6 +182,10 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
       w.state, stored, &list.force[p * dim_], to.force, to.other);
+  for (int i = 0; own < states_ && i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(w.rows + l * own, own, rows + l * states_);
+  }
   if (shape.turns)
     cairn_smooth_moments(dim_, n, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], to.force, to.other);

@@ -190,7 +190,7 @@ void SmoothDem::make_list(Simulation& s) {
   weigh_grains(s);
   read_laws(s);
   records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
-  spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && states_ == 3 && !s.scene.cell.any();
+  spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && !s.scene.cell.any();
   if (records_) {
     record_.resize(12 * b.count);
     body_radius_.assign(b.count, 0);
@@ -305,8 +305,7 @@ void SmoothDem::cut_batches(const Simulation& s, bool shaped, int kinds, Neighbo
         batch.kind = shaped ? -1 : g % (kinds * entries) / entries;
         batch.entry = g % entries;
         batch.spheres = !shaped && smooth_pair_kinds()[batch.kind].a == Shape::sphere &&
-                        smooth_pair_kinds()[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
-                        entries_[batch.entry].vectors == 1 && !entries_[batch.entry].turns;
+                        smooth_pair_kinds()[batch.kind].b == Shape::sphere;
         if (g >= kinds * entries) {
           batch.other = list.others;
           list.others += batch.count;

@@ -18,7 +18,7 @@ struct NeighbourList {
   struct Batch {
     std::int64_t first = 0;
     std::int32_t count = 0, kind = 0, entry = 0;
-    bool spheres = false;    // two spheres and a law that keeps one spring
+    bool spheres = false;    // two spheres
     std::int64_t other = -1; // place of what acts on B, when B is of another tile
   };
   std::int64_t pairs = 0, others = 0;

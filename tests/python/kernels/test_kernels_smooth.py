@@ -205,6 +205,64 @@ def test_spheres_go_the_general_way_faster():
             np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
 
 
+@pytest.mark.parametrize("turns", [False, True])
+def test_states_of_spheres_go_the_general_way_faster(turns):
+    """Scalars, several vectors and moments, in rows longer than the state, against the kernels of all shapes."""
+    bodies, n, h, reach, scalars, vectors, states = 9, 10, 0.01, 0.05, 5, 2, 12
+    x, v, radius, inverse = some(bodies, 3), some(bodies, 6), positive(bodies), positive(bodies, 6)
+    record = np.zeros((bodies, 12))
+    kernel("cairn_sphere_records")(0, bodies, x, v, radius, inverse, record)
+    body_a, body_b = np.triu_indices(bodies, 1)
+    chosen = RNG.permutation(len(body_a))[:n]
+    body_a, body_b = body_a[chosen].astype(np.int32), body_b[chosen].astype(np.int32)
+    between = x[body_a] - x[body_b]
+    far = np.linalg.norm(between, axis=1)
+    gap = far - radius[body_a] - radius[body_b]
+    stored, active, acts = some(n, states), np.ones(n, np.int8), gap < reach
+    before = stored.copy()
+    lane, count, filled = np.zeros(n + 8, np.int32), np.empty(1, np.int32), np.empty(1, np.int32)
+    frame, arm = np.zeros((6, 128)), np.zeros((2, 128))
+    u, gaps, geometry, state = np.empty(6 * 16), np.empty(16), np.empty(3 * 16), np.empty(9 * 16)
+    kernel("cairn_sphere_gather_states")(
+        n, body_a, body_b, record, reach, h, scalars, vectors, states, stored, active, lane, count, filled, frame, arm, u, gaps,
+        geometry, state,
+    )  # fmt: skip
+    assert 0 < count[0] == acts.sum() < n and np.array_equal(active, acts) and not stored[~acts].any()
+    m, own, normal = int(filled[0]), scalars + 3 * vectors, between / far[:, None]
+    touch, lanes = (radius[body_a] + gap / 2)[:, None] * normal, lane[:m].copy()
+    grain = [np.stack([1 / radius[k], inverse[k, 0]], axis=1) for k in (body_a, body_b)]
+    sides, rows = [columns(-touch), columns(between - touch)], np.ascontiguousarray(before[:, :own])
+    known = np.empty((6, m)), np.empty((3, m)), np.empty(m), np.empty((3, m)), np.empty((scalars + 2 * vectors, m))
+    kernel("cairn_smooth_gather3", "cairn_smooth_gather")(
+        n, m, lanes, body_a, body_b, v, *[columns(g) for g in grain], gap, columns(normal), *sides, h, scalars, vectors, rows,
+        *known, None,
+    )  # fmt: skip
+    spin = np.empty((3, m))
+    kernel("cairn_smooth_spins")(3, n, m, lanes, body_a, body_b, v, known[0], spin)
+    found = frame[:, :m], u[: 3 * m].reshape(3, m), gaps[:m], geometry[: 3 * m].reshape(3, m), state[: 9 * m].reshape(9, m)
+    for one, two in zip((*found, u[3 * m : 6 * m].reshape(3, m)), (*known, spin)):
+        np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
+    f, moment, after = some(3, m), some(3, m) if turns else None, np.ascontiguousarray(found[4])
+    for cut in (False, True):
+        kept, pushed, turned, force, other = before.copy(), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((bodies, 6)), None
+        short, pushes, turns_3, forces, others = rows.copy(), pushed.copy(), turned.copy(), force.copy(), None
+        if cut:
+            other, others = np.zeros((n, 6)), np.zeros((n, 6))
+        kernel("cairn_sphere_scatter_states")(
+            n, count[0], m, lane, body_a, body_b, frame, arm, f, scalars, vectors, states, after, kept, pushed, force, other,
+            moment, turned if turns else None,
+        )  # fmt: skip
+        kernel("cairn_smooth_scatter3", "cairn_smooth_scatter")(
+            n, count[0], m, lanes, body_a, body_b, *sides, known[0], f, scalars, vectors, after, short, pushes, forces, others
+        )
+        if turns:
+            kernel("cairn_smooth_moments")(3, n, count[0], m, lanes, body_a, body_b, known[0], moment, turns_3, forces, others)
+        pairs = [(kept[:, :own], short), (pushed, pushes), (turned, turns_3), (force, forces)]
+        for one, two in pairs + ([(other, others)] if cut else []):
+            np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
+        assert np.array_equal(kept[:, own:], before[:, own:])
+
+
 def test_sums_of_lanes():
     m, count = 16, 11
     gap, geometry, energy = some(m), positive(3, m), positive(4, m)
