@@ -7,7 +7,7 @@
 module adhesive_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
+  use block_cones, only: solve_blocks, solve_plain, map_sliding, status_of_blocks, strip
   use dry_friction, only: friction_of, slid
   use elastic_contact, only: spring_and_dashpot, spring_energy
   implicit none
@@ -17,7 +17,6 @@ module adhesive_contact
   character(*), parameter :: row = "adhesive_contact"
   integer, parameter :: own = 14, states = 4 !< parameters, states
   integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond
-  logical, parameter :: rolls = .false. !< friction against rolling
   integer, parameter :: s_started = 1, s_torn = 2, s_slides = 3, s_pull = 4
 contains
 
@@ -143,15 +142,14 @@ contains
     if (reach < huge(reach)) depth = max(0.0_c_double, reach + depth)
   end function depth
 
-  !> Attraction along the normal and limits of the blocks, as impulses.
-  pure subroutine limits(c, p, s, pull, mu, k)
-    integer(c_int32_t), intent(in) :: c          !< components
+  !> Attraction along the normal and limits of sliding, as impulses.
+  pure subroutine limits(p, s, pull, mu, k)
     real(c_double), intent(in)     :: p(own + 4) !< parameters, step, area, effective radius, mass
     real(c_double), intent(in)     :: s(states)  !< state
     real(c_double), intent(out)    :: pull       !< [N s]
-    real(c_double), intent(out)    :: mu(3), k(3) !< see block_cones
+    real(c_double), intent(out)    :: mu, k  !< see solve_plain
     pull = s(s_pull)*p(own + 1)
-    mu = [friction_of(p(3), p(4), s(s_slides)), 0.0_c_double, 0.0_c_double]
+    mu = friction_of(p(3), p(4), s(s_slides))
     k = 0
   end subroutine limits
 end module adhesive_contact

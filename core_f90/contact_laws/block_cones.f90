@@ -5,7 +5,8 @@ module block_cones
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
   private
-  public :: solve_blocks, map_blocks, status_of_blocks
+  public :: solve_blocks, map_blocks, status_of_blocks, solve_plain, map_sliding
+  integer, parameter, public :: strip = 8 !< contacts at a time: a register of doubles
 contains
 
   !> Places of the blocks beside the normal: sliding, twisting, rolling; none: first > last.
@@ -193,6 +194,126 @@ contains
       f(first(b):last(b)) = r(first(b):last(b)) - z(1:m)
     end do
   end subroutine map_blocks
+
+  !> Sliding contacts whose parts do not couple, W = diag(W_NN, W_TT, W_TT), as of balls: closed form of a strip of contacts. What
+  !> solve_blocks finds, to rounding. Impulses of the others are left alone.
+  pure subroutine solve_plain(n, c, first, w, u_free, pull, mu, k, r, plain)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components, 2 or 3
+    integer, intent(in)            :: first        !< contact of the strip, from 1
+    real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), intent(in)     :: u_free(n, c) !< velocity with r = 0 [m/s]
+    real(c_double), intent(in)     :: pull(strip)  !< impulse that draws the bodies together, not part of the limits [N s]
+    real(c_double), intent(in)     :: mu(strip), k(strip) !< |r_T| <= mu (r_N + pull) + k [-, N s]
+    real(c_double), intent(inout)  :: r(n, c)      !< [N s]
+    logical, intent(out)           :: plain(strip) !< solved here; none behind the last contact
+    real(c_double), dimension(strip) :: wn, wt, coupled, qn, qt, qs, rn, rt, rs
+    real(c_double) :: limit, t, s, most, size, factor
+    integer :: i, j
+    qs = 0
+    if (first + strip - 1 <= n) then
+      do j = 1, strip
+        i = first + j - 1
+        wn(j) = w(i, 1, 1)
+        wt(j) = w(i, 2, 2)
+        coupled(j) = abs(w(i, 1, 2)) + abs(w(i, 2, 1))
+        qn(j) = u_free(i, 1)
+        qt(j) = u_free(i, 2)
+      end do
+      if (c == 3) then
+        do j = 1, strip
+          i = first + j - 1
+          coupled(j) = coupled(j) + (abs(w(i, 1, 3)) + abs(w(i, 2, 3)) + abs(w(i, 3, 1)) + abs(w(i, 3, 2)) + &
+                                     abs(w(i, 3, 3) - w(i, 2, 2)))
+          qs(j) = u_free(i, 3)
+        end do
+      end if
+    else
+      do j = 1, strip
+        i = min(first + j - 1, n)
+        wn(j) = w(i, 1, 1)
+        wt(j) = w(i, 2, 2)
+        coupled(j) = abs(w(i, 1, 2)) + abs(w(i, 2, 1))
+        if (c == 3) coupled(j) = coupled(j) + (abs(w(i, 1, 3)) + abs(w(i, 2, 3)) + abs(w(i, 3, 1)) + abs(w(i, 3, 2)) + &
+                                               abs(w(i, 3, 3) - w(i, 2, 2)))
+        qn(j) = u_free(i, 1)
+        qt(j) = u_free(i, 2)
+        if (c == 3) qs(j) = u_free(i, 3)
+      end do
+    end if
+    !$omp simd private(limit, t, s, most, size, factor)
+    do j = 1, strip
+      rn(j) = max(0.0_c_double, -(qn(j) - wn(j)*pull(j))/wn(j))
+      limit = merge(mu(j)*rn(j), 0.0_c_double, rn(j) > 0) + k(j)
+      t = -qt(j)/wt(j)
+      s = -qs(j)/wt(j)
+      most = max(abs(t), abs(s), tiny(most)) ! squares of small impulses would be none
+      size = most*sqrt((t/most)**2 + (s/most)**2)
+      factor = merge(limit/size, 1.0_c_double, size > limit)
+      rn(j) = rn(j) - pull(j)
+      rt(j) = factor*t
+      rs(j) = factor*s
+    end do
+    do j = 1, strip
+      plain(j) = first + j - 1 <= n .and. wn(j) > 0 .and. wt(j) > 0 .and. coupled(j) <= 0
+    end do
+    do j = 1, strip
+      if (.not. plain(j)) cycle
+      i = first + j - 1
+      r(i, 1) = rn(j)
+      r(i, 2) = rt(j)
+      if (c == 3) r(i, 3) = rs(j)
+    end do
+  end subroutine solve_plain
+
+  !> r - P(r - u/W_kk) of a strip of sliding contacts (see map_blocks).
+  pure subroutine map_sliding(n, c, first, w, u, pull, mu, k, r, f)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    integer(c_int32_t), intent(in) :: c           !< components, 2 or 3
+    integer, intent(in)            :: first       !< contact of the strip, from 1
+    real(c_double), intent(in)     :: w(n, c, c)  !< Delassus blocks [1/kg]
+    real(c_double), intent(in)     :: u(n, c)     !< velocity that r leaves [m/s]
+    real(c_double), intent(in)     :: pull(strip), mu(strip), k(strip) !< see solve_plain
+    real(c_double), intent(in)     :: r(n, c)     !< [N s]
+    real(c_double), intent(inout)  :: f(n, c)     !< [N s]
+    real(c_double), dimension(strip) :: rn, rt, rs, fn, ft, fs, un, ut, us, wn, wt
+    real(c_double) :: normal, limit, t, s, most, size, factor
+    integer :: i, j
+    rs = 0
+    us = 0
+    do j = 1, strip
+      i = min(first + j - 1, n)
+      wn(j) = w(i, 1, 1)
+      wt(j) = w(i, 2, 2)
+      rn(j) = r(i, 1) + pull(j)
+      rt(j) = r(i, 2)
+      un(j) = u(i, 1)
+      ut(j) = u(i, 2)
+      if (c < 3) cycle
+      wt(j) = max(wt(j), w(i, 3, 3))
+      rs(j) = r(i, 3)
+      us(j) = u(i, 3)
+    end do
+    !$omp simd private(normal, limit, t, s, most, size, factor)
+    do j = 1, strip
+      normal = max(0.0_c_double, rn(j) - un(j)/wn(j))
+      factor = merge(1/merge(wt(j), 1.0_c_double, wt(j) > 0), 0.0_c_double, wt(j) > 0)
+      t = rt(j) - ut(j)*factor
+      s = rs(j) - us(j)*factor
+      limit = merge(mu(j)*normal, 0.0_c_double, normal > 0) + k(j)
+      most = max(abs(t), abs(s), tiny(most))
+      size = most*sqrt((t/most)**2 + (s/most)**2)
+      factor = merge(limit/size, 1.0_c_double, size > limit)
+      fn(j) = rn(j) - normal
+      ft(j) = rt(j) - factor*t
+      fs(j) = rs(j) - factor*s
+    end do
+    do i = first, min(first + strip - 1, n)
+      f(i, 1) = fn(i - first + 1)
+      f(i, 2) = ft(i - first + 1)
+      if (c == 3) f(i, 3) = fs(i - first + 1)
+    end do
+  end subroutine map_sliding
 
   !> 0 open, 1 sticks, 2 slips.
   pure integer(c_int32_t) function status_of_blocks(c, plane, mu, k, r)

@@ -5,7 +5,7 @@
 module mohr_coulomb
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
+  use block_cones, only: solve_blocks, solve_plain, map_sliding, status_of_blocks, strip
   use dry_friction, only: friction_of, slid
   implicit none
   private
@@ -14,7 +14,6 @@ module mohr_coulomb
   character(*), parameter :: row = "mohr_coulomb"
   integer, parameter :: own = 7, states = 4 !< parameters, states
   integer, parameter :: bond(1) = [1] !< state variable that marks a bond
-  logical, parameter :: rolls = .false. !< friction against rolling
   real(c_double), parameter :: sure = 1e-9_c_double !< of a limit: what points of a face share is rounded
 contains
 
@@ -59,7 +58,7 @@ contains
     real(c_double), intent(in)          :: params(n, own) !< see laws.def
     real(c_double), intent(inout)       :: state(n, states) !< see prepare
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: pull, mu(3), k(3), p(own + 4), normal, tangent, s(states), impulse(c), velocity(c)
+    real(c_double) :: pull, mu, k, p(own + 4), normal, tangent, s(states), impulse(c), velocity(c)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     p = 0
@@ -74,34 +73,33 @@ contains
       end if
       p(1:own) = params(i, :)
       s = state(i, :)
-      call limits(c, p, s, pull, mu, k)
+      call limits(p, s, pull, mu, k)
       normal = r(i, 1) + pull
       tangent = maxval(abs(r(i, 2:)))
       if (tangent > 0) tangent = tangent*sqrt(sum((r(i, 2:)/tangent)**2))
-      if (.not. normal > sure*pull .or. tangent >= (mu(1)*normal + k(1))*(1 - sure) .or. &
+      if (.not. normal > sure*pull .or. tangent >= (mu*normal + k)*(1 - sure) .or. &
           r(i, 1) > p(5)*state(i, 2)*context%h) state(i, 1) = 0
       if (params(i, 7) < params(i, 4) .and. .not. state(i, 1) > 0 .and. normal > sure*pull .and. &
-          tangent >= (mu(1)*normal + k(1))*(1 - sure)) state(i, 4) = 1
+          tangent >= (mu*normal + k)*(1 - sure)) state(i, 4) = 1
     end do
   end subroutine cairn_law_mohr_coulomb_commit
 
-  !> Attraction along the normal and limits of the blocks, as impulses.
-  pure subroutine limits(c, p, s, pull, mu, k)
-    integer(c_int32_t), intent(in) :: c        !< components
+  !> Attraction along the normal and limits of sliding, as impulses.
+  pure subroutine limits(p, s, pull, mu, k)
     real(c_double), intent(in)     :: p(own + 4) !< parameters, step, area, effective radius, mass
     real(c_double), intent(in)     :: s(states) !< state
     real(c_double), intent(out)    :: pull     !< [N s]
-    real(c_double), intent(out)    :: mu(3), k(3) !< see block_cones
+    real(c_double), intent(out)    :: mu, k  !< see solve_plain
     real(c_double) :: area, tension
     pull = 0
-    mu = [friction_of(p(4), p(7), s(4)), 0.0_c_double, 0.0_c_double]
+    mu = friction_of(p(4), p(7), s(4))
     k = 0
     if (.not. s(1) > 0) return
     area = s(2)*p(own + 1)
     tension = p(1)
     if (p(3) > 0) tension = min(tension, p(2)/p(3)) ! where the cone has its tip
     pull = tension*area
-    mu(1) = p(3)
-    k(1) = max(0.0_c_double, p(2) - p(3)*tension)*area
+    mu = p(3)
+    k = max(0.0_c_double, p(2) - p(3)*tension)*area
   end subroutine limits
 end module mohr_coulomb

@@ -4,7 +4,7 @@
 module wet
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
-  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
+  use block_cones, only: solve_blocks, solve_plain, map_sliding, status_of_blocks, strip
   implicit none
   private
   public :: cairn_law_wet_prepare, law_solve, law_residual
@@ -12,7 +12,6 @@ module wet
   character(*), parameter :: row = "wet"
   integer, parameter :: own = 3, states = 1 !< parameters, states
   integer, parameter :: bond(0) = [integer ::] !< no state variable marks a bond
-  logical, parameter :: rolls = .false. !< friction against rolling
 contains
 
   include "cone_slots.inc"
@@ -68,16 +67,15 @@ contains
     if (reach < huge(reach)) depth_of = min(reach, max(0.0_c_double, reach - max(gap, 0.0_c_double)))
   end function depth_of
 
-  !> Attraction along the normal and limits of the blocks, as impulses.
-  pure subroutine limits(c, p, s, pull, mu, k)
-    integer(c_int32_t), intent(in) :: c        !< components
+  !> Attraction along the normal and limits of sliding, as impulses.
+  pure subroutine limits(p, s, pull, mu, k)
     real(c_double), intent(in)     :: p(own + 4) !< parameters, step, area, effective radius, mass
     real(c_double), intent(in)     :: s(1)      !< state
     real(c_double), intent(out)    :: pull     !< [N s]
-    real(c_double), intent(out)    :: mu(3), k(3) !< see block_cones
+    real(c_double), intent(out)    :: mu, k  !< see solve_plain
     pull = 0
     if (s(1) > 0 .or. .not. p(2) < huge(p)) pull = p(1)*p(own + 1)
-    mu = [p(3), 0.0_c_double, 0.0_c_double]
+    mu = p(3)
     k = 0
   end subroutine limits
 end module wet
