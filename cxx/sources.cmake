@@ -248,6 +248,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
   ranks/growth.cpp
+  ranks/meshes_over_ranks.cpp
   ranks/mpi_ranks.cpp
   ranks/part.cpp
   ranks/partition.cpp

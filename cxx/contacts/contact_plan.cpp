@@ -47,7 +47,8 @@ void ContactPlan::plan() {
   plan_late();
 }
 
-// Contacts by colours that were chosen beside: each is a stage, whose batches threads share by some.
+// Contacts by colours that were chosen beside: each is a stage, whose batches threads share by some. Those of meshes,
+// which all see each other, are the last colour.
 void ContactPlan::plan_colours() {
   constexpr std::size_t batches_of_task = 8;
   const std::int64_t n = in_.candidates->count;
@@ -56,14 +57,21 @@ void ContactPlan::plan_colours() {
   const auto key = [&](std::int64_t i) {
     return std::size_t(system_.colour[std::size_t(i)]) * rows + classes_.contact_class[i];
   };
+  const auto in_turn = [&](std::int64_t i) {
+    return ((kind_a(classes_.contact_class[i]) | kind_b(classes_.contact_class[i])) & mapped) != 0;
+  };
   for (std::int64_t i = 0; i < n; ++i)
-    if (classes_.moves(i)) ++start[key(i) + 1];
+    if (in_turn(i))
+      late_contacts_.push_back(std::int32_t(i));
+    else if (classes_.moves(i))
+      ++start[key(i) + 1];
   for (std::size_t k = 1; k < start.size(); ++k) start[k] += start[k - 1];
   sorted_.resize(std::max(sorted_.size(), std::size_t(n)));
   std::vector<std::int64_t> next(start.begin(), start.end() - 1);
   for (std::int64_t i = 0; i < n; ++i)
-    if (classes_.moves(i)) sorted_[std::size_t(next[key(i)]++)] = std::int32_t(i);
-  for (std::size_t colour = 0; colour < std::size_t(system_.colours); ++colour) {
+    if (classes_.moves(i) && !in_turn(i)) sorted_[std::size_t(next[key(i)]++)] = std::int32_t(i);
+  const std::size_t colours = std::size_t(system_.colours) - (late_contacts_.empty() ? 0 : 1);
+  for (std::size_t colour = 0; colour < colours; ++colour) {
     const std::size_t before = system_.batches.size();
     for (std::size_t k = colour * rows; k < (colour + 1) * rows; ++k)
       for (std::int64_t at = start[k]; at < start[k + 1]; at += batch_size)
@@ -72,6 +80,7 @@ void ContactPlan::plan_colours() {
       system_.first_batch.push_back(std::int32_t(std::min(b + batches_of_task, system_.batches.size())));
     system_.first_task.push_back(std::int32_t(system_.first_batch.size()) - 1);
   }
+  plan_late();
 }
 
 // Contacts in runs of the candidates' order: tiles. Tiles that share no body that moves make a stage; within a tile

@@ -43,9 +43,14 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const 
   const int n = batch.count, c = batch.components;
   const LawInfo& law = law_infos()[std::size_t(batch.law)];
   for (int lane = 0; lane < batch.contacts; ++lane) {
-    if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
+    if (batch.bonds && batch.state[lane] > 0) {
+      if (w[lane] > rounding * sum) continue;
+      const double unit = sum > 0 ? sum : held(lane); // a weight without bound would hide the error of all contacts
+      batch.rho[lane] = 1 / (unit > 0 ? unit : 1);
+      continue;
+    }
     if (const double free = answers_drives(law, batch, lane) ? held(lane) : 0; !(sum > rounding * free))
       sum = free; // no direction moves but by rounding
     // Less than springs give way. By far less, what velocities round off would press.

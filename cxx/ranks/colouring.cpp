@@ -30,6 +30,12 @@ struct Told {
   std::int32_t rank, number;
 };
 
+bool is_in_turn(const ColourShare& s, std::size_t contact) { return !s.in_turn.empty() && s.in_turn[contact]; }
+
+std::int32_t number_of(const ColourShare& s, std::size_t contact) {
+  return is_in_turn(s, contact) ? -1 - std::int32_t(contact) : std::int32_t(contact);
+}
+
 bool by_body_and_key(const Told& a, const Told& b) { return a.body != b.body ? a.body < b.body : a.key < b.key; }
 
 std::vector<Told> told_in(const std::vector<Parcel>& parcels) {
@@ -75,7 +81,7 @@ private:
     for (std::size_t i = 0; i < s.key.size(); ++i)
       for (const std::int32_t b : s.body[i])
         if (b >= 0 && s.owner[std::size_t(b)] != me)
-          by_rank[s.owner[std::size_t(b)]].push_back({s.id[std::size_t(b)], s.key[i], me, std::int32_t(i)});
+          by_rank[s.owner[std::size_t(b)]].push_back({s.id[std::size_t(b)], s.key[i], me, number_of(s, i)});
     return parcels_of(by_rank);
   }
 
@@ -89,7 +95,7 @@ private:
       for (const std::int32_t b : s.body[i])
         if (b >= 0 && s.owner[std::size_t(b)] == me &&
             std::binary_search(bodies.begin(), bodies.end(), s.id[std::size_t(b)]))
-          told.push_back({s.id[std::size_t(b)], s.key[i], me, std::int32_t(i)});
+          told.push_back({s.id[std::size_t(b)], s.key[i], me, number_of(s, i)});
     std::sort(told.begin(), told.end(), by_body_and_key);
     std::map<int, std::vector<Told>> by_rank;
     for (std::size_t i = 0, end; i < told.size(); i = end) {
@@ -154,8 +160,10 @@ class Greedy {
 public:
   Greedy(ColourShare& s, int me) : s_(s), me_(me) {
     s.colour.assign(s.key.size(), -1);
-    for (std::size_t i = 0; i < s.key.size(); ++i) order_.push_back({hash_of(s.key[i]), std::int32_t(i)});
-    for (std::size_t i = 0; i < s.others.size(); ++i) order_.push_back({s.others[i].hash, -1 - std::int32_t(i)});
+    for (std::size_t i = 0; i < s.key.size(); ++i)
+      if (!is_in_turn(s, i)) order_.push_back({hash_of(s.key[i]), std::int32_t(i)});
+    for (std::size_t i = 0; i < s.others.size(); ++i)
+      if (s.others[i].number >= 0) order_.push_back({s.others[i].hash, -1 - std::int32_t(i)});
     put_in_order();
     sharers_of_.assign(s.id.size(), -1);
     for (std::size_t k = 0; k < s.shared.size(); ++k) sharers_of_[std::size_t(s.shared[k])] = std::int32_t(k);
@@ -309,11 +317,21 @@ int colour_contacts(std::vector<ColourShare>& shares, Exchange& exchange) {
     for (std::size_t l = 0; l < greedy.size(); ++l) greedy[l].hear(news[l]);
     exchange.largest(left);
   }
-  double most[] = {-1};
-  for (const ColourShare& s : shares)
+  double most[] = {-1, 0}; // colour, whether contacts are in turn
+  for (const ColourShare& s : shares) {
     for (const std::int32_t colour : s.colour) most[0] = std::max(most[0], double(colour));
+    if (std::ranges::find(s.in_turn, 1) != s.in_turn.end()) most[1] = 1;
+  }
   exchange.largest(most);
-  return int(most[0]) + 1;
+  const auto colours = std::int32_t(most[0]) + 1;
+  if (!(most[1] > 0)) return colours;
+  for (ColourShare& s : shares) {
+    for (std::size_t i = 0; i < s.in_turn.size(); ++i)
+      if (s.in_turn[i]) s.colour[i] = colours;
+    for (ColourShare::Other& other : s.others)
+      if (other.number < 0) other.colour = colours;
+  }
+  return colours + 1;
 }
 
 ColourLinks link_colours(const std::vector<ColourShare>& shares, const Exchange& exchange, int colours, int numbers) {
@@ -344,6 +362,8 @@ ColourLinks link_colours(const std::vector<ColourShare>& shares, const Exchange&
         std::sort(rows[way].begin(), rows[way].end(), [](const Row& a, const Row& b) {
           return a.colour != b.colour ? a.colour < b.colour : a.place < b.place;
         });
+        const auto twice = [](const Row& a, const Row& b) { return a.colour == b.colour && a.place == b.place; };
+        rows[way].erase(std::unique(rows[way].begin(), rows[way].end(), twice), rows[way].end());
         std::vector<std::int32_t> bodies, first(std::size_t(colours) + 1, 0);
         for (const Row& row : rows[way]) {
           bodies.push_back(s.shared[std::size_t(row.place)]);

@@ -17,13 +17,14 @@ struct ColourShare {
   std::vector<std::array<std::int32_t, 2>> body; // their bodies by local numbers; -1: one that nothing moves
   std::vector<std::int64_t> id;                  // of local bodies
   std::vector<std::int32_t> owner;               // rank, of local bodies
+  std::vector<std::uint8_t> in_turn;             // 1: swept after all colours, one after the other; empty: none is
   std::vector<std::int32_t> colour;              // found, of the contacts
 
   // A contact of another rank on a body that this one has contacts on, or owns.
   struct Other {
     ContactKey key;
     std::uint64_t hash;
-    std::int32_t rank, number, colour; // number: among the contacts of its rank
+    std::int32_t rank, number, colour; // number: among the contacts of its rank; -1 - number where it is in turn
     std::int32_t body[2];              // local numbers; -1: not shared
   };
   std::vector<Other> others;
@@ -33,6 +34,7 @@ struct ColourShare {
 };
 
 // Returns the number of colours; messages between ranks are few, as many as contacts wait for each other across them.
+// Contacts in turn, which are all on one rank, have the last colour for themselves.
 int colour_contacts(std::vector<ColourShare>& shares, Exchange& exchange);
 
 // Links by which shared bodies follow each other after each colour, `numbers` a body; which bodies are in them.

@@ -53,8 +53,11 @@ protected:
   void partition(Simulation& s, double margin);
   // State, loads and drives of all bodies to the parts.
   void bring_parts(const Simulation& s);
-  // Largest way of an own body since the partition, and what `more` adds for it; over all ranks.
-  double farthest(const std::vector<std::vector<double>>& more);
+  // Largest way of an own body since the partition, and what `more` adds for it; over all ranks. of_meshes: the same of
+  // deformable bodies.
+  double farthest(const std::vector<std::vector<double>>& more, double of_meshes = 0);
+  // Way of a point of a part since the partition [m].
+  static double way_since(const Scene& scene, const double* now, const double* then);
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
   void leave_contacts_of_others(Part& part);
   // The field of ghosts from their owners.
@@ -85,6 +88,7 @@ protected:
   std::vector<std::int32_t> owner_; // by internal number of the whole
   std::vector<std::uint8_t> everywhere_, fixed_, jointed_;
   int joint_rank_ = -1; // that has all joints, and contacts of their bodies; -1: there are none
+  int mesh_rank_ = -1;  // that has all contacts of deformable bodies, likewise
   double reach_ = 0, reach_factor_ = 1;
   bool taken_ = false;                       // the state of bodies is that of their owners
   bool anew_ = true, both_remember_ = false; // ranks of both bodies need what their contact remembers
@@ -101,12 +105,26 @@ private:
                 std::vector<std::vector<std::int32_t>>& ghosts);
   void keep_joints_together(const Simulation& s, const std::vector<double>& radius);
   void link_ghosts();
+  // Contactors of deformable bodies as balls about the nodes that they are mapped from.
+  struct MeshBalls {
+    std::vector<double> position, radius; // (dim, contactors), (contactors) [m]
+    double widest = 0, fastest = 0;       // radius or size of a cell [m], square of a speed [m2/s2]
+  };
+  static MeshBalls balls_of_meshes(const Simulation& s);
+  std::int64_t body_beside_meshes(const Simulation& s) const; // -1: none that roams
+  void choose_mesh_rank(Simulation& s, std::int64_t beside);
+  // Ghosts of local ranks, of bodies near meshes too: these count as owned by their rank.
+  std::vector<std::vector<std::int32_t>> ghosts_of(const Surroundings& around, const MeshBalls& meshes) const;
+  MeshShare share_of_meshes(std::size_t local) const;
+  void share_touched(Simulation& s) const;
+  bool knows_meshes(const Simulation& s) const;
   void show(Simulation& s);
 
   std::int64_t order_seen_ = -1;
-  std::int64_t seen_ = 0, began_ = 0; // ids of contactors below these bond no more, after a step and in it
-  Cell cell_then_;                    // when bodies were given to ranks
-  ContactMemory pending_;             // of contacts before the next partition, where it came from elsewhere
+  std::vector<const MeshBody*> meshes_seen_; // at the last partition
+  std::int64_t seen_ = 0, began_ = 0;        // ids of contactors below these bond no more, after a step and in it
+  Cell cell_then_;                           // when bodies were given to ranks
+  ContactMemory pending_;                    // of contacts before the next partition, where it came from elsewhere
   bool has_pending_ = false;
   Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;

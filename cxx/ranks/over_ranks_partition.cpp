@@ -23,6 +23,7 @@ std::vector<double> radii_of(const Simulation& s) {
     if (shape == Shape::segment) size += c.direction[k][dim];
     double square = 0;
     for (int d = 0; d < dim && c.offset.active; ++d) square += c.offset[k][d] * c.offset[k][d];
+    if (*c.body[k] < 0) continue; // of a mesh
     double& of_body = radius[std::size_t(*c.body[k])];
     of_body = std::max(of_body, size + std::sqrt(square));
   }
@@ -51,7 +52,7 @@ std::vector<std::uint8_t> fixed_bodies(const Simulation& s) {
 bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& everywhere) {
   const Contactors& c = s.scene.contactors;
   for (std::int64_t k = 0; k < c.count; ++k)
-    if (!everywhere[std::size_t(*c.body[k])] && !info(Shape(*c.shape[k])).ball()) return true;
+    if ((*c.body[k] < 0 || !everywhere[std::size_t(*c.body[k])]) && !info(Shape(*c.shape[k])).ball()) return true;
   return false;
 }
 
@@ -62,6 +63,7 @@ std::vector<std::uint8_t> jointed_bodies(const Simulation& s, const std::vector<
   for (std::int64_t k = 0; k < c.count; ++k) {
     const int material = *c.material[k], entry = s.laws.find(material, material);
     if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].joins) continue;
+    if (*c.body[k] < 0) continue; // meshes are on the same rank
     const auto body = std::size_t(*c.body[k]);
     jointed[body] = !fixed[body];
   }
@@ -77,6 +79,7 @@ ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& ro
   some.joints_came = m.joints_came;
   some.impulse_components = m.impulse_components;
   some.state_components = m.state_components;
+  some.seats = m.seats;
   for (const std::size_t i : rows) {
     some.keys.push_back(m.keys[i]);
     const auto copy = [i](const std::vector<double>& from, int n, std::vector<double>& to) {
@@ -103,8 +106,9 @@ std::vector<std::size_t> rows_where(const Simulation& s, const ContactMemory& m,
 // Memory of contacts on own bodies. Contacts between ghosts began later here than at their owners.
 ContactMemory own_memory(const Part& part) {
   const Simulation& s = *part.simulation;
-  const auto own = [&](std::int32_t contactor) {
-    return part.own[std::size_t(*s.scene.contactors.body[contactor])] != 0;
+  const auto own = [&](std::int32_t contactor) { // parts with contactors of meshes have all of their contacts
+    const std::int32_t body = *s.scene.contactors.body[contactor];
+    return body < 0 || part.own[std::size_t(body)] != 0;
   };
   const ContactMemory m = part.strategy->memory(s);
   ContactMemory of_own =
@@ -120,6 +124,7 @@ void pack(const ContactMemory& m, Packer& packer) {
   packer.put(m.impulse_components);
   packer.put(m.state_components);
   packer.put_all(std::span<const std::int64_t>(m.seen_besides));
+  packer.put_all(std::span<const RimSeat>(m.seats));
   packer.put_all(std::span<const ContactKey>(m.keys));
   packer.put_all(std::span<const double>(m.impulses));
   packer.put_all(std::span<const double>(m.states));
@@ -135,6 +140,7 @@ void add_packed(const Bytes& bytes, ContactMemory& to) {
     to.joints_came = from.get<std::int32_t>() != 0 || to.joints_came;
     const int impulses = from.get<int>(), states = from.get<int>();
     if (const auto besides = from.get_all<std::int64_t>(); !besides.empty()) to.seen_besides = besides;
+    append(to.seats, from.get_all<RimSeat>());
     const auto keys = from.get_all<ContactKey>();
     const auto r = from.get_all<double>(), x = from.get_all<double>();
     const auto anchors = from.get_all<Anchor>();
@@ -170,22 +176,26 @@ void put_in_order(ContactMemory& m) {
 bool OverRanks::must_partition(const Simulation& s) const {
   constexpr double most_imbalance = 1.2;
   constexpr std::int64_t least_steps = 50;
-  if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_) return true;
+  if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_ || !knows_meshes(s)) return true;
   return exchange_->ranks() > 1 && imbalance_ > most_imbalance && since_partition_ >= least_steps;
 }
 
-// Costs of bodies, with those of the contacts of the last step on them.
+// Costs of bodies, with those of the contacts of the last step on them, then of all meshes together.
 std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
-  std::vector<std::int64_t> cost(std::size_t(s.scene.bodies.count), 0);
+  const auto n = std::size_t(s.scene.bodies.count);
+  std::vector<std::int64_t> cost(n + 1, 0);
   for (const Part& part : parts_) {
     const ContactMemory m = own_memory(part);
     for (const ContactKey& key : m.keys)
       for (const std::int64_t id : {key.contactor_a, key.contactor_b})
-        if (const std::int32_t contactor = s.contactor(id); contactor >= 0)
-          cost[std::size_t(*s.scene.contactors.body[contactor])] += cost_of_contact / 2;
+        if (const std::int32_t contactor = s.contactor(id); contactor >= 0) {
+          const std::int32_t body = *s.scene.contactors.body[contactor];
+          cost[body < 0 ? n : std::size_t(body)] += cost_of_contact / 2;
+        }
   }
   exchange_->sum(cost);
-  for (std::int64_t& of_body : cost) of_body += cost_of_body;
+  for (std::size_t i = 0; i < n; ++i) cost[i] += cost_of_body;
+  cost[n] += cost_of_body * s.scene.nodes.count;
   return cost;
 }
 
@@ -195,13 +205,19 @@ void OverRanks::partition(Simulation& s, double margin) {
   const std::vector<double> radius = radii_of(s);
   fixed_ = fixed_bodies(s);
   std::vector<std::int64_t> cost = costs(s);
+  const std::int64_t of_meshes = cost.back();
+  cost.pop_back();
   everywhere_ = bodies_everywhere(radius, fixed_);
   for (std::size_t i = 0; i < cost.size(); ++i) // their contacts are where the others are
     if (everywhere_[i]) cost[i] = cost_of_body;
+  const std::int64_t beside = body_beside_meshes(s); // meshes come with it
+  if (beside >= 0) cost[std::size_t(beside)] += of_meshes;
   owner_ = cut_curve(cost, ranks);
   keep_joints_together(s, radius);
+  choose_mesh_rank(s, beside);
+  const MeshBalls meshes = balls_of_meshes(s);
 
-  double widest = 0, fastest = 0, middle = 0;
+  double widest = meshes.widest, fastest = meshes.fastest, middle = 0;
   std::int64_t roaming = 0;
   for (std::int64_t i = 0; i < b.count; ++i) {
     if (everywhere_[std::size_t(i)]) continue;
@@ -213,8 +229,9 @@ void OverRanks::partition(Simulation& s, double margin) {
     ++roaming;
   }
   const double h = s.report.h > 0 ? s.report.h : 0;
-  reach_ = 2 * (margin + 0.05 * widest +
-                reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : 0) + 2 * h * std::sqrt(fastest)));
+  reach_ =
+      2 * (margin + 0.05 * widest +
+           reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : widest) + 2 * h * std::sqrt(fastest)));
 
   Surroundings around;
   around.dim = s.scene.dim;
@@ -225,7 +242,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   around.owner = owner_.data();
   around.cell = s.scene.cell;
   around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  auto ghosts = find_ghosts(around, exchange_->local());
+  auto ghosts = ghosts_of(around, meshes);
 
   std::vector<ContactMemory> memory;
   for (const Part& part : parts_) memory.push_back(own_memory(part));
@@ -238,7 +255,7 @@ void OverRanks::partition(Simulation& s, double margin) {
     for (std::int64_t i = 0; i < b.count; ++i)
       if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
     std::sort(bodies.begin(), bodies.end());
-    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies)));
+    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies), share_of_meshes(l)));
     for (const std::int32_t body : part.bodies) {
       part.own.push_back(owner_[std::size_t(body)] == rank);
       part.owner.push_back(owner_[std::size_t(body)]);
@@ -250,6 +267,8 @@ void OverRanks::partition(Simulation& s, double margin) {
   give_memory(s, memory);
   link_ghosts();
   order_seen_ = s.scene.order_version();
+  meshes_seen_.clear();
+  for (const MeshBody& mesh : s.meshes.meshes) meshes_seen_.push_back(&mesh);
   anew_ = false;
   cell_then_ = s.scene.cell;
   since_partition_ = 0;
@@ -277,6 +296,7 @@ void OverRanks::keep_joints_together(const Simulation& s, const std::vector<doub
 void OverRanks::add_held(const Simulation& s, const Surroundings& around, const std::vector<ContactMemory>& memory,
                          std::vector<std::vector<std::int32_t>>& ghosts) {
   if (!s.laws_keep()) return;
+  constexpr std::int64_t of_mesh = -1;
   std::vector<std::array<std::int64_t, 2>> apart; // ids of bodies
   const auto look = [&](const ContactMemory& m) {
     const auto held = [&](std::size_t row) {
@@ -287,6 +307,11 @@ void OverRanks::add_held(const Simulation& s, const Surroundings& around, const 
       const std::int32_t one = s.contactor(m.keys[row].contactor_a), two = s.contactor(m.keys[row].contactor_b);
       if (!held(row) || one < 0 || two < 0) continue;
       const std::int32_t a = *s.scene.contactors.body[one], b = *s.scene.contactors.body[two];
+      if (a < 0 || b < 0) { // on the rank of the meshes
+        const std::int32_t body = std::max(a, b);
+        if (body >= 0 && !everywhere_[std::size_t(body)]) apart.push_back({*s.scene.bodies.id[body], of_mesh});
+        continue;
+      }
       if (!everywhere_[std::size_t(a)] && !everywhere_[std::size_t(b)] && !near(around, a, b))
         apart.push_back({*s.scene.bodies.id[a], *s.scene.bodies.id[b]});
     }
@@ -302,7 +327,9 @@ void OverRanks::add_held(const Simulation& s, const Surroundings& around, const 
   }
   look(pending_); // of a restart: whole on all ranks
   for (const auto& [first, second] : apart) {
-    const std::int32_t a = s.scene.internal(first), b = s.scene.internal(second);
+    const std::int32_t a = s.scene.internal(first), b = second == of_mesh ? a : s.scene.internal(second);
+    for (std::size_t l = 0; l < ghosts.size() && second == of_mesh; ++l)
+      if (exchange_->local()[l] == mesh_rank_ && owner_[std::size_t(a)] != mesh_rank_) ghosts[l].push_back(a);
     for (std::size_t l = 0; l < ghosts.size(); ++l)
       for (const auto& [own, other] : {std::pair(a, b), std::pair(b, a)})
         if (owner_[std::size_t(own)] == exchange_->local()[l] && owner_[std::size_t(other)] != owner_[std::size_t(own)])
@@ -328,6 +355,7 @@ void OverRanks::leave_contacts_of_others(Part& part) {
 int OverRanks::heir(const Simulation& s, const ContactKey& key) const {
   const std::int32_t one = s.contactor(key.contactor_a), two = s.contactor(key.contactor_b);
   if (one < 0 || two < 0) return -1;
+  if (*s.scene.contactors.body[one] < 0 || *s.scene.contactors.body[two] < 0) return mesh_rank_;
   const auto a = std::size_t(*s.scene.contactors.body[one]), b = std::size_t(*s.scene.contactors.body[two]);
   std::size_t owner = key.contactor_a < key.contactor_b ? a : b;
   if (jointed_[a] != jointed_[b])
@@ -345,7 +373,8 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
   const auto heirs = [&](const ContactKey& key) {
     std::vector<int> ranks = {heir(s, key)};
     for (const std::int64_t id : {key.contactor_a, key.contactor_b})
-      if (const std::int32_t contactor = s.contactor(id); both_remember_ && contactor >= 0 && ranks[0] >= 0)
+      if (const std::int32_t contactor = s.contactor(id);
+          both_remember_ && contactor >= 0 && ranks[0] >= 0 && *s.scene.contactors.body[contactor] >= 0)
         ranks.push_back(owner_[std::size_t(*s.scene.contactors.body[contactor])]);
     std::sort(ranks.begin(), ranks.end());
     ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
@@ -361,10 +390,13 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
     std::map<int, std::vector<std::size_t>> rows;
     for (std::size_t i = 0; i < m.keys.size(); ++i)
       for (const int rank : heirs(m.keys[i])) rows[rank].push_back(i);
+    if (!m.seats.empty() && mesh_rank_ >= 0) rows[mesh_rank_]; // seats go there
     auto& parcels = out.emplace_back();
     for (const auto& [rank, of_rank] : rows) {
       Packer packer;
-      pack(rows_of(m, of_rank), packer);
+      ContactMemory some = rows_of(m, of_rank);
+      if (rank != mesh_rank_) some.seats.clear();
+      pack(some, packer);
       parcels.push_back({rank, std::move(packer.bytes)});
     }
   }
@@ -379,13 +411,14 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
       own.seen_besides = memory[0].seen_besides;
       own.joints_came = joints_came[0] > 0;
     }
-    if (!pending_.keys.empty()) {
+    if (!pending_.keys.empty() || !pending_.seats.empty()) {
       std::vector<std::size_t> rows;
       for (std::size_t i = 0; i < pending_.keys.size(); ++i) {
         const std::vector<int> ranks = heirs(pending_.keys[i]);
         if (std::binary_search(ranks.begin(), ranks.end(), parts_[l].rank)) rows.push_back(i);
       }
       own = rows_of(pending_, rows);
+      if (parts_[l].rank != mesh_rank_) own.seats.clear();
     }
     put_in_order(own);
     if (!memory.empty() || has_pending_) parts_[l].strategy->restore(*parts_[l].simulation, std::move(own));
@@ -443,8 +476,9 @@ void OverRanks::link_ghosts() {
 }
 
 // The memory of all contacts, in the order of their keys: the same whatever the number of ranks. All ranks call it.
-ContactMemory OverRanks::memory(const Simulation&) const {
+ContactMemory OverRanks::memory(const Simulation& s) const {
   if (parts_.empty() || has_pending_) return pending_;
+  share_touched(const_cast<Simulation&>(s)); // a file is written next, by the first process
   Packer mine;
   for (const Part& part : parts_) pack(own_memory(part), mine);
   ContactMemory all;
@@ -459,6 +493,7 @@ void OverRanks::restore(Simulation& s, ContactMemory memory) {
   pending_ = std::move(memory);
   has_pending_ = true;
   parts_.clear();
+  mesh_rank_ = -1;
   anew_ = true;
   s.contacts_known = false;
   shown_.reset();

@@ -56,7 +56,6 @@ OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> 
 
 void OverRanks::check_scene(const Simulation& s) const {
   model_->check_scene(s);
-  if (!s.meshes.empty()) refuse("the scene has the mesh '" + s.meshes.meshes[0].model.name + "'");
   if (s.networks && s.networks->repeats()) refuse("steps are repeated with the temperatures at their end (coupling)");
   if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
   if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
@@ -255,25 +254,30 @@ std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation&)
           {"partitions", double(partitions_)}};
 }
 
-double OverRanks::farthest(const std::vector<std::vector<double>>& more) {
-  double longest[] = {0};
+double OverRanks::way_since(const Scene& scene, const double* now, const double* then) {
+  const int dim = scene.dim;
+  double between[3] = {0, 0, 0}, square = 0;
+  for (int k = 0; k < dim; ++k) between[k] = now[k] - then[k];
+  for (int k = dim - 1; k >= 0; --k) { // a body that left a periodic cell came back on its other side
+    if (!scene.cell.periodic[k]) continue;
+    const double turns = std::round(between[k] / scene.cell.vectors[4 * k]);
+    for (int d = 0; d <= k; ++d) between[d] -= turns * scene.cell.vectors[d + 3 * k];
+  }
+  for (int k = 0; k < dim; ++k) square += between[k] * between[k];
+  return std::sqrt(square);
+}
+
+double OverRanks::farthest(const std::vector<std::vector<double>>& more, double of_meshes) {
+  double longest[] = {of_meshes};
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     const Part& part = parts_[l];
     const Simulation& s = *part.simulation;
     const int dim = s.scene.dim;
     for (std::size_t i = 0; i < part.bodies.size(); ++i) {
       if (!part.own[i] || everywhere_[std::size_t(part.bodies[i])]) continue;
-      double between[3] = {0, 0, 0}, square = 0;
-      for (int k = 0; k < dim; ++k)
-        between[k] =
-            s.scene.bodies.position[std::int64_t(i)][k] - part.position_then[std::size_t(dim) * i + std::size_t(k)];
-      for (int k = dim - 1; k >= 0; --k) { // a body that left a periodic cell came back on its other side
-        if (!s.scene.cell.periodic[k]) continue;
-        const double turns = std::round(between[k] / s.scene.cell.vectors[4 * k]);
-        for (int d = 0; d <= k; ++d) between[d] -= turns * s.scene.cell.vectors[d + 3 * k];
-      }
-      for (int k = 0; k < dim; ++k) square += between[k] * between[k];
-      longest[0] = std::max(longest[0], more[l][i] + std::sqrt(square));
+      const double way =
+          way_since(s.scene, s.scene.bodies.position[std::int64_t(i)], &part.position_then[std::size_t(dim) * i]);
+      longest[0] = std::max(longest[0], more[l][i] + way);
     }
   }
   exchange_->largest(longest);
@@ -294,6 +298,7 @@ double OverRanks::farthest(const std::vector<std::vector<double>>& more) {
 bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t two) const {
   const Contactors& c = part.simulation->scene.contactors;
   const std::int32_t a = *c.body[one], b = *c.body[two];
+  if (a < 0 || b < 0) return part.rank == mesh_rank_;
   const auto roams = [&](std::int32_t body) { return !everywhere_[std::size_t(part.bodies[std::size_t(body)])]; };
   const auto fixed = [&](std::int32_t body) { return part.fixed[std::size_t(body)] != 0; };
   const auto jointed = [&](std::int32_t body) { return jointed_[std::size_t(part.bodies[std::size_t(body)])] != 0; };

@@ -103,7 +103,8 @@ void keep_hulls(const Hulls& all, Contactors& contactors) {
 
 } // namespace
 
-Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies) {
+Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,
+               MeshShare meshes) {
   auto& from = const_cast<Simulation&>(whole); // fields are gone through, and not changed
   Part part;
   part.rank = rank;
@@ -124,12 +125,21 @@ Part make_part(const Simulation& whole, const Strategy& model, int rank, std::ve
   for (std::size_t i = 0; i < part.bodies.size(); ++i) local[std::size_t(part.bodies[i])] = std::int32_t(i);
   const Contactors& c = whole.scene.contactors;
   for (std::int64_t k = 0; k < c.count; ++k)
-    if (local[std::size_t(*c.body[k])] >= 0) contactors.push_back(std::int32_t(k));
+    if (*c.body[k] < 0 ? meshes == MeshShare::all : local[std::size_t(*c.body[k])] >= 0)
+      contactors.push_back(std::int32_t(k));
   each_pair(from.scene.contactors, scene.contactors,
             [&](auto& of_whole, auto& own) { copy_rows(of_whole, contactors, own); });
-  for (std::int32_t& body : scene.contactors.body.values) body = local[std::size_t(body)];
+  for (std::int32_t& body : scene.contactors.body.values)
+    if (body >= 0) body = local[std::size_t(body)];
   keep_hulls(c.hulls, scene.contactors);
-  scene.fields_restored({});
+  part.has_meshes = meshes != MeshShare::none;
+  if (part.has_meshes)
+    each_pair(from.scene.nodes, scene.nodes, [](auto& of_whole, auto& own) {
+      own.active = of_whole.active;
+      own.values = of_whole.values;
+    });
+  scene.fields_restored(part.has_meshes ? whole.scene.parts() : std::vector<MeshParts>());
+  part.node_then.assign(scene.nodes.position.values.begin(), scene.nodes.position.values.end());
   const double* x = scene.bodies.position.values.data();
   part.position_then.assign(x, x + scene.bodies.position.values.size());
   return part;
@@ -167,6 +177,18 @@ void bring(const Simulation& whole, Part& part, bool taken) {
       copy_driven(of_whole, whole.scene.bodies, part.runs, own);
     else
       copy_runs(of_whole, taken && left_by_step(own.name, own.stage) ? part.ghost_runs : part.runs, true, own);
+  });
+  if (!part.has_meshes) return;
+  each_pair(from.scene.nodes, s.scene.nodes, [](auto& of_whole, auto& own) {
+    if (own.active == of_whole.active && own.values.size() == of_whole.values.size() && made_in_step(own.name)) return;
+    own.active = of_whole.active;
+    own.values = of_whole.values;
+  });
+}
+
+void take_nodes(const Part& part, Simulation& whole) {
+  each_pair(part.simulation->scene.nodes, whole.scene.nodes, [](auto& own, auto& of_whole) {
+    if (of_whole.active && own.active && left_by_step(own.name, own.stage)) of_whole.values = own.values;
   });
 }
 

@@ -24,16 +24,23 @@ struct Part {
   std::vector<std::uint8_t> fixed;             // (bodies) 1: contacts do not move it
   std::vector<double> position_then;           // (dim, bodies) when bodies were given to ranks [m]
   bool has_joints = false;                     // all that there are
+  bool has_meshes = false;                     // it makes their step; contacts with them are on one rank alone
+  std::vector<double> node_then;               // (dim, nodes) as position_then [m]
   Array<double> velocity;                      // (3 | 6, bodies) at the end of the step, as contacts leave it
 };
 
+// What a part has of the deformable bodies: nothing, nodes, or nodes and contactors.
+enum class MeshShare { none, nodes, all };
 // Part of the bodies of `whole`, which are named by internal numbers, with a strategy of the same settings.
-Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies);
+Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,
+               MeshShare meshes = MeshShare::none);
 // To be called when it is known which bodies are its own.
 void find_runs(Part& part);
 // State, loads and drives of bodies of the whole to those of the part. taken: the state of own bodies is that of the
 // whole, since it was taken from the part and nobody changed it.
 void bring(const Simulation& whole, Part& part, bool taken);
+// State of nodes to the whole; the part has meshes.
+void take_nodes(const Part& part, Simulation& whole);
 // State of the bodies that the part owns to the whole.
 void take(const Part& part, Simulation& whole);
 // The same over processes: what take() would read, as bytes, and back.

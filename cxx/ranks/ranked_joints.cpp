@@ -28,14 +28,19 @@ namespace {
 // act on their bodies.
 class KeptVelocities {
 public:
-  explicit KeptVelocities(Part& part) : system_(part.simulation->interactions.system()), record_(system_.record) {}
+  explicit KeptVelocities(Part& part)
+      : system_(part.simulation->interactions.system()), record_(system_.record), nodes_(system_.condensed_velocity) {}
   KeptVelocities(const KeptVelocities&) = delete;
   KeptVelocities& operator=(const KeptVelocities&) = delete;
-  ~KeptVelocities() { std::copy(record_.begin(), record_.end(), system_.record.begin()); }
+  ~KeptVelocities() {
+    std::copy(record_.begin(), record_.end(), system_.record.begin());
+    std::copy(nodes_.begin(), nodes_.end(), system_.condensed_velocity.begin());
+  }
 
 private:
   ContactSystem& system_;
   Array<cairn_record> record_;
+  Array<double> nodes_;
 };
 
 } // namespace

@@ -4,21 +4,33 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
 #include "../contacts/assembly_input.hpp"
 #include "../contacts/surface_motion.hpp"
+#include "../networks/network.hpp"
 #include "../simulation/controls.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
+namespace {
+
+bool changes_shape(const Cell& cell) {
+  return std::ranges::any_of(cell.velocity_gradient, [](double g) { return g < 0 || g > 0; });
+}
+
+} // namespace
 
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
   const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
+  if (!s.meshes.empty() && (s.scene.cell.moves() || changes_shape(s.scene.cell)))
+    refuse("the mesh '" + s.meshes.meshes[0].model.name + "' is in a periodic cell that changes its shape");
+  s.place_meshes();
   if (s.scene.cell.moves() && std::ranges::any_of(s.laws.laws(), joins))
     refuse("joints hold bodies in a periodic cell that follows a stress");
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
@@ -50,25 +62,69 @@ void RankedNscd::check_scene(const Simulation& s) const {
   OverRanks::check_scene(s);
 }
 
-std::vector<std::string_view> RankedNscd::stages(const Simulation&) const {
-  return {"predict_configuration",
-          "compute_free_velocity",
-          "detect_contacts",
-          "colour_contacts",
-          "prepare_contacts",
-          "solve_contacts",
-          "update_velocity",
-          "commit_contacts",
-          "account",
-          "update_configuration",
-          "gather"};
+std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
+  std::vector<std::string_view> names = {"predict_configuration",
+                                         "compute_free_velocity",
+                                         "detect_contacts",
+                                         "colour_contacts",
+                                         "prepare_contacts",
+                                         "solve_contacts",
+                                         "update_velocity",
+                                         "commit_contacts",
+                                         "account",
+                                         "update_configuration",
+                                         "gather"};
+  if (!s.meshes.linear()) names.insert(names.begin() + 6, "newton_passes");
+  return names;
 }
 
 namespace {
 
-bool changes_shape(const Cell& cell) {
-  return std::ranges::any_of(cell.velocity_gradient, [](double g) { return g < 0 || g > 0; });
-}
+// Deformable bodies are with the part that makes their step, until it is made.
+class LentMeshes {
+public:
+  LentMeshes(Simulation& whole, Part* to) : whole_(whole.meshes.meshes), to_(to) { lend(true); }
+  ~LentMeshes() { lend(false); }
+  LentMeshes(const LentMeshes&) = delete;
+  LentMeshes& operator=(const LentMeshes&) = delete;
+  void lend(bool lent) {
+    if (to_ && lent != lent_) std::swap(whole_, to_->simulation->meshes.meshes);
+    lent_ = lent;
+  }
+
+private:
+  MeshList& whole_;
+  Part* to_;
+  bool lent_ = false;
+};
+
+// The whole has its meshes, and for networks nodes as the part has them.
+class SeenMeshes {
+public:
+  SeenMeshes(Simulation& whole, const Part* part, LentMeshes& lent) : whole_(whole), lent_(lent) {
+    lent_.lend(false);
+    if (!part || !whole.networks) return;
+    nodes_ = whole.scene.nodes;
+    take_nodes(*part, whole_);
+    whole_.follow_meshes();
+  }
+  // What networks found stays.
+  ~SeenMeshes() {
+    if (nodes_) {
+      whole_.scene.nodes.position.values = nodes_->position.values;
+      whole_.scene.nodes.velocity.values = nodes_->velocity.values;
+      whole_.scene.nodes.force.values = nodes_->force.values;
+    }
+    lent_.lend(true);
+  }
+  SeenMeshes(const SeenMeshes&) = delete;
+  SeenMeshes& operator=(const SeenMeshes&) = delete;
+
+private:
+  Simulation& whole_;
+  LentMeshes& lent_;
+  std::optional<Nodes> nodes_;
+};
 
 // Part of the detection margin of a body that its radius and its speed do not give [m].
 double margin_of(const Simulation& s, double given) {
@@ -87,6 +143,8 @@ double margin_of(const Simulation& s, double given) {
 // False: a body went farther than ghosts were sought, and nothing happened.
 bool RankedNscd::attempt(Simulation& s, double h) {
   if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
+  if (s.networks && s.networks->thermal && !s.meshes.empty()) s.networks->thermal->load_meshes(s);
+  LentMeshes lent(s, mesh_part());
   s.timed("predict_configuration", [&] { bring_parts(s); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
     of(part).leave_out = [this, &part](Candidates& found) { keep_own_contacts(part, found); };
@@ -103,10 +161,9 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   if (joint_rank_ >= 0) seat_joints(s);
   s.timed("colour_contacts", [&] { choose_colours(); });
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
-  s.timed("solve_contacts", [&] {
-    s.report.solve = solve(settings().solver, s.controls && s.controls->has_cell() ? h : 0);
-    if (joint_rank_ >= 0) hold_joints(s, h);
-  });
+  s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+  if (Part* part = mesh_part(); part && !part->simulation->meshes.linear())
+    s.timed("newton_passes", [&] { newton_passes(s, *part, h); });
   ExactSum work[contact_terms];
   s.timed("update_velocity", [&] {
     end_velocities(s);
@@ -114,11 +171,13 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   });
   on_ranks(s, "commit_contacts", [&](Part& part) {
     Interactions& contacts = part.simulation->interactions;
-    contacts.system().load({part.simulation->scene.bodies.velocity});
+    contacts.system().load({part.simulation->scene.bodies.velocity, &part.simulation->scene.nodes.velocity});
     contacts.commit(s.report.solve.status == SolveStatus::converged);
   });
   s.timed("account", [&] { account(s, h, work); });
   try {
+    const SeenMeshes seen(s, mesh_part(), lent);
+    s.account_for_meshes();
     advance_networks(s, h);
   } catch (...) {
     undo();
@@ -127,10 +186,20 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   for (Part& part : parts_) part.velocity = part.simulation->scene.bodies.velocity.values;
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
   if (s.scene.cell.any()) add_work_of_cell(s);
+  lent.lend(false);
+  s.timed("gather", [&] { collect_meshes(s); });
+  std::string& hint = s.report.solve.hint;
+  if (hint.empty()) hint = s.report.mesh_within;
   for (const Part& part : parts_)
-    if (s.report.solve.hint.empty()) s.report.solve.hint = part.simulation->report.unjoined;
+    if (hint.empty()) hint = part.simulation->report.unjoined;
+  if (hint.empty()) hint = s.report.mesh_hint;
   s.timed("gather", [&] { collect(s); });
   return true;
+}
+
+void RankedNscd::solve_step(Simulation& s, const SolverOptions& options, double h) {
+  s.report.solve = solve(options, s.controls && s.controls->has_cell() ? h : 0);
+  if (joint_rank_ >= 0) hold_joints(s, h);
 }
 
 // h: of the step, where the periodic cell is driven; 0: its rates stay as they are.
@@ -148,11 +217,12 @@ bool RankedNscd::reaches_far_enough() {
     std::vector<double>& used = margins.emplace_back(part.bodies.size(), 0.0);
     const double constant = settings().margin / 2;
     for (std::int64_t k = 0; k < s.scene.contactors.count; ++k) {
+      if (*s.scene.contactors.body[k] < 0) continue;
       double& of_body = used[std::size_t(*s.scene.contactors.body[k])];
       of_body = std::max(of_body, std::isnan(constant) ? of(part).margins()[std::size_t(k)] : constant);
     }
   }
-  return exchange_->ranks() == 1 || 2 * farthest(margins) <= reach_;
+  return exchange_->ranks() == 1 || 2 * farthest(margins, way_of_meshes()) <= reach_;
 }
 
 void RankedNscd::keep_own_contacts(const Part& part, Candidates& c) const {
@@ -207,11 +277,14 @@ void RankedNscd::colour_anew() {
     share.id.assign(id.begin(), id.end());
     share.owner = part.owner;
     share.body.clear();
+    share.in_turn.clear();
     for (std::size_t k = 0; k < std::size_t(c.count); ++k) {
       std::array<std::int32_t, 2> bodies = {*contactors.body[c.contactor_a[k]], *contactors.body[c.contactor_b[k]]};
+      const bool on_mesh = bodies[0] < 0 || bodies[1] < 0;
       for (std::int32_t& body : bodies)
-        if (part.fixed[std::size_t(body)]) body = -1;
+        if (body < 0 || part.fixed[std::size_t(body)]) body = -1;
       share.body.push_back(bodies);
+      if (mesh_rank_ >= 0) share.in_turn.push_back(on_mesh);
     }
   }
   colours_ = colour_contacts(shares_, *exchange_);
@@ -229,6 +302,7 @@ void RankedNscd::end_velocities(Simulation& s) {
     part.simulation->interactions.system().unload(b.velocity);
   }
   follow_ghosts(&Bodies::velocity);
+  push_meshes();
   add_reactions(s);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;
@@ -253,6 +327,7 @@ void RankedNscd::add_reactions(Simulation& s) {
     for (const cairn_batch& b : system.batches)
       for (int lane = 0; lane < b.contacts; ++lane)
         for (const double sign : {1.0, -1.0}) {
+          if (sign > 0 ? b.mapped_a : b.mapped_b) continue; // meshes account for their own supports
           const std::int32_t body = (sign > 0 ? b.body_a : b.body_b)[lane];
           const std::int32_t to = place[std::size_t(part.bodies[std::size_t(body)])];
           if (to < 0) continue;
@@ -293,13 +368,15 @@ void RankedNscd::add_contact_sums(const Cell& begin, std::span<ExactSum> sums) {
       cell.velocity_gradient[e] = 0.5 * (begin.velocity_gradient[e] + cell.velocity_gradient[e]);
     AssemblyInput in(scene.dim);
     in.bodies = &b;
+    in.meshes = part.has_meshes ? &part.simulation->meshes : nullptr;
+    in.nodes = &part.simulation->scene.nodes;
     in.contactors = &scene.contactors;
     in.candidates = &part.simulation->candidates;
     in.cell = &cell;
     in.sheared = cell.any() && changes_shape(cell);
     Field<double> spare = b.velocity;
-    system.load({b.velocity});
-    system.unload_and_add(spare, {b.velocity_begin});
+    system.load({b.velocity, &scene.nodes.velocity});
+    system.unload_and_add(spare, {b.velocity_begin, &scene.nodes.velocity_begin});
     const cairn_schedule schedule = system.schedule(1);
     for (std::size_t k = 0; k < system.batches.size(); ++k) {
       const cairn_batch& batch = system.batches[k];
@@ -323,7 +400,7 @@ void RankedNscd::add_contact_sums(const Cell& begin, std::span<ExactSum> sums) {
         if (jumps) sums[4].add(of_jump);
       }
     }
-    system.load({b.velocity});
+    system.load({b.velocity, &scene.nodes.velocity});
   }
 }
 
@@ -370,6 +447,7 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
       for (int k = 0; k < body_terms; ++k) sums[k].add(terms[k]);
     }
   }
+  add_energy_of_nodes(scheme, h, sums);
   std::copy(work.begin(), work.end(), sums + body_terms);
   const bool laws_tell =
       std::ranges::any_of(s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
@@ -409,10 +487,16 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
                stiffened + (stored_change + released);
   e.turned_over += std::abs(d_potential) + std::abs(seated) + std::abs(external) + std::abs(driven) + std::abs(normal) +
                    std::abs(friction) + std::abs(bulk) + (std::abs(stored_change) + released);
-  e.largest_kinetic = std::max({e.largest_kinetic, kinetic, kinetic - d_kinetic});
+  double moving = kinetic, moved = kinetic - d_kinetic; // nodes as points of mass, and what their matrix adds
+  if (Part* part = mesh_part())
+    for (const MeshBody& mesh : part->simulation->meshes.meshes) {
+      moving += mesh.work.kinetic;
+      moved += mesh.work.kinetic - mesh.work.kinetic_change;
+    }
+  e.largest_kinetic = std::max({e.largest_kinetic, moving, moved});
   e.in_play = e.largest_kinetic + e.turned_over;
-  const double of_step = std::max(kinetic, kinetic - d_kinetic) + (0.5 * size + law_turned_over) +
-                         (std::abs(stored_change) + released) + fall;
+  const double of_step =
+      std::max(moving, moved) + (0.5 * size + law_turned_over) + (std::abs(stored_change) + released) + fall;
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * e.in_play;
   s.report.solve.energy_created = moves ? (0.5 * given + law_created) / of_step : 0;
 }

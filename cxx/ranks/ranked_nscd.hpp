@@ -31,6 +31,15 @@ private:
   void hold_joints(Simulation& s, double h);
   bool any_rank(bool value);
   friend class ContactsOfRanks;
+  friend class PassesOfRanks;
+  void solve_step(Simulation& s, const SolverOptions& options, double h);
+  Part* mesh_part();
+  double way_of_meshes();
+  void give_meshes();
+  void push_meshes();
+  void newton_passes(Simulation& s, Part& mesh, double h);
+  void add_energy_of_nodes(const cairn_scheme& scheme, double h, std::span<ExactSum> sums);
+  void collect_meshes(Simulation& s);
   void end_velocities(Simulation& s);
   // begin: the cell at the begin of the step
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);

@@ -17,6 +17,7 @@ std::vector<std::string_view> RankedSmooth::stages(const Simulation&) const {
 }
 
 void RankedSmooth::check_scene(const Simulation& s) const {
+  if (!s.meshes.empty()) refuse("SmoothDEM moves the mesh '" + s.meshes.meshes[0].model.name + "'");
   if (settings().energy) refuse("the balance of energy is kept (give energy=False)");
   if (settings().integrator.name != "velocity_verlet") refuse("the integrator is " + settings().integrator.name);
   if (s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none)

@@ -20,8 +20,27 @@ constexpr int plain_sweeps = 9;       // before others are extrapolated or over-
 constexpr int astray = 128;           // sweeps after which extrapolated sweeps of clumps may cycle
 constexpr double most_ratio = 0x1p20; // of masses, up to which sweeps are extrapolated
 
-// True where a side that moves rests on a face: plain sweeps stay near the answer that the step begins with.
-bool faced(const cairn_batch& b) { return (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b)); }
+// True where a side that moves rests on a face: plain sweeps stay near the answer that the step begins with. On meshes
+// over-relaxed ones carry impulses along an edge.
+bool faced(const cairn_batch& b) {
+  return b.mapped_a || b.mapped_b || (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b));
+}
+
+// Square of the speed of the fastest node that a mapped side rests on [m2/s2].
+double square_of_mapped(const ContactSystem& system, const cairn_batch& b, int lane, bool a) {
+  const std::int32_t* node = a ? b.node_a : b.node_b;
+  const double* weight = a ? b.lever_a : b.lever_b;
+  double fastest = 0;
+  for (int j = 0; j < 4; ++j) {
+    const int at_lane = j * b.count + lane;
+    if (!(weight[at_lane] > 0 || weight[at_lane] < 0)) continue;
+    double v[3], square = 0;
+    system.read_condensed((a ? b.body_a : b.body_b)[lane], node[at_lane], v);
+    for (int k = 0; k < system.dim; ++k) square += v[k] * v[k];
+    fastest = std::max(fastest, square);
+  }
+  return fastest;
+}
 
 } // namespace
 
@@ -47,6 +66,7 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
     Share& share = shares_.emplace_back();
     share.system = &system;
     share.bodies = &part.simulation->scene.bodies;
+    share.nodes = &part.simulation->scene.nodes;
     share.schedule = system.schedule(threads);
     share.schedule.softening_relaxation = options.softening_relaxation;
     for (const cairn_batch& b : system.batches) {
@@ -60,6 +80,11 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
       const double light = *std::max_element(inverse, inverse + system.dim);
       if (light > 0) least = std::min(least, light), most = std::max(most, light);
     }
+    for (const CondensedBody& mesh : system.condensed)
+      if (mesh.inverse_mass > 0) {
+        most = std::max(most, mesh.inverse_mass);
+        least = std::min(least, mesh.inverse_mass * double(mesh.touching));
+      }
   }
   exchange.sum(counts);
   exchange.largest(other_shapes);
@@ -124,7 +149,7 @@ void RankedSweeps::tell(int colour) {
 }
 
 void RankedSweeps::give_impulses() {
-  for (Share& share : shares_) share.system->load({share.bodies->velocity_free});
+  for (Share& share : shares_) share.system->load(share.free());
   by_colours([](const cairn_schedule& schedule, ContactSystem&) { cairn_add_impulses(&schedule); });
 }
 
@@ -155,9 +180,21 @@ void RankedSweeps::extrapolate_bodies(Share& share, double factor) {
   }
 }
 
+void RankedSweeps::extrapolate_nodes(Share& share, double factor) {
+  Array<double>& velocity = share.system->condensed_velocity;
+  share.condensed_before.resize(velocity.size());
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const double now = velocity[i];
+    if (factor > 0) velocity[i] = now + factor * (now - share.condensed_before[i]);
+    share.condensed_before[i] = now;
+  }
+}
+
 void RankedSweeps::extrapolate_velocities(double factor) {
-  for (Share& share : shares_)
+  for (Share& share : shares_) {
     share.system->dim == 2 ? extrapolate_bodies<3>(share, factor) : extrapolate_bodies<6>(share, factor);
+    if (!share.system->condensed.empty()) extrapolate_nodes(share, factor);
+  }
 }
 
 void RankedSweeps::extrapolate_impulses(double factor) {
@@ -249,6 +286,7 @@ template <class Kernel>
 void RankedSweeps::sweep_once(Kernel&& kernel) {
   const double part = once_->share();
   for (Share& share : shares_) {
+    share.v_sweep.assign(share.system->condensed_velocity.begin(), share.system->condensed_velocity.end());
     std::size_t at = 0;
     each_row(share, [&](const double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
       if (share.r_sweep.size() < at + count) share.r_sweep.resize(at + count);
@@ -258,6 +296,9 @@ void RankedSweeps::sweep_once(Kernel&& kernel) {
   }
   by_colours(kernel, part);
   for (Share& share : shares_) {
+    Array<double>& velocity = share.system->condensed_velocity;
+    for (std::size_t i = 0; i < velocity.size() && part < 1; ++i)
+      velocity[i] = share.v_sweep[i] + part * (velocity[i] - share.v_sweep[i]);
     std::size_t at = 0;
     each_row(share, [&](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
       for (std::size_t k = 0; k < count; ++k, ++at) r[k] = share.r_sweep[at] + part * (r[k] - share.r_sweep[at]);
@@ -294,6 +335,10 @@ void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
     for (int lane = 0; lane < b.contacts; ++lane) {
       double squares = 0;
       for (const bool a : {true, false}) {
+        if (a ? b.mapped_a : b.mapped_b) {
+          squares += square_of_mapped(system, b, lane, a);
+          continue;
+        }
         const double* v = system.record[std::size_t((a ? b.body_a : b.body_b)[lane])].x;
         double speed = 0, spin = 0, arm = 0;
         for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
@@ -313,7 +358,7 @@ void RankedSweeps::measure_free() {
   ExactSum sums[2];
   for (Share& share : shares_) {
     ContactSystem& system = *share.system;
-    system.load({share.bodies->velocity_free});
+    system.load(share.free());
     cairn_contact_scale(&share.schedule, system.sums.data());
     for (const cairn_batch& b : system.batches)
       for (int lane = 0; lane < b.contacts; ++lane) sums[0].add(b.scale[lane]);
@@ -442,7 +487,7 @@ SolveReport RankedSweeps::solve() {
   report.penetration = depth[0];
   report.drift = depth[1];
   if (contacts_ == 0) {
-    for (Share& share : shares_) share.system->load({share.bodies->velocity_free});
+    for (Share& share : shares_) share.system->load(share.free());
     if (cell_.driven()) cell_.follow(parts_, exchange_);
     cell_.end(parts_);
     return report;

@@ -34,13 +34,17 @@ private:
   struct Share { // of a part
     ContactSystem* system = nullptr;
     const Bodies* bodies = nullptr;
+    const Nodes* nodes = nullptr; // of meshes
     cairn_schedule schedule{};
+    Velocities free() const { return {bodies->velocity_free, &nodes->velocity_free}; }
     Array<double> before;                  // velocities when the last sweep began [m/s]
+    std::vector<double> condensed_before;  // of contact nodes, likewise
     std::vector<double> r_before, r_start; // impulses when the last sweep began, and this one [N s]
     Array<std::int64_t> change, along;     // by batch: see ranked_sweep.h [units]
     std::int32_t stride = 1;               // components of a contact, at most
     std::vector<double> best;              // impulses of the smallest error
-    std::vector<double> r_sweep;           // impulses when a sweep with one exchange began
+    std::vector<double> r_sweep,
+        v_sweep; // impulses, and velocities of contact nodes, when a sweep with one exchange began
   };
   struct Error {
     double square = 0;
@@ -56,6 +60,7 @@ private:
   void sweep();
   template <int n>
   static void extrapolate_bodies(Share& share, double factor);
+  static void extrapolate_nodes(Share& share, double factor);
   void extrapolate_velocities(double factor);
   void extrapolate_impulses(double factor);
   void follow_sweep();

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "../../base/call.hpp"
-#include "nscd.hpp"
+#include "newton.hpp"
 
 namespace cairn {
 namespace {
@@ -49,16 +49,38 @@ private:
   int since_ = 1;
 };
 
+// Those of a step without ranks.
+class OwnPasses final : public ContactPasses {
+public:
+  OwnPasses(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s), at_begin_(s.interactions.memory()) {}
+  void give() override { s_.interactions.give_meshes(); }
+  void again(const SolverOptions&) override {
+    s_.interactions.keep_impulses();
+    nscd_.prepare_contacts(s_);
+    nscd_.solve_contacts(s_);
+  }
+  void end() override { s_.interactions.restore(at_begin_); }
+
+private:
+  Nscd& nscd_;
+  Simulation& s_;
+  ContactMemory at_begin_;
+};
+
 } // namespace
 
 void Nscd::newton_passes(Simulation& s) {
-  const ContactMemory at_begin = s.interactions.memory();
-  const auto back = [&] { s.interactions.restore(at_begin); };
+  OwnPasses passes(*this, s);
+  newton_passes(s, passes);
+}
+
+void Nscd::newton_passes(Simulation& s, ContactPasses& passes) {
+  const auto back = [&] { passes.end(); };
   s.report.newton_error = 0;
   TightenedContacts contacts(settings.solver);
   try {
     for (int pass = 1;; ++pass) {
-      s.interactions.give_meshes();
+      passes.give();
       s.report.newton_passes = pass;
       s.report.newton_error = 0;
       bool whole = true;
@@ -97,9 +119,7 @@ void Nscd::newton_passes(Simulation& s) {
       }
       for (MeshBody& mesh : s.meshes.meshes)
         if (!mesh.linear()) mesh.linearise(s.scene.nodes);
-      s.interactions.keep_impulses();
-      prepare_contacts(s);
-      solve_contacts(s);
+      passes.again(settings.solver);
     }
   } catch (...) {
     back();

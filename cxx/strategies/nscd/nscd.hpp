@@ -21,6 +21,8 @@
 
 namespace cairn {
 
+class ContactPasses; // see newton.hpp
+
 class Nscd final : public Strategy {
 public:
   Nscd();
@@ -45,6 +47,7 @@ public:
   void solve_contacts(Simulation& s);
   // Further ones, where stresses of a mesh are not linear: Newton's method round the solution; see newton.cpp.
   void newton_passes(Simulation& s);
+  void newton_passes(Simulation& s, ContactPasses& contacts);
   // Pressure of an incompressible liquid and contacts in turn, until both see the same velocities; see
   // fluid_passes.cpp.
   void press_fluid(Simulation& s);

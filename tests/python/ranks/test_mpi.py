@@ -116,3 +116,44 @@ def test_programs_of_c_and_fortran_give_their_communicator(tmp_path, program):
         assert words[:3] == ["ranks", str(processes), "contacts"] and int(words[3]) > 10
         told.append(words[3:])
     assert told[0] == told[1]  # to the last bit
+
+
+MESH = """
+import sys
+import cairn as cn, numpy as np
+rock = cn.Material("rock", density=2600.0)
+scene = cn.Scene(dim=2, gravity=(-3.0, -9.81))
+scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+x, y = np.meshgrid(np.linspace(0, 8, 9), np.linspace(0, 1, 3), indexing="ij")
+points, k = np.stack([x, y], -1).reshape(-1, 2), np.arange(27).reshape(9, 3)
+quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+body = cn.SolidBody(points, {"quad": quads}, cn.NeoHookean(young=2e6, poisson=0.3), density=1200.0, groups={"low": k[:, 0]})
+scene.add(cn.deformable(body, rock, contact=k.ravel(), edges=k.ravel(), fixed={"low": "xy"}))
+x = np.stack(np.meshgrid(np.arange(8), np.arange(3)), -1).reshape(-1, 2) * 0.98 + (0.6, 1.5)
+scene.add(cn.disks(x, 0.48, rock), cn.wall((0, 0), (1, 0), rock))
+sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-5)), overlap="ignore", ranks=RANKS)
+"""
+
+
+def test_meshes_are_whole_in_each_process(tmp_path):
+    more = """
+for k in range(20):
+    sim.step()
+    if k == 9:
+        sim.checkpoint("half.checkpoint.h5")
+sim.gather()
+np.savez(f"{sim.ranks.rank}.npz", x=sim.nodes.position, v=sim.nodes.velocity, stress=sim.meshes[0].stress["quad"],
+         energy=list(sim.energy.values()), impulse=sim.contacts.impulse)
+"""
+    started(tmp_path, MESH.replace("RANKS", "'mpi'") + more, processes=3)
+    names = {}
+    exec(MESH.replace("RANKS", "2") + "sim.restore(" + repr(str(tmp_path / "half.checkpoint.h5")) + ")", names)
+    sim = names["sim"]
+    for _ in range(10):
+        sim.step()
+    assert len(sim.contacts) > 10
+    wanted = {"x": sim.nodes.position, "v": sim.nodes.velocity, "stress": sim.meshes[0].stress["quad"]}
+    wanted |= {"energy": list(sim.energy.values()), "impulse": sim.contacts.impulse}
+    for rank in range(3):
+        end = np.load(tmp_path / f"{rank}.npz")
+        assert all(np.array_equal(end[name], of) for name, of in wanted.items())
