@@ -41,6 +41,7 @@ from .run.step_warnings import (
     TurnedWarning,
     UnjoinedWarning,
 )
+from .run.unit_warnings import UnitsWarning
 from .run.unmet_shapes import ShapesWarning
 
 _LATER = {
@@ -134,6 +135,7 @@ __all__ = [
     "Table",
     "TunnellingWarning",
     "TurnedWarning",
+    "UnitsWarning",
     "UnjoinedWarning",
     "box",
     "boxes",

@@ -13,11 +13,11 @@ class Participant:
 
     window, windows, implicit, tolerance, relaxation, dimensions, initial = 0.01, 10, False, 1e-10, 1.0, 2, False
     partner = None  # function (t, {data: values}) -> {data: values}
-    log = None
+    log, connected = None, False
 
     def __init__(self, name, configuration, rank, size):
         self.name, self.time, self.done, self.left, self.finished = name, 0.0, 0, self.window, False
-        self.meshes, self.written, self.answer, self.first = {}, {}, {}, True
+        self.meshes, self.written, self.answer, self.first, self.sides = {}, {}, {}, True, {}
         self.calls = type(self).log = []
 
     def get_mesh_dimensions(self, mesh):
@@ -26,6 +26,14 @@ class Participant:
     def set_mesh_vertices(self, mesh, positions):
         self.meshes[mesh] = np.array(positions)
         return np.arange(len(positions))
+
+    def requires_mesh_connectivity_for(self, mesh):
+        return self.connected
+
+    def set_mesh_edges(self, mesh, vertices):
+        self.sides[mesh] = np.array(vertices)
+
+    set_mesh_triangles = set_mesh_quads = set_mesh_edges
 
     def requires_initial_data(self):
         return self.initial

@@ -14,7 +14,7 @@ from ..model import bodies, missing_laws
 from ..model.scene import Scene, checked_sets, insert, rule
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, driven_cell, first_overlaps, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .belts import Belts
 from .drives import Drives
@@ -108,6 +108,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+        unit_warnings.warn(self, 3)
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         if ranks is not None:

@@ -152,8 +152,43 @@ def test_forces_on_nodes_of_a_mesh_are_those_of_its_force(partner):
     assert np.allclose(coupling._participant.written["Displacement"], sim.meshes[0].displacement[k[-1]])
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_sides_of_a_coupled_mesh_are_given_where_a_mapping_asks(partner, dim):
+    x = np.array(np.meshgrid(*[[0.0, 1.0, 2.0]] * dim, indexing="ij")).reshape(dim, -1).T
+    k = np.arange(3**dim).reshape((3,) * dim)
+    if dim == 2:
+        cells = {"quad": np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)}
+    else:
+        low = [k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]]
+        cells = {"hexahedron": np.stack([a[..., :-1] for a in low] + [a[..., 1:] for a in low], -1).reshape(-1, 8)}
+    groups = {"foot": k[..., 0].ravel(), "top": k[..., 2].ravel()}
+    body = cn.ElasticBody(x, cells, young=1e7, poisson=0.3, density=1e3, groups=groups)
+    scene = cn.Scene(dim)
+    scene.add(cn.deformable(body, ROCK, fixed={"foot": "xyz"[:dim]}))
+    partner.partner, partner.windows, partner.connected, partner.dimensions = staticmethod(lambda t, w: {}), 1, True, dim
+    coupling = cn.precice.Coupling("Block", "precice-config.xml", cn.Simulation(scene, 0.01, EULER))
+    coupling.mesh("Mesh", 0, "top", write={"Displacement": "displacement"})
+    coupling.run()
+    sides = coupling._participant.sides["Mesh"]
+    placed = coupling._participant.meshes["Mesh"][sides]
+    assert sides.shape == ((2, 2) if dim == 2 else (4, 4)) and np.all(placed[..., -1] == 2.0)
+    assert np.allclose(np.ptp(placed[..., :-1], axis=1), 1.0), "each side is that of one cell"
+
+
+def test_a_run_that_fails_takes_leave_of_the_others(partner):
+    sim, ids = disk()
+    partner.partner = staticmethod(lambda t, w: {})
+    coupling = cn.precice.Coupling("A", "precice-config.xml", sim)
+    coupling.bodies("Mesh", ids, write={"Place": "position"})
+    with pytest.raises(ZeroDivisionError):
+        coupling.run(callback=lambda s: 1 / 0)
+    assert partner.log[-1] == "finalize"
+
+
 def test_mistakes_are_told(partner):
     sim, ids = disk()
+    sim.scene.add(cn.disks([(9.0, 0.0)], 0.5, ROCK, driven=("vx", "vy", "w")))
+    sim = cn.Simulation(sim.scene, 0.01, EULER)
 
     def make(**options):
         return cn.precice.Coupling(**{"name": "A", "configuration": "precice-config.xml", "simulation": sim} | options)
@@ -165,6 +200,11 @@ def test_mistakes_are_told(partner):
         (lambda: make(simulation=sim.scene), "give a cairn.Simulation"),
         (lambda: make(name=""), "name of the participant"),
         (lambda: make(configuration="nope.xml"), "nope.xml: no such file"),
+        (lambda: make(configuration=None), "configuration is None"),
+        (lambda: make(configuration=__file__ + "c"), "no such file"),
+        (lambda: make().bodies("Mesh", [1], read={"F": "force"}), "body 1 is held"),
+        (lambda: used.run(probes=[len]), "probes is"),
+        (lambda: used.run(callback=3), "callback is 3"),
         (lambda: make().run(), "nothing is coupled"),
         (lambda: make().bodies("Mesh", [99], read={"F": "force"}), "names body 99"),
         (lambda: make().bodies("Mesh", ids), "both missing"),
