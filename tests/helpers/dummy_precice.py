@@ -13,7 +13,7 @@ class Participant:
 
     window, windows, implicit, tolerance, relaxation, dimensions, initial = 0.01, 10, False, 1e-10, 1.0, 2, False
     partner = None  # function (t, {data: values}) -> {data: values}
-    log, connected = None, False
+    log, connected, components = None, False, {}  # components: of data that are not vectors
 
     def __init__(self, name, configuration, rank, size):
         self.name, self.time, self.done, self.left, self.finished = name, 0.0, 0, self.window, False
@@ -22,6 +22,9 @@ class Participant:
 
     def get_mesh_dimensions(self, mesh):
         return self.dimensions
+
+    def get_data_dimensions(self, mesh, data):
+        return self.components.get(data, self.dimensions)
 
     def set_mesh_vertices(self, mesh, positions):
         self.meshes[mesh] = np.array(positions)

@@ -115,6 +115,16 @@ class _OnMesh:
         return {n: np.array([s for s in whole if len(s) == n]) for n in sorted({len(s) for s in whole})}
 
 
+def _check_components(precice, part):
+    """Raises ValueError for data that are scalars in the configuration and vectors here, or the other way round."""
+    for data, what in (part.read | part.write).items():
+        found, due = precice.get_data_dimensions(part.name, data), 1 if what == "torque" and part.dim == 2 else part.dim
+        if found != due:
+            kind = "scalar" if due == 1 else "vector"
+            raise ValueError(f"data {data!r} of mesh {part.name!r} have {found} components in the configuration, and {what} has "
+                             f"{due}: declare them by <data:{kind} name={data!r} />")  # fmt: skip
+
+
 def _connect(precice, part, vertices):
     """Gives preCICE the sides between the vertices of a mesh, if a mapping of the configuration asks for them."""
     if not isinstance(part, _OnMesh) or not precice.requires_mesh_connectivity_for(part.name):
@@ -317,6 +327,7 @@ class Coupling(Spelt):
             wide = precice.get_mesh_dimensions(part.name)
             if wide != part.dim:
                 raise ValueError(f"mesh {part.name!r} of the configuration has {wide} dimensions, and the scene {part.dim}")
+            _check_components(precice, part)
             self._vertices.append(precice.set_mesh_vertices(part.name, part.places()))
             _connect(precice, part, self._vertices[-1])
         if precice.requires_initial_data():
@@ -326,7 +337,7 @@ class Coupling(Spelt):
         try:
             self._loop(recorder, every, probes, callback, progress)
         except BaseException:
-            with contextlib.suppress(Exception):  # so that the other participants do not wait for this one
+            with contextlib.suppress(Exception):  # so that its connections are closed
                 precice.finalize()
             raise
         finally:

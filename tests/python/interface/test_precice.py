@@ -1,6 +1,5 @@
 """A participant of preCICE against a partner in the same process: explicit and implicit coupling, repeated windows, substeps."""
 
-import subprocess
 import sys
 
 import cairn as cn
@@ -175,7 +174,7 @@ def test_sides_of_a_coupled_mesh_are_given_where_a_mapping_asks(partner, dim):
     assert np.allclose(np.ptp(placed[..., :-1], axis=1), 1.0), "each side is that of one cell"
 
 
-def test_a_run_that_fails_takes_leave_of_the_others(partner):
+def test_a_run_that_fails_is_finalized(partner):
     sim, ids = disk()
     partner.partner = staticmethod(lambda t, w: {})
     coupling = cn.precice.Coupling("A", "precice-config.xml", sim)
@@ -219,6 +218,11 @@ def test_mistakes_are_told(partner):
     ]:
         with pytest.raises((ValueError, OSError), match=words):
             call()
+    partner.components = {"Force": 1}
+    flat = make()
+    flat.bodies("Mesh", ids, read={"Force": "force"})
+    with pytest.raises(ValueError, match="have 1 components in the configuration, and force has 2: declare them by <data:vector"):
+        flat.run()
     partner.dimensions = 3
     other = make()
     other.bodies("Mesh", ids, read={"Force": "force"})
@@ -234,58 +238,3 @@ def test_missing_or_old_bindings_are_told(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "precice", type(sys)("precice"))
     with pytest.raises(ImportError, match="older than version 3"):
         cn.precice.Coupling("A", tmp_path / "x.xml", sim)
-
-
-CONFIGURATION = """<?xml version="1.0" encoding="UTF-8" ?>
-<precice-configuration>
-  <data:vector name="Force" />
-  <data:vector name="Displacement" />
-  <mesh name="Push-Mesh" dimensions="2"><use-data name="Force" /><use-data name="Displacement" /></mesh>
-  <mesh name="Grains-Mesh" dimensions="2"><use-data name="Force" /><use-data name="Displacement" /></mesh>
-  <participant name="Push">
-    <provide-mesh name="Push-Mesh" />
-    <write-data name="Force" mesh="Push-Mesh" />
-    <read-data name="Displacement" mesh="Push-Mesh" />
-  </participant>
-  <participant name="Grains">
-    <receive-mesh name="Push-Mesh" from="Push" />
-    <provide-mesh name="Grains-Mesh" />
-    <read-data name="Force" mesh="Grains-Mesh" />
-    <write-data name="Displacement" mesh="Grains-Mesh" />
-    <mapping:nearest-neighbor direction="read" from="Push-Mesh" to="Grains-Mesh" constraint="consistent" />
-    <mapping:nearest-neighbor direction="write" from="Grains-Mesh" to="Push-Mesh" constraint="consistent" />
-  </participant>
-  <m2n:sockets acceptor="Push" connector="Grains" exchange-directory="." />
-  <coupling-scheme:serial-explicit>
-    <participants first="Push" second="Grains" />
-    <max-time value="0.05" />
-    <time-window-size value="0.01" />
-    <exchange data="Force" mesh="Push-Mesh" from="Push" to="Grains" />
-    <exchange data="Displacement" mesh="Push-Mesh" from="Grains" to="Push" />
-  </coupling-scheme:serial-explicit>
-</precice-configuration>
-"""
-PUSH = """import numpy as np, precice
-p = precice.Participant("Push", "precice-config.xml", 0, 1)
-v = p.set_mesh_vertices("Push-Mesh", np.zeros((1, 2)))
-p.initialize()
-while p.is_coupling_ongoing():
-    h = p.get_max_time_step_size()
-    p.read_data("Push-Mesh", "Displacement", v, h)
-    p.write_data("Push-Mesh", "Force", v, np.array([[100.0, 0.0]]))
-    p.advance(h)
-p.finalize()
-"""
-
-
-def test_against_precice_itself(tmp_path, monkeypatch):
-    """With the library: two processes in serial explicit coupling, this one and a partner that pushes with 100 N."""
-    pytest.importorskip("precice")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "precice-config.xml").write_text(CONFIGURATION, encoding="utf-8")
-    other = subprocess.Popen([sys.executable, "-c", PUSH])
-    sim, ids = disk()
-    coupling = cn.precice.Coupling("Grains", "precice-config.xml", sim)
-    coupling.bodies("Grains-Mesh", ids, read={"Force": "force"}, write={"Displacement": "displacement"})
-    assert coupling.run() == 5 and other.wait(timeout=60) == 0
-    assert sim.bodies.velocity[0, 0] == pytest.approx(100.0 / float(sim.bodies.mass[0]) * 0.05, rel=1e-9)
