@@ -43,6 +43,7 @@ from .run.step_warnings import (
     TurnedWarning,
     UnjoinedWarning,
 )
+from .run.unit_warnings import UnitsWarning
 from .run.unmet_shapes import ShapesWarning
 
 _LATER = {
@@ -136,6 +137,7 @@ __all__ = [
     "Table",
     "TunnellingWarning",
     "TurnedWarning",
+    "UnitsWarning",
     "UnjoinedWarning",
     "box",
     "boxes",

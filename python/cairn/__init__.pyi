@@ -100,6 +100,7 @@ from .run.step_warnings import StableStepWarning as StableStepWarning
 from .run.step_warnings import TunnellingWarning as TunnellingWarning
 from .run.step_warnings import TurnedWarning as TurnedWarning
 from .run.step_warnings import UnjoinedWarning as UnjoinedWarning
+from .run.unit_warnings import UnitsWarning as UnitsWarning
 from .run.unmet_shapes import ShapesWarning as ShapesWarning
 
 class Coulomb(Law):

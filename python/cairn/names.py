@@ -15,7 +15,7 @@ Taker = TypeVar("Taker", bound=Callable)
 ELSEWHERE = {
     "colormap": "cmap", "colourmap": "cmap", "color_map": "cmap", "colour_map": "cmap", "palette": "cmap", "colors": "cmap",
     "clim": "limits", "vmin": "limits", "vmax": "limits", "color_limits": "limits", "ax_title": "title", "axis": "ax",
-    "axes": "ax", "xlim": "view", "ylim": "view", "framerate": "fps", "duration": "fps",
+    "axes": "ax", "xlim": "view", "ylim": "view", "fixed": "driven", "framerate": "fps", "duration": "fps",
 }  # fmt: skip
 
 
@@ -24,7 +24,8 @@ def nearest(word, known):
     by_small, word = {str(name).lower(): str(name) for name in known}, str(word).lower()
     if word not in by_small and ELSEWHERE.get(word) in by_small:
         return by_small[ELSEWHERE[word]]
-    found = difflib.get_close_matches(word, by_small, 1)
+    begun = [name for name in by_small if len(word) > 3 and name.startswith(word)]  # Hertz for HertzMindlin
+    found = begun[:1] if len(begun) == 1 else difflib.get_close_matches(word, by_small, 1)
     if not found and word:  # tolerance for tol, dir for direction
         found = [name for name in by_small if min(len(name), len(word)) > 2 and (word.startswith(name) or name.startswith(word))]
     return by_small[found[0]] if found else None
@@ -116,7 +117,7 @@ def telling(function, called=None):
     """Wraps a function so that a call with wrong arguments raises a TypeError with the right ones and a suggestion. called: name
     of the function in messages."""
     signature = inspect.signature(function)
-    parameters = [p for p in signature.parameters.values() if p.name != "self"]
+    parameters = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
     more = getattr(function, "known_options", ())
     known = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
     known += [name for name in more if name not in known]
@@ -207,4 +208,8 @@ def _teach_class(cls):
         if isinstance(member, types.FunctionType) and not hasattr(member, "__wrapped__"):
             if name == "__init__" or not name.startswith("_"):
                 setattr(cls, name, telling(member, f"{cls.__name__}.{name}"))
+        elif isinstance(member, (classmethod, staticmethod)) and not name.startswith("_"):
+            inner = member.__func__
+            if isinstance(inner, types.FunctionType) and not hasattr(inner, "__wrapped__"):
+                setattr(cls, name, type(member)(telling(inner, f"{cls.__name__}.{name}")))
     cls._told_of = True

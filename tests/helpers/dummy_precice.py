@@ -13,19 +13,30 @@ class Participant:
 
     window, windows, implicit, tolerance, relaxation, dimensions, initial = 0.01, 10, False, 1e-10, 1.0, 2, False
     partner = None  # function (t, {data: values}) -> {data: values}
-    log = None
+    log, connected, components = None, False, {}  # components: of data that are not vectors
 
     def __init__(self, name, configuration, rank, size):
         self.name, self.time, self.done, self.left, self.finished = name, 0.0, 0, self.window, False
-        self.meshes, self.written, self.answer, self.first = {}, {}, {}, True
+        self.meshes, self.written, self.answer, self.first, self.sides = {}, {}, {}, True, {}
         self.calls = type(self).log = []
 
     def get_mesh_dimensions(self, mesh):
         return self.dimensions
 
+    def get_data_dimensions(self, mesh, data):
+        return self.components.get(data, self.dimensions)
+
     def set_mesh_vertices(self, mesh, positions):
         self.meshes[mesh] = np.array(positions)
         return np.arange(len(positions))
+
+    def requires_mesh_connectivity_for(self, mesh):
+        return self.connected
+
+    def set_mesh_edges(self, mesh, vertices):
+        self.sides[mesh] = np.array(vertices)
+
+    set_mesh_triangles = set_mesh_quads = set_mesh_edges
 
     def requires_initial_data(self):
         return self.initial

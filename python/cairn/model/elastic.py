@@ -263,6 +263,11 @@ class ElasticBody:
             raise ValueError(f"{told}: number them from 0, by the rows of points")
         return nodes.astype(np.int64)
 
+    def __repr__(self):
+        cells = ", ".join(f"{len(nodes)} {kind}" for kind, nodes in self.cells.items())
+        groups = f"; groups {', '.join(map(repr, self.groups))}" if self.groups else ""
+        return f"<{type(self).__name__}, {self.dim}D: {len(self.points)} nodes, cells: {cells}{groups}>"
+
     def boundary_edges(self):
         """Gives the boundary edges in 2D: edges of a single cell.
 

@@ -142,6 +142,10 @@ class Fluid:
     def __len__(self):
         return len(self.position)
 
+    def __repr__(self):
+        form = "incompressible fluid" if self.incompressible else "fluid"
+        return f"<{form} {self.name!r}, {self.dim}D: {len(self)} particles, {self.spacing:g} m apart, {self.density:g} kg/m3>"
+
     @property
     def dim(self):
         """2 or 3."""
@@ -269,7 +273,7 @@ def fluid(
         smoothing,
         artificial,
         given,
-        bool(incompressible),
+        checks.flag("incompressible", incompressible),
     )
 
 

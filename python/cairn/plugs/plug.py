@@ -51,6 +51,7 @@ class Pair:
         _core.unplug_pair(self.of)
 
 
+SOURCES = (".f", ".for", ".f90", ".f95", ".f03", ".f08", ".c", ".cc", ".cpp", ".cxx")
 KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5, "body": 6}
 
 
@@ -127,6 +128,11 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         path = os.path.abspath(path)
     elif os.sep in path:
         raise ValueError(f"{path}: there is no such file; build the library first")
+    if os.path.splitext(path)[1].lower() in SOURCES:
+        built = "gfortran" if path.lower().rpartition(".")[2].startswith("f") else "g++" if path.endswith("p") else "gcc"
+        raise ValueError(f"{path} is a source file, no library: compile it first, {built} -O2 -shared -fPIC "
+                         f"{os.path.basename(path)} -o lib{name}.so, and give that")  # fmt: skip
+    checks.flag("isolate", isolate)
     if plane is not None and (kind != "material" or plane != "stress"):
         raise ValueError(f"plane is {plane!r}: give 'stress' with material= for a UMAT of plane stress, NDI = 2, or leave it out")
     if isolate and kind != "material":

@@ -57,9 +57,14 @@ def wrap_law(interface, folder=None, **changes):
             raise ValueError(f"{path}: {key} is {given[key]!r}: give a name of letters, digits and _")
     if given["slot"] not in ("solve", "prepare"):
         raise ValueError(f"{path}: slot is {given['slot']!r}: give 'solve' or 'prepare'")
+    for key in ("isolate", "thread_safe"):
+        if not isinstance(given.get(key, False), bool):
+            raise ValueError(f"{path}: {key} is {given[key]!r}: give true or false, without quotes")
     limit = given.get("time_limit", 60)
     if isinstance(limit, bool) or not isinstance(limit, (int, float)) or not 0 < limit <= 1e6:
         raise ValueError(f"{path}: time_limit is {limit!r}: give seconds, more than 0 and at most 1e6")
+    if "time_limit" in given and not given.get("isolate", False):
+        raise ValueError(f"{path}: time_limit is that of a routine in a process of its own: give isolate = true, too")
     if "deck" in given:
         given["deck"] = _deck(path, given)
     text = _adapter(path, given)

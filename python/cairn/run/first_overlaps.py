@@ -60,7 +60,7 @@ def look_at_walls(simulation, action="warn", above=5):
     above: stack level of the warning."""
     core, told = core_of(simulation), simulation._turned
     p = Placed(core.scene)
-    normals = _Normals(p)
+    normals = Normals(p)
     for body in np.unique(p.owner[np.isin(p.shape, ["half_plane", "plane", "facet"])]):
         own = int(p.ids[body])
         if own not in told and normals.look_away(body, core.scene, simulation._table):
@@ -78,7 +78,7 @@ def look_at_walls(simulation, action="warn", above=5):
     return told
 
 
-class _Normals:
+class Normals:
     """Normals and points of planes and facets of bodies, in space."""
 
     def __init__(self, placed):

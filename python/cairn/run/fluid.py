@@ -9,9 +9,11 @@ from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
+from ..names import listed
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_walls
 from .shown import shown
 
+MOVED = "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start"
 FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity")
 
 
@@ -349,13 +351,19 @@ class FluidView:
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in FIELDS:
-            raise AttributeError(f"a fluid has no array {name!r}; it has {', '.join(FIELDS)}")
+            raise AttributeError(f"a fluid has no array {name!r}; it has {listed(FIELDS, name)}")
         values = _core.fluid_field(self._core, name)
         if name == "mass" and self._simulation.scene.dim == 2:
             values *= self._running.settings["depth"]
         if name == "position" and np.any(self._simulation.scene.origin):
             values += self._simulation.scene.origin
-        return shown(values, "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start")
+        return shown(values, MOVED)
+
+    def __setattr__(self, name, value):
+        if not name.startswith("_"):
+            what = f"{name} of the fluid cannot be assigned" if name in FIELDS else f"a fluid has no {name!r} to be assigned"
+            raise AttributeError(f"{what}: {MOVED}")
+        object.__setattr__(self, name, value)
 
     @property
     def settings(self):

@@ -419,8 +419,13 @@ def _check(simulation, steps, until, while_, every, callback, checkpoint_every, 
         checks.count("checkpoint_every", checkpoint_every, 1)
         if output is None:
             raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
-    _takes_a_simulation("callback", callback, "which runs after each step")
+    check_calls(simulation, callback, probes)
     _takes_a_simulation("while_", while_, "which is true as long as the run goes on")
+
+
+def check_calls(simulation, callback, probes):
+    """Raises ValueError unless callback and probes are functions of the simulation, or None."""
+    _takes_a_simulation("callback", callback, "which runs after each step")
     if probes is not None:
         _check_probes(simulation, probes)
 

@@ -6,6 +6,7 @@ Needs `pyprecice` (the Python bindings) and the preCICE library, version 3.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from ..base import checks
 from ..base.errors import FileError
-from ..names import listed, teach
+from ..names import Spelt, listed, teach
 from .sets import living
 from .simulation import Simulation
 
@@ -21,6 +22,8 @@ READ = ("force", "torque")
 WRITE = ("displacement", "velocity", "position")
 MISSING = ("the Python bindings of preCICE are needed: install the preCICE library (https://precice.org), then pip install "
            "pyprecice")  # fmt: skip
+# excess of the rest of a time window over the step that is rounding, over the step
+ROUNDING = 1e-9
 
 
 class _Load:
@@ -100,6 +103,37 @@ class _OnMesh:
     def take(self, what, values, into):
         into += values
 
+    def sides(self):
+        """Sides of the boundary with all nodes in the coupling mesh, {number of nodes: rows (m, nodes) of the vertices}."""
+        body = self.mesh._mesh.d.body
+        if not hasattr(body, "boundary_edges"):
+            return {}
+        row = np.full(len(body.points), -1)
+        row[self.nodes] = np.arange(len(self.nodes))
+        rows = [row[side[side >= 0]] for side in (body.boundary_edges() if self.dim == 2 else body.boundary_faces())]
+        whole = [side for side in rows if np.all(side >= 0)]
+        return {n: np.array([s for s in whole if len(s) == n]) for n in sorted({len(s) for s in whole})}
+
+
+def _check_components(precice, part):
+    """Raises ValueError for data that are scalars in the configuration and vectors here, or the other way round."""
+    for data, what in (part.read | part.write).items():
+        found, due = precice.get_data_dimensions(part.name, data), 1 if what == "torque" and part.dim == 2 else part.dim
+        if found != due:
+            kind = "scalar" if due == 1 else "vector"
+            raise ValueError(f"data {data!r} of mesh {part.name!r} have {found} components in the configuration, and {what} has "
+                             f"{due}: declare them by <data:{kind} name={data!r} />")  # fmt: skip
+
+
+def _connect(precice, part, vertices):
+    """Gives preCICE the sides between the vertices of a mesh, if a mapping of the configuration asks for them."""
+    if not isinstance(part, _OnMesh) or not precice.requires_mesh_connectivity_for(part.name):
+        return
+    calls = {2: precice.set_mesh_edges, 3: precice.set_mesh_triangles, 4: precice.set_mesh_quads}
+    for count, rows in part.sides().items():
+        if count in calls:
+            calls[count](part.name, np.asarray(vertices)[rows])
+
 
 def _cross(spin, arm, dim):
     if dim == 2:
@@ -113,7 +147,7 @@ def _moment(arm, force, dim):
     return np.cross(arm, force)
 
 
-class Coupling:
+class Coupling(Spelt):
     """A simulation as a participant of preCICE.
 
     Parameters
@@ -146,6 +180,10 @@ class Coupling:
             raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
         if not isinstance(name, str) or not name:
             raise ValueError(f"name is {name!r}: give the name of the participant in the configuration")
+        if simulation.ranks is not None and simulation.ranks.kind == "mpi":
+            raise ValueError("the simulation runs over processes of MPI, and a participant is one process: leave out ranks")
+        if not isinstance(configuration, (str, os.PathLike)):
+            raise ValueError(f"configuration is {configuration!r}: give the name of preCICE's file, precice-config.xml say")
         try:
             precice = importlib.import_module("precice")
         except ImportError as error:
@@ -156,10 +194,14 @@ class Coupling:
             )
         if not os.path.isfile(os.fspath(configuration)):
             raise FileError(configuration, "no such file", "give the configuration of preCICE, precice-config.xml say")
+        with open(configuration, "rb") as file:
+            if b"<" not in file.read(1024):
+                raise FileError(configuration, "this is no XML", "give the configuration of preCICE, precice-config.xml say")
         self.simulation, self.windows, self.repeated = simulation, 0, 0
         self._participant = precice.Participant(name, os.fspath(configuration), 0, 1)
         self._parts, self._vertices, self._done = [], [], False
         simulation.follow_rotations()
+        self._made = True
 
     def bodies(self, mesh, ids, *, points=None, owner=None, read=None, write=None):
         """Couples rigid bodies, at their centres or at points on them.
@@ -205,6 +247,8 @@ class Coupling:
                 )
             offsets = _back(self.simulation, ids, owner, points)
         read, write = self._data(mesh, read, write, True)
+        if read:
+            self._refuse_held(ids)
         part = _OnBodies(self.simulation, mesh, ids, offsets, owner, read, write)
         if read:
             self._carry(ids, part.load)
@@ -273,7 +317,9 @@ class Coupling:
         if not self._parts:
             raise ValueError("nothing is coupled: call coupling.bodies(...) or coupling.mesh(...) before run")
         every = checks.count("every", every, 1)
-        from .loop import _Recorder
+        from .loop import _Recorder, check_calls
+
+        check_calls(self.simulation, callback, probes)
 
         precice = self._participant
         self._done = True
@@ -281,13 +327,19 @@ class Coupling:
             wide = precice.get_mesh_dimensions(part.name)
             if wide != part.dim:
                 raise ValueError(f"mesh {part.name!r} of the configuration has {wide} dimensions, and the scene {part.dim}")
+            _check_components(precice, part)
             self._vertices.append(precice.set_mesh_vertices(part.name, part.places()))
+            _connect(precice, part, self._vertices[-1])
         if precice.requires_initial_data():
             self._write()
         precice.initialize()
         recorder = _Recorder(self.simulation, output, 2**53, None, overwrite, False, probes)
         try:
             self._loop(recorder, every, probes, callback, progress)
+        except BaseException:
+            with contextlib.suppress(Exception):  # so that its connections are closed
+                precice.finalize()
+            raise
         finally:
             recorder.close()
         precice.finalize()
@@ -298,7 +350,8 @@ class Coupling:
         while precice.is_coupling_ongoing():
             if precice.requires_writing_checkpoint():
                 kept = simulation.get_state()
-            h = min(simulation.dt, precice.get_max_time_step_size())
+            rest = precice.get_max_time_step_size()
+            h = rest if rest <= simulation.dt * (1 + ROUNDING) else simulation.dt
             self._read(h)
             simulation.step(h)
             self._write()
@@ -337,6 +390,17 @@ class Coupling:
         for part, vertices in zip(self._parts, self._vertices):
             for data, what in part.write.items():
                 self._participant.write_data(part.name, data, vertices, part.value(what))
+
+    def _refuse_held(self, ids):
+        """Raises ValueError for bodies that no force moves."""
+        core = self.simulation._core.scene
+        known, mass, driven = np.asarray(self.simulation.bodies.id), np.ravel(self.simulation.bodies.mass), core.body("driven")
+        held = ~np.isfinite(mass)
+        if len(driven):
+            held |= driven.ravel() == 2 ** (3 * self.simulation.scene.dim - 3) - 1
+        stuck = np.intersect1d(ids, known[held])
+        if len(stuck):
+            raise ValueError(f"body {stuck[0]} is held, and forces do not move it: couple it by write= alone")
 
     def _open(self, what):
         if self._done:

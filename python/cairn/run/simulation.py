@@ -14,7 +14,7 @@ from ..model.scene import Scene
 from ..model.scene_sets import checked_sets, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, driven_cell, first_overlaps, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .given_values import GivenValues, three
 from .info import Info
@@ -107,6 +107,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+        unit_warnings.warn(self, 3)
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         if ranks is not None:

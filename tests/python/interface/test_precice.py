@@ -1,6 +1,5 @@
 """A participant of preCICE against a partner in the same process: explicit and implicit coupling, repeated windows, substeps."""
 
-import subprocess
 import sys
 
 import cairn as cn
@@ -152,8 +151,43 @@ def test_forces_on_nodes_of_a_mesh_are_those_of_its_force(partner):
     assert np.allclose(coupling._participant.written["Displacement"], sim.meshes[0].displacement[k[-1]])
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_sides_of_a_coupled_mesh_are_given_where_a_mapping_asks(partner, dim):
+    x = np.array(np.meshgrid(*[[0.0, 1.0, 2.0]] * dim, indexing="ij")).reshape(dim, -1).T
+    k = np.arange(3**dim).reshape((3,) * dim)
+    if dim == 2:
+        cells = {"quad": np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)}
+    else:
+        low = [k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]]
+        cells = {"hexahedron": np.stack([a[..., :-1] for a in low] + [a[..., 1:] for a in low], -1).reshape(-1, 8)}
+    groups = {"foot": k[..., 0].ravel(), "top": k[..., 2].ravel()}
+    body = cn.ElasticBody(x, cells, young=1e7, poisson=0.3, density=1e3, groups=groups)
+    scene = cn.Scene(dim)
+    scene.add(cn.deformable(body, ROCK, fixed={"foot": "xyz"[:dim]}))
+    partner.partner, partner.windows, partner.connected, partner.dimensions = staticmethod(lambda t, w: {}), 1, True, dim
+    coupling = cn.precice.Coupling("Block", "precice-config.xml", cn.Simulation(scene, 0.01, EULER))
+    coupling.mesh("Mesh", 0, "top", write={"Displacement": "displacement"})
+    coupling.run()
+    sides = coupling._participant.sides["Mesh"]
+    placed = coupling._participant.meshes["Mesh"][sides]
+    assert sides.shape == ((2, 2) if dim == 2 else (4, 4)) and np.all(placed[..., -1] == 2.0)
+    assert np.allclose(np.ptp(placed[..., :-1], axis=1), 1.0), "each side is that of one cell"
+
+
+def test_a_run_that_fails_is_finalized(partner):
+    sim, ids = disk()
+    partner.partner = staticmethod(lambda t, w: {})
+    coupling = cn.precice.Coupling("A", "precice-config.xml", sim)
+    coupling.bodies("Mesh", ids, write={"Place": "position"})
+    with pytest.raises(ZeroDivisionError):
+        coupling.run(callback=lambda s: 1 / 0)
+    assert partner.log[-1] == "finalize"
+
+
 def test_mistakes_are_told(partner):
     sim, ids = disk()
+    sim.scene.add(cn.disks([(9.0, 0.0)], 0.5, ROCK, driven=("vx", "vy", "w")))
+    sim = cn.Simulation(sim.scene, 0.01, EULER)
 
     def make(**options):
         return cn.precice.Coupling(**{"name": "A", "configuration": "precice-config.xml", "simulation": sim} | options)
@@ -165,6 +199,11 @@ def test_mistakes_are_told(partner):
         (lambda: make(simulation=sim.scene), "give a cairn.Simulation"),
         (lambda: make(name=""), "name of the participant"),
         (lambda: make(configuration="nope.xml"), "nope.xml: no such file"),
+        (lambda: make(configuration=None), "configuration is None"),
+        (lambda: make(configuration=__file__ + "c"), "no such file"),
+        (lambda: make().bodies("Mesh", [1], read={"F": "force"}), "body 1 is held"),
+        (lambda: used.run(probes=[len]), "probes is"),
+        (lambda: used.run(callback=3), "callback is 3"),
         (lambda: make().run(), "nothing is coupled"),
         (lambda: make().bodies("Mesh", [99], read={"F": "force"}), "names body 99"),
         (lambda: make().bodies("Mesh", ids), "both missing"),
@@ -179,6 +218,11 @@ def test_mistakes_are_told(partner):
     ]:
         with pytest.raises((ValueError, OSError), match=words):
             call()
+    partner.components = {"Force": 1}
+    flat = make()
+    flat.bodies("Mesh", ids, read={"Force": "force"})
+    with pytest.raises(ValueError, match="have 1 components in the configuration, and force has 2: declare them by <data:vector"):
+        flat.run()
     partner.dimensions = 3
     other = make()
     other.bodies("Mesh", ids, read={"Force": "force"})
@@ -194,58 +238,3 @@ def test_missing_or_old_bindings_are_told(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "precice", type(sys)("precice"))
     with pytest.raises(ImportError, match="older than version 3"):
         cn.precice.Coupling("A", tmp_path / "x.xml", sim)
-
-
-CONFIGURATION = """<?xml version="1.0" encoding="UTF-8" ?>
-<precice-configuration>
-  <data:vector name="Force" />
-  <data:vector name="Displacement" />
-  <mesh name="Push-Mesh" dimensions="2"><use-data name="Force" /><use-data name="Displacement" /></mesh>
-  <mesh name="Grains-Mesh" dimensions="2"><use-data name="Force" /><use-data name="Displacement" /></mesh>
-  <participant name="Push">
-    <provide-mesh name="Push-Mesh" />
-    <write-data name="Force" mesh="Push-Mesh" />
-    <read-data name="Displacement" mesh="Push-Mesh" />
-  </participant>
-  <participant name="Grains">
-    <receive-mesh name="Push-Mesh" from="Push" />
-    <provide-mesh name="Grains-Mesh" />
-    <read-data name="Force" mesh="Grains-Mesh" />
-    <write-data name="Displacement" mesh="Grains-Mesh" />
-    <mapping:nearest-neighbor direction="read" from="Push-Mesh" to="Grains-Mesh" constraint="consistent" />
-    <mapping:nearest-neighbor direction="write" from="Grains-Mesh" to="Push-Mesh" constraint="consistent" />
-  </participant>
-  <m2n:sockets acceptor="Push" connector="Grains" exchange-directory="." />
-  <coupling-scheme:serial-explicit>
-    <participants first="Push" second="Grains" />
-    <max-time value="0.05" />
-    <time-window-size value="0.01" />
-    <exchange data="Force" mesh="Push-Mesh" from="Push" to="Grains" />
-    <exchange data="Displacement" mesh="Push-Mesh" from="Grains" to="Push" />
-  </coupling-scheme:serial-explicit>
-</precice-configuration>
-"""
-PUSH = """import numpy as np, precice
-p = precice.Participant("Push", "precice-config.xml", 0, 1)
-v = p.set_mesh_vertices("Push-Mesh", np.zeros((1, 2)))
-p.initialize()
-while p.is_coupling_ongoing():
-    h = p.get_max_time_step_size()
-    p.read_data("Push-Mesh", "Displacement", v, h)
-    p.write_data("Push-Mesh", "Force", v, np.array([[100.0, 0.0]]))
-    p.advance(h)
-p.finalize()
-"""
-
-
-def test_against_precice_itself(tmp_path, monkeypatch):
-    """With the library: two processes in serial explicit coupling, this one and a partner that pushes with 100 N."""
-    pytest.importorskip("precice")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "precice-config.xml").write_text(CONFIGURATION, encoding="utf-8")
-    other = subprocess.Popen([sys.executable, "-c", PUSH])
-    sim, ids = disk()
-    coupling = cn.precice.Coupling("Grains", "precice-config.xml", sim)
-    coupling.bodies("Grains-Mesh", ids, read={"Force": "force"}, write={"Displacement": "displacement"})
-    assert coupling.run() == 5 and other.wait(timeout=60) == 0
-    assert sim.bodies.velocity[0, 0] == pytest.approx(100.0 / float(sim.bodies.mass[0]) * 0.05, rel=1e-9)

@@ -1,0 +1,173 @@
+"""Warnings of stiffnesses and strengths far below the weight of bodies, as typed in MPa or GPa, and of gravity that points away
+from all walls, when a simulation is made."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..model.extents import Placed
+from ..model.law_parameters import told as meaning
+from .first_overlaps import Normals
+
+# shortening of a body under its own weight: of small displacements, of large ones
+SHORTENED, SHORTENED_LARGE = 0.1, 1.0
+# overlap of a body at rest on a plane under its own weight, over its radius
+SUNK = 0.1
+# strength over the weight of the lightest body on its section
+STRENGTH = 0.01
+
+
+class UnitsWarning(UserWarning):
+    """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa; or
+    gravity points away from all walls."""
+
+
+def warn(simulation, above):
+    """Warns of values that do not suit the weights of a scene. above: stack level of the warning."""
+    scene = simulation.scene
+    if callable(scene.gravity):
+        return
+    gravity = np.asarray(scene.gravity, float)
+    pull = float(np.linalg.norm(gravity))
+    if not pull > 0:
+        return
+    found = [_meshes(simulation, gravity), _laws(simulation, pull), _walls(simulation, gravity)]
+    for text in filter(None, found):
+        warnings.warn(text, UnitsWarning, stacklevel=above + 1)
+
+
+def _pascals(value):
+    """Two readings of a number of pascals that is too small."""
+    return f"give pascals, {value * 1e6:g} for {value:g} MPa" + (f", {value * 1e9:g} for {value:g} GPa" if value < 1e3 else "")
+
+
+def _meshes(simulation, gravity):
+    """Text on the mesh that its own weight shortens most."""
+    worst = (1.0, None)
+    for number, view in enumerate(simulation.meshes):
+        body = view._mesh.d.body
+        young, large = _young(body)
+        mass = float(np.sum(body.nodal_mass())) if young else 0.0
+        if not mass > 0:
+            continue
+        along = body.points @ gravity
+        size = np.ptp(body.points, axis=0)
+        # weight on the middle of a box about the body: rho g H / E
+        height = np.ptp(along) / np.linalg.norm(gravity)
+        section = np.prod(size) / max(height, np.max(size) * 1e-12)
+        thickness = body.given.get("thickness", 1.0) if body.dim == 2 else 1.0
+        if body.given.get("plane") == "axisymmetric":
+            thickness = 2 * np.pi * float(np.mean(body.points[:, 0]))
+        strain = mass * np.linalg.norm(gravity) / (section * thickness * young) if section > 0 else 0.0
+        share = strain / (SHORTENED_LARGE if large else SHORTENED)
+        if share > worst[0]:
+            told = f"young of mesh {number} is {young:g} Pa, and its own weight would shorten it by {strain:.3g} of its height"
+            worst = (share, f"{told}: {_pascals(young)}")
+    return worst[1]
+
+
+def _young(body):
+    """Young's modulus of a body of one material [Pa], or None; True if it bears large displacements."""
+    given = getattr(body, "given", None) or {}
+    if isinstance(given.get("young"), (int, float, np.number)):
+        return float(given["young"]), False
+    material = given.get("material")
+    names, values = getattr(material, "parameter_names", ()), getattr(material, "values", ())
+    return dict(zip(names, values)).get("young"), True
+
+
+def _weights(simulation):
+    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
+    core, contactors = simulation._core.scene, simulation.contactors
+    ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
+    owner = np.asarray(contactors.body)
+    reach = np.array(contactors.radius, float)
+    if len(contactors.offset):
+        reach += np.linalg.norm(contactors.offset, axis=1)
+    own = np.isin(owner, ids) & np.isfinite(reach)
+    radius = np.zeros(len(ids))
+    order = np.argsort(ids)
+    np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
+    driven = core.body("driven").ravel()
+    free = np.isfinite(mass) & (mass > 0) & (radius > 0)
+    if len(driven) == len(free):
+        free &= driven == 0
+    return mass[free], radius[free]
+
+
+def _laws(simulation, pull):
+    """Text on a law whose strengths or stiffness the weight of the lightest bodies exceeds."""
+    laws = list(dict.fromkeys(law for *_, law in simulation._rules if law is not None))
+    asked = [(law, _strengths(law)) for law in laws]
+    if not any(strengths or law.name in SMOOTH for law, strengths in asked):
+        return None
+    mass, radius = _weights(simulation)
+    if not len(mass):
+        return None
+    dim, depth = simulation.scene.dim, float(simulation.scene.depth)
+    section = (2 * radius) ** (dim - 1) * (depth if dim == 2 else 1.0)
+    least = float(np.min(mass * pull / section))
+    for law, strengths in asked:
+        own = type(law).__name__
+        if strengths and max(strengths.values()) < STRENGTH * least:
+            name = max(strengths, key=strengths.get)
+            return (f"{name} of {own} is {strengths[name]:g} Pa, and each body weighs {least:.3g} Pa or more on its section: "
+                    f"such bonds bear nothing; {_pascals(strengths[name])}")  # fmt: skip
+        if law.name in SMOOTH:
+            name, overlap = SMOOTH[law.name]
+            value = dict(zip(law.parameter_names, law.values))
+            with np.errstate(divide="ignore", over="ignore"):
+                sunk = float(np.min(overlap(value, mass * pull, radius) / radius))
+            if sunk > SUNK:
+                remedy = _pascals(value[name]) if name == "young" else f"give newtons per metre, {value[name] * 1e6:g} for kN/mm"
+                return f"{name} of {own} is {value[name]:g}, and bodies sink by {sunk:.3g} of their radius under their own " \
+                       f"weight: {remedy}"  # fmt: skip
+    return None
+
+
+def _strengths(law):
+    """{name: value} of the strengths of a law [Pa] that are above 0 and finite; {} of a law without bonds."""
+    if not law.bonds:
+        return {}
+    values = zip(law.parameter_names, law.values)
+    stresses = {
+        n: v for n, v in values if (meaning(type(law).__name__, n) or ("",))[0] == "Pa" and n not in ("young", "pressure")
+    }
+    return {name: value for name, value in stresses.items() if 0 < value < np.inf}
+
+
+def _hertz(value, force, radius):
+    """Overlap on a plane of equal material [m], Hertz (1882)."""
+    modulus = value["young"] / (2 * (1 - value["poisson"] ** 2))
+    return (9 * force**2 / (16 * modulus**2 * radius)) ** (1 / 3)
+
+
+SMOOTH = {
+    "linear_spring": ("stiffness", lambda value, force, radius: force / value["stiffness"]),
+    "hertz_mindlin": ("young", _hertz),
+    "jkr": ("young", _hertz),
+}
+
+
+def _walls(simulation, gravity):
+    """Text on gravity that pulls bodies away from every wall, where nothing else holds them."""
+    laws = [law for *_, law in simulation._rules if law is not None]
+    held = simulation.scene.fluids or simulation.meshes or any(law.bonds or law.name == "joint" for law in laws)
+    moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
+    if held or moved:
+        return None
+    placed = Placed(simulation._core.scene)
+    planes = np.isin(placed.shape, ["half_plane", "plane"])
+    if not np.any(planes):
+        return None
+    normals, walls = Normals(placed), np.unique(placed.owner[planes])
+    others = np.setdiff1d(np.unique(placed.owner), walls)
+    if not len(others) or not np.all(normals.free[others]):
+        return None
+    along = [float(normal @ gravity) for wall in walls for normal in normals.of(wall)[0]]
+    if min(along) < 0 or max(along) <= 0.5 * np.linalg.norm(gravity):
+        return None
+    text = ", ".join(f"{g:g}" for g in gravity)
+    return f"gravity ({text}) pulls all bodies away from every wall, along its normal: turn its sign, or the normals"
