@@ -9,7 +9,7 @@ from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
-from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_walls
+from .fluid_gaps import warn_of_beds, warn_of_gaps
 from .shown import shown
 
 FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity")
@@ -47,7 +47,6 @@ class Running:
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_gaps(bodies, position, first.spacing, slips, above=4)
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
-        warn_of_walls(small, [b for b, slip in zip(bodies, slips) if 0 < slip <= FreeSlip.number], above=4)
         warn_of_beds(small, [self._grain(b)[0] for b in small], first.spacing, first.smoothing, above=4)
 
     def _refuse(self, scene):
