@@ -10,7 +10,7 @@ from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from ..names import listed
-from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_walls
+from .fluid_gaps import warn_of_beds, warn_of_gaps
 from .shown import shown
 
 MOVED = "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start"
@@ -49,7 +49,6 @@ class Running:
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_gaps(bodies, position, first.spacing, slips, above=4)
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
-        warn_of_walls(small, [b for b, slip in zip(bodies, slips) if 0 < slip <= FreeSlip.number], above=4)
         warn_of_beds(small, [self._grain(b)[0] for b in small], first.spacing, first.smoothing, above=4)
 
     def _refuse(self, scene):

@@ -75,28 +75,6 @@ def _surface(body, spacing):
     return place + body.position, normal
 
 
-
-def warn_of_walls(grains, met, above):
-    """Warns where grains may come to lie beside surfaces that the liquid meets.
-
-    Parameters
-    ----------
-    grains : list
-        Grains that the liquid drags.
-    met : list
-        Contactors whose surfaces it meets.
-    above : int
-        Frames above the caller to which the warning points.
-    """
-    if grains and met:
-        warnings.warn(
-            "grains beside walls: particles of the liquid among grains within three spacings of a wall may lose their place "
-            "within tenths of a second and go through it; keep grains farther off, or watch sim.fluid.velocity there",
-            FluidWarning,
-            stacklevel=above + 1,
-        )
-
-
 DENSE, WIDE = 0.4, 2.0  # share of space that grains take, and length of the kernel over the spacing from which it is enough
 
 

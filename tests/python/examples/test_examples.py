@@ -354,6 +354,13 @@ def test_floating_block(tmp_path):
     assert figures["mean lift over weight"] == pytest.approx(1, abs=0.1)
 
 
+def test_collapse_in_water(tmp_path):
+    size = ["--radius", "0.014", "--spacing", "0.04", "--seconds", "0.4", "--dt", "0.004", "--frames", "10"]
+    figures = ran("collapse_in_water", tmp_path, *size, endings=(".vtkhdf", "_dry.vtkhdf", ".png"))
+    assert figures["front at the end, in water"] < 0.95 * figures["front at the end, in air"]
+    assert figures["front at the end, in water"] > 1.2
+
+
 def test_disc_brake(tmp_path):
     figures = ran("disc_brake", tmp_path, "--along", "6", "--first", "1e-4", "--dt", "2e-3", endings=(".vtkhdf", ".png", ".csv"))
     assert figures["steps solved, contacts and heat"] == figures["steps"]

@@ -274,8 +274,6 @@ def test_wrong_grains_are_refused(tmp_path):
     bed = cn.disks(lattice((0, 0), (1, 0.4), (14, 6)), 0.034, sand)
     with pytest.warns(UserWarning, match="give cn.fluid\\(smoothing=2\\)"):
         start(bed)
-    with pytest.warns(UserWarning, match="grains beside walls"):
-        start(cn.disks([[0.5, 0.1]], 0.04, sand))
     sim = start(cn.polygons(square, sand, position=[[0.5, 0.5]]))
     sim.run(steps=2, output=tmp_path / "a.vtkhdf", progress=False)
     run = cn.load(tmp_path / "a.vtkhdf")
