@@ -3,7 +3,8 @@
 module granular_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use granular_normal, only: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, tear_energy, hooke, jkr_contact
+  use granular_normal, only: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, touching, tear_energy, hooke, &
+                             jkr_contact
   use spring_slider, only: damp, slide, damping_of
   use spin_springs, only: roll, constant_torque
   implicit none
@@ -43,7 +44,7 @@ contains
     before = state(:, s_touched) > 0
     touched = gap < 0
     if (model == jkr_contact) &
-      touched = touched .or. (before .and. gap <= tear_gap(neck_of(modulus_of(params), params(p_work)), geometry(:, 2)))
+      call touching(n, neck_of(modulus_of(params), params(p_work)), geometry(:, 2), gap, before, touched)
     touch = merge(1.0_c_double, 0.0_c_double, touched)
     call normal_force(n, model, modulus_of(params), params(p_work), gap, geometry(:, 2), touched, elastic, a, k, stored)
     call damping_coefficient(n, model, nint(params(p_damping)), params(p_value), a, k, geometry(:, 3), dashpot)

@@ -2,11 +2,11 @@
 !> contact, with the pull of Derjaguin, Muller & Toporov (1975), or of Johnson, Kendall & Roberts (1971).
 module granular_normal
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
-  use jkr, only: neck_of, fold_of, tear_gap, stored_in_neck
+  use jkr, only: neck_of, fold_of, tear_gap, stored_in_neck, contact_radius, touching
   use spring_slider, only: damping_of
   implicit none
   private
-  public :: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, tear_energy, hooke, hertz, dmt, jkr_contact
+  public :: normal_force, damping_coefficient, pull_off, neck_of, tear_gap, touching, tear_energy, hooke, hertz, dmt, jkr_contact
   integer, parameter :: hooke = 0, hertz = 1, dmt = 2, jkr_contact = 3
   integer, parameter :: by_restitution = 0, by_tsuji = 1, viscous = 2, of_mass = 3, viscoelastic = 4
   real(c_double), parameter :: pi = acos(-1.0_c_double)
@@ -100,26 +100,4 @@ contains
     real(c_double) :: energy
     energy = stored_in_neck(modulus, b, radius, fold_of(b, radius))
   end function tear_energy
-
-  !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex.
-  pure subroutine contact_radius(n, b, radius, gap, touches, a)
-    integer(c_int32_t), intent(in) :: n
-    real(c_double), intent(in)     :: b, radius(n), gap(n)
-    logical, intent(in)            :: touches(n)
-    real(c_double), intent(out)    :: a(n)
-    real(c_double) :: s, fall, slope
-    integer :: i, k
-    do i = 1, n
-      s = 0
-      if (touches(i)) s = sqrt(sqrt(radius(i)*max(-gap(i), 0.0_c_double))) + (b*radius(i))**(1.0_c_double/3)
-      do k = 1, 100
-        slope = 4*s**3/radius(i) - b
-        if (.not. slope > 0) exit
-        fall = (s**4/radius(i) - b*s + gap(i))/slope
-        s = s - max(fall, 0.0_c_double)
-        if (.not. fall > 4*epsilon(s)*s) exit
-      end do
-      a(i) = s**2
-    end do
-  end subroutine contact_radius
 end module granular_normal

@@ -1,12 +1,13 @@
 !> Adhesive elastic spheres (Johnson, Kendall & Roberts 1971): contact begins where surfaces touch and ends where the neck
 !> tears, at a pull of 1.5 pi w R. Tangentially as Hertz-Mindlin, with the limit mu (f_n + 3 pi w R) (Thornton & Yin 1991).
 module jkr
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use spring_slider, only: slide, damping_of, damp
   implicit none
   private
-  public :: cairn_law_jkr_force, cairn_law_jkr_stiffness, neck_of, fold_of, tear_gap, stored_in_neck
+  public :: cairn_law_jkr_force, cairn_law_jkr_stiffness, neck_of, fold_of, tear_gap, &
+            stored_in_neck, contact_radius, touching
   real(c_double), parameter :: pi = acos(-1.0_c_double)
 contains
 
@@ -23,7 +24,7 @@ contains
     real(c_double), intent(inout), optional :: energy(n, 4) !< stored, dissipated by damping and tearing, by friction;
     !< released by tangential springs as their stiffness changed [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n), stiffer(n), slope
+    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n), stiffer(n), touch(n), slope
     logical :: touched(n), before(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
@@ -32,23 +33,28 @@ contains
     ratio = 2*sqrt(5.0_c_double/6)*damping_of(params(4))
     b = neck_of(normal, params(2))
     before = state(:, 1) > 0
-    touched = gap < 0 .or. (before .and. gap <= tear_gap(b, geometry(:, 2)))
+    call touching(n, b, geometry(:, 2), gap, before, touched)
     call contact_radius(n, b, geometry(:, 2), gap, touched, a)
+    !$omp simd
     do i = 1, n
       elastic(i) = 4*normal*a(i)**3/(3*geometry(i, 2)) - 2*normal*b*a(i)*sqrt(a(i))
       damping(i) = ratio*sqrt(2*normal*a(i)*geometry(i, 3))
     end do
     f(:, 1) = elastic
     call damp(n, context%h, geometry(:, 3), damping, u(:, 1), f(:, 1))
+    touch = merge(1.0_c_double, 0.0_c_double, touched)
+    !$omp simd
     do i = 1, n
-      limit(i) = params(5)*max(f(i, 1) + 3*pi*params(2)*geometry(i, 2), 0.0_c_double)
+      limit(i) = merge(params(5)*max(f(i, 1) + 3*pi*params(2)*geometry(i, 2), 0.0_c_double), 0.0_c_double, touch(i) > 0)
       tangential(i) = 8*shear*a(i)
       damping(i) = ratio*sqrt(tangential(i)*geometry(i, 3))
-      if (touched(i)) cycle
-      f(i, 1) = 0
-      limit(i) = 0
-      state(i, :) = 0
+      f(i, 1) = merge(f(i, 1), 0.0_c_double, touch(i) > 0)
     end do
+    if (.not. all(touched)) then
+      do i = 1, n
+        if (.not. touched(i)) state(i, :) = 0
+      end do
+    end if
     if (present(energy)) then
       energy(:, 1) = stored_in_neck(normal, b, geometry(:, 2), a)
       energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
@@ -57,12 +63,14 @@ contains
       energy(:, 3) = 0
     end if
     state(:, 1) = merge(1.0_c_double, 0.0_c_double, touched)
-    stiffer = 0 ! the contact radius changes with the overlap by da/ddelta, up to its own size near the fold
-    do i = 1, n
-      slope = 0
-      if (a(i) > 0) slope = 2*a(i)/geometry(i, 2) - 0.5_c_double*b/sqrt(a(i))
-      if (slope > 0) stiffer(i) = max(-1.0_c_double, min(1.0_c_double, context%h*u(i, 1)/(slope*a(i))))
-    end do
+    if (present(energy)) then
+      !$omp simd private(slope)
+      do i = 1, n ! the contact radius changes with the overlap by da/ddelta, up to its own size near the fold
+        slope = 2*a(i)/geometry(i, 2) - 0.5_c_double*b/sqrt(max(a(i), tiny(b)))
+        slope = merge(slope*a(i), 0.0_c_double, a(i) > 0)
+        stiffer(i) = merge(max(-1.0_c_double, min(1.0_c_double, context%h*u(i, 1)/max(slope, tiny(b)))), 0.0_c_double, slope > 0)
+      end do
+    end if
     call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy, stiffer)
   end subroutine cairn_law_jkr_force
 
@@ -109,6 +117,20 @@ contains
     gap = 0.75_c_double*b*sqrt(fold_of(b, radius))
   end function tear_gap
 
+  !> Bodies touch, and those that did hold together up to the gap at which the neck tears.
+  pure subroutine touching(n, b, radius, gap, before, touched)
+    integer(c_int32_t), intent(in) :: n
+    real(c_double), intent(in)     :: b, radius(n), gap(n)
+    logical, intent(in)            :: before(n)
+    logical, intent(out)           :: touched(n)
+    integer :: i
+    do i = 1, n
+      touched(i) = gap(i) < 0
+      if (gap(i) < 0 .or. .not. before(i)) cycle ! for a power costs as much as the rest of the law
+      touched(i) = gap(i) <= tear_gap(b, radius(i))
+    end do
+  end subroutine touching
+
   !> Elastic less surface energy, the integral of f_n over delta from a = 0.
   elemental function stored_in_neck(normal, b, radius, a) result(energy)
     real(c_double), intent(in) :: normal, b, radius, a
@@ -116,28 +138,57 @@ contains
     energy = normal*a**2*(8*a**3/(15*radius**2) - 4*b*a*sqrt(a)/(3*radius) + 0.5_c_double*b**2)
   end function stored_in_neck
 
-  !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex.
+  !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex. A lane that has come
+  !> to rest stays, so that no contact depends on those beside it.
   pure subroutine contact_radius(n, b, radius, gap, touched, a)
     integer(c_int32_t), intent(in) :: n
     real(c_double), intent(in)     :: b, radius(n), gap(n)
     logical, intent(in)            :: touched(n)
     real(c_double), intent(out)    :: a(n)
-    real(c_double) :: s(n), fall, slope
-    logical :: moving
+    real(c_double) :: s(n), most(n), inverse(n), slope, fall, cube, moving
     integer :: i, k
-    s = 0
-    where (touched) s = sqrt(sqrt(radius*max(-gap, 0.0_c_double))) + (b*radius)**(1.0_c_double/3)
+    call upper_cube_roots(n, b, radius, most)
+    !$omp simd
+    do i = 1, n
+      s(i) = sqrt(sqrt(radius(i)*max(-gap(i), 0.0_c_double))) + most(i)
+      inverse(i) = 1/radius(i)
+    end do
+    where (.not. touched) s = 0
     do k = 1, 100
-      moving = .false.
+      moving = 0
+      !$omp simd private(slope, fall, cube) reduction(max:moving)
       do i = 1, n
-        slope = 4*s(i)**3/radius(i) - b
-        if (.not. slope > 0) cycle
-        fall = (s(i)**4/radius(i) - b*s(i) + gap(i))/slope
-        moving = moving .or. fall > 4*epsilon(s)*s(i)
-        s(i) = s(i) - max(fall, 0.0_c_double)
+        cube = s(i)*s(i)*s(i)*inverse(i)
+        slope = 4*cube - b
+        fall = (s(i)*cube - b*s(i) + gap(i))/max(slope, tiny(b))
+        fall = merge(fall, 0.0_c_double, slope > 0 .and. fall > 4*epsilon(b)*s(i))
+        moving = max(moving, fall)
+        s(i) = s(i) - fall
       end do
-      if (.not. moving) exit
+      if (.not. moving > 0) exit
     end do
     a = s**2
   end subroutine contact_radius
+
+  !> Numbers a little above (b R)^(1/3), b > 0: a power of the bits of R/b^2, which has no unit, and a step of Newton's method,
+  !> which ends above the root (arithmetic and geometric mean).
+  pure subroutine upper_cube_roots(n, b, radius, root)
+    integer(c_int32_t), intent(in) :: n
+    real(c_double), intent(in)     :: b, radius(n)
+    real(c_double), intent(out)    :: root(n)
+    real(c_double), parameter :: bits_of_one = 1023*2.0_c_double**52
+    real(c_double) :: x, y, square
+    integer :: i
+    square = b*b
+    if (.not. square > tiny(b)) then
+      root = (b*radius)**(1.0_c_double/3)
+      return
+    end if
+    !$omp simd private(x, y)
+    do i = 1, n
+      x = min(radius(i)/square, 1e300_c_double)
+      y = transfer(int((real(transfer(x, 0_c_int64_t), c_double) + 2*bits_of_one)/3, c_int64_t), 0.0_c_double)
+      root(i) = b*(2*y + x/(y*y))/3
+    end do
+  end subroutine upper_cube_roots
 end module jkr
