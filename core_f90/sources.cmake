@@ -13,6 +13,7 @@ set(CAIRN_CORE_SOURCES
   contact_laws/cohesive_error.f90
   contact_laws/cohesive_history.f90
   contact_laws/cohesive_zone.f90
+  contact_laws/cone_refinement.f90
   contact_laws/coulomb_cone.f90
   contact_laws/dry_friction.f90
   contact_laws/granular_normal.f90

@@ -10,7 +10,7 @@ module batch_kinematics
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
-  public :: open_batch, load_bodies, relative_velocity, bare_velocity, add_impulse, delassus_block, batch_view
+  public :: open_batch, load_bodies, load_moved, relative_velocity, bare_velocity, add_impulse, delassus_block, batch_view
 
   !> A batch with its blocks as Fortran arrays (component c of contact i at (c-1) n + i).
   type :: batch_view
@@ -162,7 +162,6 @@ contains
     type(cairn_record), intent(in)  :: general(0:*)             !< further inertia of bodies, read by wide sides alone
     real(c_double), intent(out)     :: va(view%n, view%width_a) !< columns of side A
     real(c_double), intent(out)     :: vb(view%n, view%width_b) !< columns of side B
-    type(cairn_record) :: line(max_batch)
     if (view%mapped_a) then
       call load_mapped(view%n, view%contacts, view%dim, view%nodes_a, view%dof_a, view%lever_a, view%velocity, va)
       if (view%c > view%dim) va(:, view%dim + 1:view%c) = 0
@@ -170,9 +169,9 @@ contains
         view%spin_a, view%velocity, va(1, view%dim + 1))
       if (view%reached_a) call add_reaches(view, view%body_a, view%node_a, view%lever_a, view%spin_a, va)
     else
-      call load_records(view%n, view%numbers, view%body_a, record, line, va)
+      call load_records(view%n, view%numbers, view%body_a, record, va)
       if (view%width_a > record_size) &
-        call load_records(view%n, record_size, view%body_a, general, line, va(1, record_size + 1))
+        call load_records(view%n, record_size, view%body_a, general, va(1, record_size + 1))
     end if
     if (view%mapped_b) then
       call load_mapped(view%n, view%contacts, view%dim, view%nodes_b, view%dof_b, view%lever_b, view%velocity, vb)
@@ -181,12 +180,32 @@ contains
         view%spin_b, view%velocity, vb(1, view%dim + 1))
       if (view%reached_b) call add_reaches(view, view%body_b, view%node_b, view%lever_b, view%spin_b, vb)
     else
-      call load_records(view%n, view%numbers, view%body_b, record, line, vb)
+      call load_records(view%n, view%numbers, view%body_b, record, vb)
       if (view%width_b > record_size) &
-        call load_records(view%n, record_size, view%body_b, general, line, vb(1, record_size + 1))
+        call load_records(view%n, record_size, view%body_b, general, vb(1, record_size + 1))
     end if
     if (associated(view%rope)) call load_ropes(view%contacts, view%velocities, view%rope_body, record, view%rope)
   end subroutine load_bodies
+
+  !> Records of the sides that impulses move by them, all that add_impulse reads: nodes of meshes have none.
+  subroutine load_moved(batch, view, record, general, va, vb)
+    type(cairn_batch), intent(in)   :: batch
+    type(batch_view), intent(in)    :: view
+    type(cairn_record), intent(in)  :: record(0:*)              !< velocity records of bodies
+    type(cairn_record), intent(in)  :: general(0:*)             !< further inertia of bodies, read by wide sides alone
+    real(c_double), intent(inout)   :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(inout)   :: vb(view%n, view%width_b) !< columns of side B
+    if (batch%moves_a /= 0 .and. .not. view%mapped_a) then
+      call load_records(view%n, view%numbers, view%body_a, record, va)
+      if (view%width_a > record_size) &
+        call load_records(view%n, record_size, view%body_a, general, va(1, record_size + 1))
+    end if
+    if (batch%moves_b /= 0 .and. .not. view%mapped_b) then
+      call load_records(view%n, view%numbers, view%body_b, record, vb)
+      if (view%width_b > record_size) &
+        call load_records(view%n, record_size, view%body_b, general, vb(1, record_size + 1))
+    end if
+  end subroutine load_moved
 
   !> Adds the effect of impulses to the velocities of sides on bodies with a reach.
   subroutine add_reaches(view, body, node, weight, spin, v)

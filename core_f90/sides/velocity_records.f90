@@ -1,5 +1,4 @@
-!> Velocity records of bodies, one cache line each, to and from the contacts of a batch. Whole records are copied in, then turned
-!> into columns in the first cache: gathers of single numbers are several times slower.
+!> Velocity records of bodies, one cache line each, to and from the contacts of a batch.
 module velocity_records
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use contact_batch, only: cairn_record
@@ -8,32 +7,27 @@ module velocity_records
   public :: load_records, store_records, add_to_hub
 contains
 
-  !> v(i, k) = record(k, body(i)), of the numbers that a record has.
-  subroutine load_records(n, columns, body, record, line, v)
+  !> v(i, k) = record(k, body(i)), of the numbers that a record has. Numbers are loaded one by one, as store_records wrote them: a
+  !> wide load waits until such stores are in the cache, and a body is often in the batch before.
+  subroutine load_records(n, columns, body, record, v)
     integer(c_int32_t), value     :: n                        !< contacts
     integer(c_int32_t), value     :: columns                  !< 6 in the plane, else 8
     integer(c_int32_t), intent(in) :: body(n)                 !< places of the records, from 0
     type(cairn_record), intent(in) :: record(0:*)            !< records
-    type(cairn_record), intent(out) :: line(n)               !< workspace
     real(c_double), intent(out)   :: v(n, columns)            !< columns
-    integer :: i
-    do i = 1, n
-      line(i) = record(body(i))
+    integer :: i, k
+    do i = 1, n - 3, 4
+      do k = 1, columns
+        v(i, k) = record(body(i))%x(k)
+        v(i + 1, k) = record(body(i + 1))%x(k)
+        v(i + 2, k) = record(body(i + 2))%x(k)
+        v(i + 3, k) = record(body(i + 3))%x(k)
+      end do
     end do
-    !$omp simd
-    do i = 1, n
-      v(i, 1) = line(i)%x(1)
-      v(i, 2) = line(i)%x(2)
-      v(i, 3) = line(i)%x(3)
-      v(i, 4) = line(i)%x(4)
-      v(i, 5) = line(i)%x(5)
-      v(i, 6) = line(i)%x(6)
-    end do
-    if (columns == 6) return
-    !$omp simd
-    do i = 1, n
-      v(i, 7) = line(i)%x(7)
-      v(i, 8) = line(i)%x(8)
+    do i = n - mod(n, 4) + 1, n
+      do k = 1, columns
+        v(i, k) = record(body(i))%x(k)
+      end do
     end do
   end subroutine load_records
 

@@ -9,7 +9,7 @@ module nlgs
   use radial_sweep, only: sweep_radial2, sweep_radial3, sweep_associated2, sweep_associated3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
   use contacts_in_turn, only: sweep_in_turn
-  use coulomb_cone, only: refine_cone3
+  use cone_refinement, only: refine_cone3
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private

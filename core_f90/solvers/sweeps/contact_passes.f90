@@ -5,7 +5,7 @@ module contact_passes
   use contact_schedule, only: schedule_view, open_schedule
   use contact_velocity, only: contact_columns, find_columns
   use radial_passes, only: radial_impulse2, radial_impulse3
-  use batch_kinematics, only: batch_view, open_batch, load_bodies, bare_velocity, add_impulse, delassus_block
+  use batch_kinematics, only: batch_view, open_batch, load_bodies, load_moved, bare_velocity, add_impulse, delassus_block
   use contacts_in_turn, only: give_in_turn
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
@@ -59,7 +59,7 @@ contains
       return
     end if
     vb = 1 + view%width_a*view%n
-    call load_bodies(view, record, general, work(1), work(vb))
+    call load_moved(batch, view, record, general, work(1), work(vb))
     call add_impulse(batch, view, view%r, work(1), work(vb), record)
   end subroutine impulses_of_batch
 

@@ -56,11 +56,13 @@ bool SolidZones::alone(const ContactSystem& system) {
 
 void SolidZones::keep_start(ContactSystem& system) { read_impulses(system, SolidMemory::of(system).start); }
 
-// Springs and friction of a batch at these velocities; at the begin with the damage at hand.
-void SolidZones::read(const cairn_batch& b, const double* u) {
+// Springs and friction of a batch at these velocities, with their changes if `slopes`; at the begin with the damage at
+// hand.
+void SolidZones::read(const cairn_batch& b, const double* u, bool slopes) {
   const int n = b.count, c = b.components;
   if (is_zone(b)) {
-    zone_of(b.law)(n, c, u, b.params, b.state, spring_, pull_, fall_, mu_, rise_, beta_);
+    zone_of(b.law)(n, c, u, b.params, b.state, spring_, pull_, slopes ? fall_ : nullptr, mu_, slopes ? rise_ : nullptr,
+                   beta_);
     return;
   }
   for (double* column : {spring_, pull_, fall_, rise_}) std::fill_n(column, c * n, 0.0);
@@ -83,7 +85,7 @@ void SolidZones::begin() {
   for (std::size_t k = 0; k < solid_.system.batches.size(); ++k) {
     const cairn_batch& b = solid_.system.batches[k];
     const int n = b.count;
-    read(b, none_.data());
+    read(b, none_.data(), false);
     double* multiplier = &multiplier_[place_[k]];
     for (int lane = 0; lane < b.contacts; ++lane) {
       multiplier[lane] = std::max(0.0, at(b, b.r, lane, 0));
@@ -147,7 +149,7 @@ void SolidZones::bear_springs(std::size_t k, const double* u, Stiffness by, doub
   const int n = b.count, c = b.components;
   const bool begins = by == Stiffness::start;
   if (begins) std::fill_n(still_, c * n, 0.0);
-  read(b, begins ? still_ : u);
+  read(b, begins ? still_ : u, answer != nullptr);
   for (int lane = 0; lane < b.contacts; ++lane) {
     for (int i = 0; i < c; ++i) bears[i * n + lane] = -(spring_[i * n + lane] * u[i * n + lane] + pull_[i * n + lane]);
     if (!answer) continue;

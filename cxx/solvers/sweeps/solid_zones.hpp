@@ -20,7 +20,7 @@ private:
   // Stiffness of a pass: at the start by the damage and the pressed contacts of the last step, then tangents; secants
   // where the factors of tangents do not exist.
   enum class Stiffness { start, tangent, secant };
-  void read(const cairn_batch& b, const double* u);
+  void read(const cairn_batch& b, const double* u, bool slopes);
   void begin();
   void go_to_start();
   void find_velocities();

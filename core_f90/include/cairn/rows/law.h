@@ -10,7 +10,8 @@ extern "C" {
 
 /* A cohesive zone as an element of a solid: r = -(spring u + pull) beside a contact of friction mu (n), with the
  * intensity beta (n) that the velocity u (n, c), bias included, allows. fall (n, c): relative change of the intensity
- * of the springs with the velocity, rise (n, c): change of the friction. params, state as solve has them. */
+ * of the springs with the velocity, rise (n, c): change of the friction, either null if nobody asks. params, state as
+ * solve has them. */
 typedef void cairn_law_zone(int32_t n, int32_t c, const double* u, const double* params, const double* state,
                             double* spring, double* pull, double* fall, double* mu, double* rise, double* beta);
 #define CAIRN_LAW(name, ...)                                                                                           \
