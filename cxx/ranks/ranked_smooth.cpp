@@ -12,6 +12,27 @@
 
 namespace cairn {
 
+namespace {
+
+constexpr std::size_t of_cell = 10; // sums over the contacts across its sides
+
+// How fast images come nearer to each other where the cell changes its shape, half of it for each side [m/s].
+double spread_of(const Cell& cell) {
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    double square = 0;
+    for (int i = 0; i < 3; ++i) {
+      double rate = 0;
+      for (int j = 0; j < 3; ++j) rate += cell.velocity_gradient[i + 3 * j] * cell.vectors[j + 3 * k];
+      square += rate * rate;
+    }
+    sum += std::sqrt(square);
+  }
+  return sum / 2;
+}
+
+} // namespace
+
 std::vector<std::string_view> RankedSmooth::stages(const Simulation&) const {
   return {"kick_and_drift", "find_neighbours", "compute_forces", "add_forces", "kick", "gather"};
 }
@@ -59,7 +80,6 @@ double RankedSmooth::next_way(const Part& part, std::int64_t body, double h) con
 const StepReport& RankedSmooth::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, 0.5, settings().renumber_every);
-  if (s.scene.cell.moves()) refuse("the periodic cell follows a stress under SmoothDEM");
   s.scene.activate(Need::smooth);
   const Threads threads(settings().threads, s.scene.bodies.count);
   double law = 0;
@@ -84,7 +104,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
       for (std::size_t i = 0; i < part.bodies.size(); ++i)
         of_part.push_back(law / 2 + 1.01 * next_way(part, std::int64_t(i), h));
     }
-    const double needed = farthest(ways);
+    const double needed = farthest(ways) + h * spread_of(parts_[0].simulation->scene.cell);
     if (2 * needed <= reach_) break;
     if (tries == 20 || !std::isfinite(needed))
       throw Error("bodies move too far in a step of " + std::to_string(h) + " s for ghosts to be found: lower dt");
@@ -170,7 +190,8 @@ void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Ord
   order.known = !twins;
 }
 
-// Forces of own pairs with images times the shifts of these, for the stress of the cell: (9) sums [N m].
+// Forces of own pairs with images times the shifts of these, for the stress of the cell: (9) sums [N m]; then their
+// effective masses [kg].
 void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums) {
   const int dim = s.scene.dim;
   for (const std::int32_t p : order.owned) {
@@ -179,6 +200,7 @@ void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, co
     image_shift(s.scene.cell, list.image[p], shift);
     for (int j = 0; j < dim; ++j)
       for (int k = 0; k < dim; ++k) sums[k + 3 * j].add(-list.force[std::int64_t(p) * dim + k] * shift[j]);
+    sums[9].add(list.across[std::size_t(p)]);
   }
 }
 
@@ -197,7 +219,7 @@ void RankedSmooth::add_forces(Part& part, std::array<Order, 2>& orders, std::vec
     if (!order.known || order.list != of(part).lists_made() || k > 0) put_in_order(part, list, order);
     order.list = of(part).lists_made();
     own += std::ranges::count_if(order.owned, [&](std::int32_t p) { return list.active[p] != 0; });
-    if (s.scene.cell.any()) add_stress(s, list, order, &on_all[on_all.size() - 9]);
+    if (s.scene.cell.any()) add_stress(s, list, order, &on_all[on_all.size() - of_cell]);
     for (const Order::OnAll& one : order.on_all) {
       ExactSum* sum = &on_all[std::size_t(place[std::size_t(part.bodies[std::size_t(one.body)])]) * nd];
       for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.push[std::size_t(one.push) * nd + c]);
@@ -225,7 +247,7 @@ void RankedSmooth::total_forces(Simulation& s, bool damped) {
   std::int32_t all = 0;
   for (std::size_t i = 0; i < place.size(); ++i)
     if (everywhere_[i]) place[i] = all++;
-  std::vector<ExactSum> sums(std::size_t(all * nd) + 9); // and of the stress of the cell
+  std::vector<ExactSum> sums(std::size_t(all * nd) + of_cell);
   contacts_.assign(std::size_t(exchange_->ranks()), 0);
   if (orders_of_ != partitions_) orders_.assign(parts_.size(), {});
   orders_of_ = partitions_;
@@ -239,8 +261,11 @@ void RankedSmooth::total_forces(Simulation& s, bool damped) {
         for (int k = 0; k < nd; ++k) total[std::int64_t(i)][k] = sums[std::size_t(from * nd + k)].value();
     if (damped) of(part).damp(*part.simulation);
     Cell& cell = part.simulation->scene.cell;
+    double across[of_cell];
+    for (std::size_t e = 0; e < of_cell; ++e) across[e] = sums[sums.size() - of_cell + e].value();
     for (std::size_t e = 0; e < 9 && cell.volume(s.scene.dim) > 0; ++e)
-      cell.stress[e] = sums[sums.size() - 9 + e].value() / cell.volume(s.scene.dim);
+      cell.stress[e] = across[e] / cell.volume(s.scene.dim);
+    if (damped && cell.any()) of(part).follow_stress(cell, across);
   }
   follow_ghosts(&Bodies::contact_force);
 }

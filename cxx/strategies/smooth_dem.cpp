@@ -170,7 +170,12 @@ void SmoothDem::compute_forces(Simulation& s) {
                        list.other.data(), b.contact_force.values.data());
     });
   if (!keeps_pushes) damp(s);
-  if (h_ > 0 && s.scene.cell.any()) follow_stress(s, n);
+  if (h_ > 0 && s.scene.cell.any() && !keeps_pushes) {
+    double sum[10] = {};
+    for (std::int64_t t = 0; t < n; ++t)
+      for (int k = 0; k < 10; ++k) sum[k] += sums_[std::size_t(sums_of_tile * t + 24 + k)];
+    follow_stress(s.scene.cell, sum);
+  }
   contactors_seen_ = s.scene.next_contactor_id;
   forces_known_ = true;
 }

@@ -214,8 +214,8 @@ double SmoothDem::growth_work(const Simulation& s, const NeighbourList& list, co
 }
 
 // Forces of contacts with images times the shifts of these, and their effective masses.
-void SmoothDem::add_cell_forces(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
-                                int count, int m, const Lanes& w, double* sums) const {
+void SmoothDem::add_cell_forces(const Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                                int m, const Lanes& w, double* sums) const {
   for (int i = 0; i < count; ++i) {
     const std::int64_t p = batch.first + w.lane[i] - 1;
     if (list.image[p] == own_image) continue;
@@ -224,6 +224,7 @@ void SmoothDem::add_cell_forces(const Simulation& s, const NeighbourList& list, 
     for (int j = 0; j < dim_; ++j)
       for (int k = 0; k < dim_; ++k) sums[24 + k + 3 * j] -= list.force[p * dim_ + k] * shift[j];
     sums[33] += w.geometry[2 * m + i];
+    if (keeps_pushes) list.across[std::size_t(p)] = w.geometry[2 * m + i];
   }
 }
 
@@ -231,11 +232,7 @@ void SmoothDem::add_cell_forces(const Simulation& s, const NeighbourList& list, 
 // moving_cell.hpp, less a share against the rate (Cundall 1987): the cell is as heavy as all bodies, so that dashpots
 // of contacts hardly damp it, and the stress swings by the root of stiffness over pressure. Its inertia is at least
 // twice the effective masses of the contacts across its sides, so that it is as stable as these.
-void SmoothDem::follow_stress(Simulation& s, std::int64_t n) {
-  Cell& cell = s.scene.cell;
-  double sum[10] = {};
-  for (std::int64_t t = 0; t < n; ++t)
-    for (int k = 0; k < 10; ++k) sum[k] += sums_[std::size_t(sums_of_tile * t + 24 + k)];
+void SmoothDem::follow_stress(Cell& cell, const double sum[10]) const {
   const double volume = cell.volume(dim_), mass = std::max(settings.mass_scale * cell.mass, 2 * sum[9]);
   for (int j = 0; j < dim_; ++j)
     for (int i = 0; i < dim_; ++i) {

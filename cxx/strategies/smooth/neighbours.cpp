@@ -270,6 +270,7 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   list.force.assign(pairs * dim_, 0);
   list.moment.assign(turns_ ? pairs * (2 * dim_ - 3) : 0, 0);
   list.push.resize(keeps_pushes ? 2 * pairs * s.scene.bodies.dofs() : 0);
+  list.across.assign(keeps_pushes && s.scene.cell.any() ? pairs : 0, 0);
   list.active.assign(pairs, 0);
   list.loss.assign(counts_loss_ ? pairs : 0, 0);
   cut_batches(s, shaped, kinds, list);

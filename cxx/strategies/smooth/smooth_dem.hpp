@@ -28,6 +28,7 @@ struct NeighbourList {
   Array<double> loss;   // (pairs) to damping and friction in the step, if anyone asks for it [J]
   Array<double> moment; // (1 | 3, pairs) on A, where laws have one [N m]
   Array<double> push;   // (dofs, 2 pairs), of a batch on all A, then on all B, where they are kept [N, N m]
+  Array<double> across; // (pairs) effective masses of those across the sides of a cell, where pushes are kept [kg]
   Array<std::int8_t> active;
   Array<std::int32_t> source;                   // of contacts of shapes: their numbers among those that were found
   std::vector<std::int64_t> start, begin, slot; // of groups of pairs, as they are laid out
@@ -54,6 +55,10 @@ public:
   // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
   // throws and does not restore bodies: go back to a checkpoint.
   const StepReport& step(Simulation& s, double h) override;
+
+  // Rates of a cell that follows a stress, by sums over the contacts across its sides: forces times shifts (9) [N m],
+  // effective masses [kg].
+  void follow_stress(Cell& cell, const double sum[10]) const;
 
   // The stages of step(), in its order.
   void begin_step(Simulation& s, double h);
@@ -125,9 +130,8 @@ private:
   void lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list);
   void cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const;
   void join_first(const Simulation& s, NeighbourList& list) const;
-  void add_cell_forces(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
-                       int m, const Lanes& w, double* sums) const;
-  void follow_stress(Simulation& s, std::int64_t n);
+  void add_cell_forces(const Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, int count, int m,
+                       const Lanes& w, double* sums) const;
   void damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const;
   void add_memory(const NeighbourList& list, ContactMemory& m) const;
   ContactKey key_of(const NeighbourList& list, std::int64_t p) const;

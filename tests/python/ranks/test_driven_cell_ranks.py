@@ -80,13 +80,15 @@ SPRING = cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_smooth_contacts(dim):
+@pytest.mark.parametrize("driven", [{"rate": {"xx": -0.5}}, {"stress": 2e5}, {"rate": {"xy": 0.5}, "stress": {"xx": 2e5, "yy": 2e5}}], ids=str)
+def test_smooth_contacts(dim, driven):
     strategy = cn.SmoothDEM(energy=False)
-    over = [run(scene(dim, SPRING, rate={"xx": -0.5}), ranks, 200, strategy, 4e-4) for ranks in (1, 2, 5)]
-    assert len({sim.cell["stress"].tobytes() + sim.bodies.velocity.tobytes() for sim in over}) == 1
-    alone = run(scene(dim, SPRING, rate={"xx": -0.5}), None, 200, strategy, 4e-4)
-    assert np.abs(alone.cell["stress"]).max() > 0
-    assert over[1].cell["stress"] == pytest.approx(alone.cell["stress"], rel=1e-6, abs=1e-9 * np.abs(alone.cell["stress"]).max())
-    assert over[1].bodies.position == pytest.approx(alone.bodies.position, rel=1e-9)
-    with pytest.raises(ValueError, match=r"follows a stress under SmoothDEM.*does not run over ranks"):
-        run(scene(dim, SPRING, stress=1e4), 2, 1, strategy, 4e-4)
+    over = [run(scene(dim, SPRING, **driven), ranks, 300, strategy, 4e-4) for ranks in (1, 2, 5)]
+    state = {b"".join(sim.cell[name].tobytes() for name in ("stress", "rate", "vectors")) for sim in over}
+    assert len(state) == 1 and len({sim.bodies.velocity.tobytes() for sim in over}) == 1
+    alone = run(scene(dim, SPRING, **driven), None, 300, strategy, 4e-4)
+    size = np.abs(alone.cell["stress"]).max()
+    assert size > 0 and len(alone.contacts) > 10
+    assert over[1].cell["stress"] == pytest.approx(alone.cell["stress"], rel=1e-6, abs=1e-7 * size)
+    assert over[1].cell["vectors"] == pytest.approx(alone.cell["vectors"], rel=1e-9, abs=1e-9)
+    assert over[1].bodies.position == pytest.approx(alone.bodies.position, rel=1e-8)
