@@ -81,6 +81,8 @@ class Datbox:
     plane: str = "strain"  # of meshes in 2D; not in the files
     light: float | None = None  # density of meshes whose material has none [kg/m3]
     near: float | None = None  # tolerance of the hulls of polyhedra that are not cut exactly, over their size
+    replaced: dict = field(default_factory=dict)  # {name of a material of meshes: material of solids in its place}
+    drained: bool = False  # porous bodies are read as their solid
     notes: list = field(default_factory=list)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.materials import Material
+from ..names import listed
 from . import solids
 from .drives import function_of, read_drive
 from .networks import properties
@@ -22,6 +23,11 @@ CELLS = {
 # or points given by weights in the following lines.
 ORDERS = {"CSpx0": 0, "CSpx1": 1, "CSpx2": 2}
 MEAN = "Q4P0x"  # quadrilaterals with mean dilatation
+# {element of physics POROx: that of its solid}
+SOLID_OF_POROUS = {
+    "T33xx": "T3xxx", "Q44xx": "Q4xxx", "T63xx": "T6xxx", "Q84xx": "Q8xxx", "TE44x": "TE4xx", "H88xx": "H8xxx", "TE104": "TE10x",
+    "H208x": "H20xx",
+}  # fmt: skip
 CONTACTORS = ("CLxxx", "ALpxx", "CSpxx", *ORDERS, "ASpxx")
 
 
@@ -69,7 +75,7 @@ def read_mesh(reader, number, line):
             while not words[:20].strip():  # eight nodes in a line
                 nodes, words = nodes + _numbers(reader, words), reader.next()
             element = line[1:6].strip()
-            count = int("".join(c for c in element if c.isdigit()) or 0)  # number of nodes in its name
+            count = _count(element)
             if element in CELLS and len(nodes) != count:
                 reader.fail(f"element {element} has {len(nodes)} nodes, not {count}")
             mesh.cells.append((element, nodes, words[22:27].strip(), words[36:41].strip()))
@@ -86,6 +92,11 @@ def read_mesh(reader, number, line):
             mesh.contactors.append((line[1:6].strip(), line[22:27].strip(), [int(w) - 1 for w in words], share))
         else:
             reader.fail(f"{line.strip()!r} stands in no block of the body")
+
+
+def _count(element):
+    """Number of nodes in the name of an element; 0 without."""
+    return int("".join(c for c in element if c.isdigit()) or 0)
 
 
 def _numbers(reader, line):
@@ -194,9 +205,51 @@ def read_mesh_states(path, meshes):
     return found
 
 
+def replacements(materials):
+    """Checked copy of {name: material of solids}. Raises ValueError for other things."""
+    from ..model.bulk import BulkMaterial
+
+    if materials is not None and not isinstance(materials, dict):
+        raise ValueError(f"materials is {materials!r}: give {{name in BULK_BEHAV.DAT: cn.NeoHookean(...) or another of solids}}")
+    for name, material in (materials or {}).items():
+        if not isinstance(material, BulkMaterial):
+            raise ValueError(f"materials[{name!r}] is {material!r}: give a material of solids such as cn.NeoHookean(...)")
+    return dict(materials or {})
+
+
+def check_replacements(box):
+    """Raises LegacyError for replaced materials that no meshed body has."""
+    known = sorted({name for mesh in box.meshes for *_, name in mesh.cells})
+    for name in box.replaced:
+        if name not in known:
+            raise LegacyError(f"{box.folder}: materials names {name!r}; meshed bodies have {listed(known, name)}")
+
+
+def _drain(box, models, drives, origin):
+    """Makes porous bodies those of their solid: elements, physics, and drives without those of the pressure."""
+    porous = {name for name, options in models.items() if options.get("physics") == "POROx"}
+    for name in porous:
+        models[name]["physics"] = "MECAx"
+    for mesh in box.meshes:
+        if not any(model in porous for _, _, model, _ in mesh.cells):
+            continue
+        mesh.cells = [(SOLID_OF_POROUS.get(cell[0], cell[0]), *cell[1:]) for cell in mesh.cells]
+        for element, nodes, *_ in mesh.cells:
+            if element in CELLS and len(nodes) != _count(element):
+                what = f"an element of the porous MAILx {mesh.number} has {len(nodes)} nodes, not {_count(element)}"
+                raise LegacyError(f"{box.folder / 'BODIES.DAT'}, line {mesh.line}: {what}")
+        dim, given = len(mesh.points[0]), drives.get(mesh.number, [])
+        drives[mesh.number] = [(node, d) for node, d in given if d.component <= dim]
+        lost = len(given) - len(drives[mesh.number])
+        text = f"; {lost} pressures and flows of its nodes are left out" if lost else ""
+        origin.notes.append(f"MAILx {mesh.number}: a porous body, read as its drained solid{text}")
+
+
 def deformables(box, materials, origin):
     """Sets of the meshed bodies that can be mapped; the others are named in origin.unmapped."""
     models, drives = read_models(box), read_mesh_drives(box)
+    if box.drained:
+        _drain(box, models, drives, origin)
     path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
     states = read_mesh_states(path, box.meshes) if path else {}
     sets = []
@@ -227,10 +280,10 @@ def _why_not(box, mesh, models, drives):
         heat = options.get("physics") == "THERM"
         if options.get("physics") != "MECAx" and not (heat and box.materials[material].law == "THERMO_ELAS"):
             text = f"physics {options.get('physics')} of material {material} ({box.materials[material].law})"
-            return after(text, (ELEMENTS, element), (PHYSICS, options.get("physics")))
+            return after(text, (PHYSICS, options.get("physics")), (ELEMENTS, element))
         if element not in CELLS:
             return after(f"element {element}", (ELEMENTS, element))
-        if heat:
+        if heat or material in box.replaced:
             continue
         why = solids.why_not(model, options, box.materials[material])
         if why:
@@ -320,8 +373,9 @@ def _body(box, mesh, models):
     mean = {"mean_dilatation": True} if models[model].get("finel") == MEAN else {}
     if len({(model, name) for _, _, model, name in mesh.cells}) > 1:
         return _of_several(box, mesh, models, points, cells, given | mean)
-    young, poisson = solids.elastic(box, material)
-    bulk = None if models[model].get("physics") == "THERM" else solids.solid_material(box, models[model], material)
+    heat = models[model].get("physics") == "THERM"
+    bulk = None if heat else solids.solid_material(box, models[model], material)
+    young, poisson = (None, None) if bulk is not None else solids.elastic(box, material)
     if bulk is None and (mean or given.get("plane") == "axisymmetric"):
         bulk = BULK_MATERIALS["IsotropicElastic"](young=young, poisson=poisson)
     if bulk is not None:
@@ -361,6 +415,8 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
         origin.notes.append(note)
     for _, _, model, name in mesh.cells:
         note = solids.swelling_note(models[model], box.materials[name])
+        if name in box.replaced:
+            note = f"material {name} ({box.materials[name].law}) is read as {box.replaced[name]!r}, which materials= gives"
         if note and note not in origin.notes:
             origin.notes.append(note)
     drive, pushed = {}, {}

@@ -19,17 +19,18 @@ ELEMENTS = {
     "PRI15": "a prism: cut it into tetrahedra, TE10x",
 }
 PHYSICS = {
-    "POROx": "no flow in pores: give the drained solid as MECAx",
+    "POROx": "no flow in pores: read_datbox(drained=True) reads their solid, without pressure",
     "MULTI": "no mixtures: give the solid as MECAx and its heat as THERM",
 }
 MODELS = {
-    "hyper": "give neoh_ with kine_ large, or cn.NeoHookean",
-    "hyp_d": "give neoh_ with kine_ large, or cn.NeoHookean",
+    "hyper": "give neoh_ with kine_ large, or read_datbox(materials={name: cn.NeoHookean(...)})",
+    "hyp_d": "give neoh_ with kine_ large, or read_datbox(materials={name: cn.NeoHookean(...)})",
     "neoh_": "give kine_ large",
     "J2mix": "give J2iso, or kine_ small",
     "J2iso": "give a material ELAS_PLAS",
-    "USER_MAT": "a library of its own: as a UMAT it is cn.plug(library, material=...), see the page on solids",
-    "orth_": "give iso__, or a UMAT by cn.plug(library, material=...)",
+    "USER_MAT": "a library of its own: as a UMAT it is cn.plug(library, material=...), see the page on solids; "
+                "read_datbox(materials={name: ...}) takes it, or cn.NeoHookean(...) and others, in its place",
+    "orth_": "read_datbox(materials={name: cn.OrthotropicElastic(...)})",
 }
 
 

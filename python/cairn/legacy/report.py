@@ -20,7 +20,7 @@ def account(folder, **options):
     folder : path-like
         The folder with DATBOX.
     **options : optional
-        Options of read_datbox: state, step, plane, light, near.
+        Options of read_datbox: state, step, plane, light, near, materials, drained.
 
     Returns
     -------

@@ -49,7 +49,8 @@ class Origin:
         return "\n".join(lines)
 
 
-def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None, near=None):
+def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None, near=None,
+                materials=None, drained=False):  # fmt: skip
     """Reads an LMGC90 DATBOX folder as a scene. Bodies keep their order: body k of the file has the id k - 1.
 
     unmapped: for parts that Cairn cannot map: "error": raise LegacyError naming all of them, or "skip": leave them out with a
@@ -58,8 +59,10 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strai
     "axisymmetric" (about y, x the radius). light: density [kg/m3] of meshed bodies whose material has zero density: LMGC90 solves
     such a body in static equilibrium in each step, which a light body approaches with theta=1 and dt long against its periods.
     near: tolerance of the hulls of polyhedra that cannot be cut exactly into convex parts, over their size, 0.01 to 1, as for
-    cairn.pre.convex_parts. Scene.legacy holds texts on parts that were left out (`unmapped`) and on differences (`notes`), and
-    the alert distance; a DATBOX holds no time step and no theta.
+    cairn.pre.convex_parts. materials: {name: material of solids} that meshed bodies have instead of those of the folder, for
+    USER_MAT, hyper, orth_ and others of a library that is not in the files; densities stay. drained: reads porous bodies (POROx)
+    as their solid, without pressure in the pores. Scene.legacy holds texts on parts that were left out (`unmapped`) and on
+    differences (`notes`), and the alert distance; a DATBOX holds no time step and no theta.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
@@ -69,17 +72,21 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strai
         raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
     if light is not None:
         checks.positive("light", light)
+    checks.flag("drained", drained)
+    solid_options = {"plane": plane, "light": light, "replaced": mesh.replacements(materials), "drained": drained}
     try:
-        return _read(folder, unmapped, state, step, plane, light, near)
+        return _read(folder, unmapped, state, step, near, solid_options)
     except LegacyError:
         raise
     except (ValueError, ArithmeticError, LookupError) as error:
         raise LegacyError(f"{folder}: cannot be made a scene: {error}") from error
 
 
-def _read(folder, unmapped, state, step, plane, light, near):
+def _read(folder, unmapped, state, step, near, solid_options):
     box = datbox.parse(folder, near)
-    box.plane, box.light = plane, light
+    for name, value in solid_options.items():
+        setattr(box, name, value)
+    mesh.check_replacements(box)
     if state is not None:
         from .results import states_of
 

@@ -25,7 +25,7 @@ KINDS = {
 def asked(options, material):
     """Key of KINDS: (kine_, mater, law). Without a library of materials (isext no___) LMGC90 uses plasticity for ELAS_PLAS at
     large strains, and ignores mater."""
-    kinematics, law = options.get("kine_", "small"), material.law
+    kinematics, law = options.get("kine_", "small"), "ELAS" if material.law == "PORO_ELAS" else material.law
     if kinematics == "large" and options.get("isext") == "no___" and law == "ELAS_PLAS":
         return kinematics, "J2iso", law
     return kinematics, options.get("mater", "elas_"), law
@@ -59,6 +59,8 @@ def swelling_note(options, material):
 
 def solid_material(box, options, material):
     """Material of solids; None for a linear elastic body, whose constants `elastic` returns."""
+    if material.name in box.replaced:
+        return box.replaced[material.name]
     kind = KINDS[asked(options, material)]
     if kind is None:
         return None

@@ -69,13 +69,15 @@ def _meshes(simulation, gravity):
 
 
 def _young(body):
-    """Young's modulus of a body of one material [Pa], or None; True if it bears large displacements."""
+    """Largest Young's modulus of a body [Pa], or None; True if it bears large displacements."""
     given = getattr(body, "given", None) or {}
     if isinstance(given.get("young"), (int, float, np.number)):
         return float(given["young"]), False
-    material = given.get("material")
-    names, values = getattr(material, "parameter_names", ()), getattr(material, "values", ())
-    return dict(zip(names, values)).get("young"), True
+    given = given.get("material")
+    found = given.values() if isinstance(given, dict) else [given]
+    materials = [m for of in found for m in (of[0] if isinstance(of, (tuple, list)) else [of])]
+    young = [dict(zip(getattr(m, "parameter_names", ()), getattr(m, "values", ()))).get("young") for m in materials]
+    return (None if None in young or not young else max(young)), True
 
 
 def _weights(simulation):
