@@ -9,6 +9,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "known.hpp"
 
 using cairn::Simulation;
 
@@ -64,12 +65,12 @@ void bind_controls(py::class_<Simulation>& simulation) {
              s.controlled().press(s, servo);
            })
       .def("loaded_area",
-           [](const Simulation& s, const std::array<double, 3>& normal, const std::string& area, double depth) {
+           [](Simulation& s, const std::array<double, 3>& normal, const std::string& area, double depth) {
              cairn::Servo servo;
              servo.normal = normal;
              servo.kind = area == "walls" ? cairn::ServoArea::walls : cairn::ServoArea::grains;
              servo.depth = depth;
-             return cairn::loaded_area(s, servo);
+             return cairn::loaded_area(known(s), servo);
            })
       .def("grow",
            [](Simulation& s, const Input<std::int64_t>& ids, const std::string& rate) {

@@ -44,12 +44,6 @@ void bind_ranks(py::module_& m) {
       .def_property_readonly("name", &cairn::Exchange::name)
       .def_property_readonly("ranks", &cairn::Exchange::ranks)
       .def_property_readonly("local", &cairn::Exchange::local)
-      .def("any", // true on one rank
-           [](cairn::Exchange& e, bool value) {
-             double any[] = {value ? 1.0 : 0.0};
-             e.largest(any);
-             return any[0] > 0;
-           })
       .def("abort", [](cairn::Exchange& e, int code) { e.abort(code); });
   m.def("virtual_ranks", [](int ranks) { return std::shared_ptr<cairn::Exchange>(cairn::virtual_ranks(ranks)); });
   m.def(
@@ -64,6 +58,11 @@ void bind_ranks(py::module_& m) {
     s.strategy().check_laws(s);
   });
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });
+  m.def("leave_state_with_ranks", [](Simulation& s, bool leave) { ranked(s).leave_state(leave); });
+  m.def("any_rank", [](Simulation& s, bool value) { return ranked(s).any(s, value); });
+  m.def("hold_whole", [](Simulation& s) { // arrays of it are shown without a copy
+    if (auto* found = dynamic_cast<cairn::OverRanks*>(&s.strategy())) found->hold_whole();
+  });
   m.def("owners_of_bodies", [](Simulation& s) { return array_of(ranked(s).owners(s)); });
   m.def("bytes_of_ranks", [](Simulation& s) { return array_of(ranked(s).bytes_of_ranks()); });
   m.def("counts_over_ranks", &counts_over_ranks);

@@ -5,6 +5,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "known.hpp"
 
 using cairn::Rotation;
 using cairn::Scene;
@@ -128,7 +129,7 @@ py::tuple contact_loads(Simulation& s, const Input<std::int64_t>& bodies, const 
                         const Input<std::int64_t>& meshes) {
   const std::vector<std::size_t> which(meshes.data(), meshes.data() + meshes.size());
   cairn::ContactLoads loads;
-  loads.read(s, all_of(bodies), which);
+  loads.read(known(s), all_of(bodies), which);
   py::array_t<double> force(bodies.size()), stress(bodies.size()), of_meshes(meshes.size());
   for (py::ssize_t i = 0; i < bodies.size(); ++i) {
     force.mutable_at(i) = loads.of_bodies[std::size_t(i)].force;

@@ -15,6 +15,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "known.hpp"
 #include "networks.hpp"
 #include "stored.hpp"
 
@@ -112,6 +113,7 @@ py::dict scheme_of(const std::string& name, const std::vector<double>& parameter
 }
 
 void use(Simulation& s, const py::dict& d) {
+  known(s);
   if (const auto* ranked = dynamic_cast<const cairn::OverRanks*>(&s.strategy()))
     return s.use(cairn::over_ranks(strategy_of(d), ranked->shared_exchange(), ranked->rhythm()));
   s.use(strategy_of(d));
@@ -222,6 +224,14 @@ py::dict contact_rows(Simulation& s) {
   return out;
 }
 
+// An array of bodies, in the order of insertion. Over ranks, each has for its own bodies what a step works with.
+py::array body_array(Simulation& s, const std::string& name) {
+  bool lacks = false;
+  s.scene.bodies.for_each_field([&](const auto& f) { lacks = lacks || (f.name == name && !f.active); });
+  Simulation& whole = known(s, lacks);
+  return get_ordered(whole.scene.bodies, name, whole.scene.insertion_order());
+}
+
 // W (blocks, dim, dim) by rows of contacts; None: no joint is in the step.
 py::object jointed_problem(Simulation& s) {
   stages_of(s);
@@ -275,9 +285,14 @@ bool moves_bodies(const std::string& name) {
 
 // Assigns a field of bodies or nodes and tells the strategy.
 void assign(const py::object& self, bool nodes, const std::string& name, const py::array& values) {
-  self.attr("scene").attr(nodes ? "assign_node" : "assign_body")(name, values);
-  if (!moves_bodies(name)) return;
   Simulation& s = self.cast<Simulation&>();
+  if (!moves_bodies(name))
+    write_loads(s);
+  else
+    known(s);
+  py::cast(&s.scene, py::return_value_policy::reference_internal, self)
+      .attr(nodes ? "assign_node" : "assign_body")(name, values);
+  if (!moves_bodies(name)) return;
   if (!nodes) s.scene.state_assigned();
   s.strategy().changed(s, true);
 }
@@ -289,7 +304,7 @@ void refuse_other_run(Simulation& s, const std::string& path, const std::string&
   const RunOrigin::From from = came_by == "checkpoint" ? RunOrigin::checkpoint
                                : came_by == "state"    ? RunOrigin::state
                                                        : RunOrigin::steps;
-  cairn::refuse_other_run(path, s, {from, last_output, std::move(marks)});
+  cairn::refuse_other_run(path, known(s), {from, last_output, std::move(marks)});
 }
 
 // A stage of NSCD by itself: with threads and clock as step() calls it.
@@ -333,10 +348,20 @@ void bind_simulation(py::module_& m) {
         return s;
       }))
       .def_property_readonly(
-          "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
+          "scene", [](Simulation& s) -> cairn::Scene& { return known(s).scene; },
+          py::return_value_policy::reference_internal)
+      .def_property_readonly("body_count", [](const Simulation& s) { return s.scene.bodies.count; })
+      .def_property_readonly("node_count", [](const Simulation& s) { return s.scene.nodes.count; })
+      .def("body", &body_array)
+      .def("drive",
+           [](Simulation& s, const Input<std::int64_t>& ids, int mask, const Input<double>& velocity) {
+             write_loads(s);
+             s.scene.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask),
+                           {velocity.data(), std::size_t(velocity.size())});
+           })
       .def("remove_bodies",
            [](Simulation& s, const Input<std::int64_t>& ids) {
-             s.remove_bodies({ids.data(), std::size_t(ids.size())});
+             known(s).remove_bodies({ids.data(), std::size_t(ids.size())});
            })
       .def("set_gravity", [](Simulation& s, const std::array<double, 3>& gravity) { s.scene.gravity = gravity; })
       .def("assign_body", [](const py::object& self, const std::string& name,
@@ -369,7 +394,7 @@ void bind_simulation(py::module_& m) {
              }
            })
       .def("set_strategy", &use)
-      .def("check_scene", [](const Simulation& s) { s.strategy().check_scene(s); })
+      .def("check_scene", [](Simulation& s) { s.strategy().check_scene(known(s)); })
       .def("check_laws", [](const Simulation& s) { s.strategy().check_laws(s); })
       .def("overlaps_by_law", // true if a law yields, shifts its gap, wears or is plugged: contacts overlap by law
            [](const Simulation& s) {
@@ -450,15 +475,16 @@ void bind_simulation(py::module_& m) {
       .def("bytes", &Simulation::bytes)
       .def("get_state", [](Simulation& s) { return dict_of(cairn::state_of(s)); })
       .def("set_state", [](Simulation& s, const py::dict& state) { cairn::take_state(s, tree_of(state)); })
-      .def("fingerprint", [](const Simulation& s) { return cairn::fingerprint(s.scene); })
+      .def("fingerprint", [](Simulation& s) { return cairn::fingerprint(known(s).scene); })
       // what programs in C and Fortran do
       .def("write_checkpoint", &cairn::write_checkpoint)
       .def("restart", &cairn::restart)
       .def("refuse_other_run", &refuse_other_run)
-      .def("is_older_state", // of this scene, when parts of meshes were bodies
-           [](const Simulation& s, const py::dict& state) { return cairn::is_older_state_of(tree_of(state), s.scene); })
-      .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {
-        cairn::check_state(tree_of(state), species, s);
+      .def(
+          "is_older_state", // of this scene, when parts of meshes were bodies
+          [](Simulation& s, const py::dict& state) { return cairn::is_older_state_of(tree_of(state), known(s).scene); })
+      .def("check_state", [](Simulation& s, const py::dict& state, std::int64_t species) {
+        cairn::check_state(tree_of(state), species, known(s));
       });
   bind_stages(simulation);
   bind_controls(simulation);

@@ -256,6 +256,7 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_joints.cpp
   ranks/ranked_nscd.cpp
   ranks/over_ranks_partition.cpp
+  ranks/over_ranks_state.cpp
   ranks/over_ranks_views.cpp
   ranks/ranked_smooth.cpp
   ranks/ranked_sweeps.cpp

@@ -304,6 +304,7 @@ double energy_term(const StoredValue& energy, const std::string& term) {
 
 StoredValue state_of(Simulation& s) {
   StoredValue scene, energy, out;
+  StoredValue memory = memory_of(s.strategy().memory(s)); // over ranks, it makes the arrays of all bodies known
   scene.add("bodies", fields_of(s.scene.bodies));
   if (s.scene.nodes.count > 0) scene.add("nodes", fields_of(s.scene.nodes));
   scene.add("contactors", fields_of(s.scene.contactors));
@@ -318,7 +319,7 @@ StoredValue state_of(Simulation& s) {
   scene.add("cell", cell_of(s.scene.cell));
   for (const auto& [name, member] : energy_terms()) energy.add_real(name, s.energy.*member);
   out.add("scene", std::move(scene));
-  out.add("memory", memory_of(s.strategy().memory(s)));
+  out.add("memory", std::move(memory));
   out.add("projection_memory", memory_of(s.strategy().projection_memory()));
   out.add("energy", std::move(energy));
   if (StoredValue meshes = meshes_of(s); !meshes.members.empty()) out.add("meshes", std::move(meshes));

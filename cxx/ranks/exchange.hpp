@@ -102,6 +102,13 @@ public:
     at_ += values.size() * sizeof(T);
     return values;
   }
+  // The bytes of put_all() without a copy, at any address; n: their items of `size` bytes.
+  const std::byte* pass_over(std::size_t size, std::size_t& n) {
+    n = std::size_t(get<std::int64_t>());
+    const std::byte* first = from_.data() + at_;
+    at_ += n * size;
+    return first;
+  }
 
 private:
   const Bytes& from_;

@@ -38,8 +38,22 @@ public:
   std::int64_t body_bytes() const override;
   std::int64_t contact_bytes() const override;
 
-  // Contacts of all ranks become readable on each, until the next step. All ranks call it.
+  // Contacts and bodies of all ranks become readable on each, until the next step. All ranks call it.
   void gather(Simulation& s);
+  // From now on steps leave the state of bodies with their ranks until somebody reads it, and its memory in the whole
+  // is released meanwhile; false: all ranks receive it after each step.
+  void leave_state(bool leave) { leaves_state_ = leave; }
+  // The state of all bodies becomes that of the last step, with `workspace` what a step leaves besides. Where steps
+  // leave it with the ranks, one rank may call it alone: the others serve it in their next call of any(), fetch(),
+  // gather() or step().
+  void fetch(Simulation& s, bool workspace = false);
+  // Loads and drives of the whole are about to be written: they stay from now on, and need no state. All ranks call it.
+  void write_loads(Simulation& s);
+  // Somebody holds pointers to arrays of the whole: its memory stays.
+  void hold_whole() { held_ = true; }
+  // True if a value is true on one rank. All ranks call it.
+  bool any(Simulation& s, bool value);
+  std::int64_t gathers() const { return gathers_; } // of the state, so far
   const std::shared_ptr<Exchange>& shared_exchange() const { return exchange_; }
   Rhythm rhythm() const { return rhythm_; }
   std::vector<std::int32_t> owners(const Simulation& s) const; // of bodies, in the order of insertion
@@ -77,8 +91,9 @@ protected:
   virtual std::int64_t own_contacts(const Part& part) const { return part.simulation->candidates.count; }
   // Networks of heat and current, on all ranks alike: their contacts are gathered first.
   void advance_networks(Simulation& s, double h);
-  // The state of all bodies to the whole, and the report of the step.
+  // The report of the step, and the state of all bodies to the whole unless it is left with the ranks.
   void collect(Simulation& s);
+  bool state_is_left() const { return !known_; } // the parts alone have it
   [[noreturn]] static void refuse(const std::string& what);
 
   std::unique_ptr<Strategy> model_; // settings
@@ -91,6 +106,7 @@ protected:
   int mesh_rank_ = -1;  // that has all contacts of deformable bodies, likewise
   double reach_ = 0, reach_factor_ = 1;
   bool taken_ = false;                       // the state of bodies is that of their owners
+  bool known_ = true;                        // the whole has the state of all bodies
   bool anew_ = true, both_remember_ = false; // ranks of both bodies need what their contact remembers
   int colours_ = 0;
   std::int64_t partitions_ = 0, since_partition_ = 0;
@@ -119,6 +135,9 @@ private:
   void share_touched(Simulation& s) const;
   bool knows_meshes(const Simulation& s) const;
   void show(Simulation& s);
+  bool reads_state(const Simulation& s) const; // at the end of a step, or at the begin of the next one
+  void gather_state(Simulation& s, bool workspace);
+  int largest_wish(int wish, bool& value);
 
   std::int64_t order_seen_ = -1;
   std::vector<const MeshBody*> meshes_seen_; // at the last partition
@@ -129,6 +148,10 @@ private:
   Links ghost_links_; // from owners to ghosts
   std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
   double imbalance_ = 1;
+  bool leaves_state_ = false, held_ = false, workspace_known_ = false;
+  bool loads_written_ = false;
+  bool unread_ = false;      // nobody read the state of the step before
+  std::int64_t gathers_ = 0; // of the state
   // Contacts that can be read: by the order of their keys.
   struct Shown;
   std::shared_ptr<Shown> shown_;

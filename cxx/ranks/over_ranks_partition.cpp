@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "../base/call.hpp"
+#include "../base/held_bytes.hpp"
 #include "../contactors/shapes.hpp"
 #include "over_ranks.hpp"
 
@@ -200,6 +201,7 @@ std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
 }
 
 void OverRanks::partition(Simulation& s, double margin) {
+  fetch(s);
   const Bodies& b = s.scene.bodies;
   const int ranks = exchange_->ranks();
   const std::vector<double> radius = radii_of(s);
@@ -264,6 +266,8 @@ void OverRanks::partition(Simulation& s, double margin) {
     find_runs(part);
     part.has_joints = rank == joint_rank_;
   }
+  release_workspace(s);
+  workspace_known_ = false;
   give_memory(s, memory);
   link_ghosts();
   order_seen_ = s.scene.order_version();
@@ -475,8 +479,10 @@ void OverRanks::link_ghosts() {
   exchange_->match(ghost_links_);
 }
 
-// The memory of all contacts, in the order of their keys: the same whatever the number of ranks. All ranks call it.
+// The memory of all contacts, in the order of their keys: the same whatever the number of ranks, and all arrays of
+// bodies, which are kept beside it. All ranks call it.
 ContactMemory OverRanks::memory(const Simulation& s) const {
+  const_cast<OverRanks*>(this)->fetch(const_cast<Simulation&>(s), true);
   if (parts_.empty() || has_pending_) return pending_;
   share_touched(const_cast<Simulation&>(s)); // a file is written next, by the first process
   Packer mine;
@@ -494,6 +500,7 @@ void OverRanks::restore(Simulation& s, ContactMemory memory) {
   has_pending_ = true;
   parts_.clear();
   mesh_rank_ = -1;
+  known_ = true;
   anew_ = true;
   s.contacts_known = false;
   shown_.reset();
@@ -516,7 +523,7 @@ std::vector<std::int64_t> OverRanks::bytes_of_ranks() const {
 }
 
 std::int64_t OverRanks::body_bytes() const {
-  std::int64_t sum = 0;
+  std::int64_t sum = held_bytes(owner_, everywhere_, fixed_, jointed_);
   for (const Part& part : parts_) sum += part.simulation->bytes().first;
   return sum;
 }

@@ -79,7 +79,11 @@ void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_ev
   shown_.reset();
   s.contacts_known = false;
   s.candidates.count = 0;
-  if (s.steps > 0 && s.steps % renumber_every == 0) s.scene.renumber();
+  if (leaves_state_ || !known_) any(s, false); // serves ranks that read the state alone
+  if (s.steps > 0 && s.steps % renumber_every == 0) {
+    fetch(s);
+    s.scene.renumber();
+  }
 }
 
 void OverRanks::end_by_fault(const std::vector<std::string>& fault) {
@@ -93,6 +97,7 @@ void OverRanks::end_by_fault(const std::vector<std::string>& fault) {
 bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   if (typeid(*this) != typeid(other)) return false;
   const auto& same = static_cast<const OverRanks&>(other);
+  fetch(s);
   ContactMemory kept = memory(s);
   const bool any = !parts_.empty() || has_pending_;
   model_ = same.model_->fresh();
@@ -105,7 +110,7 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
 }
 
 void OverRanks::bring_parts(const Simulation& s) {
-  for (Part& part : parts_) bring(s, part, taken_);
+  for (Part& part : parts_) bring(s, part, !known_ ? Known::parts : taken_ ? Known::by_both : Known::whole);
   taken_ = false; // a step that fails, or is made again, finds it as it was
 }
 
@@ -201,6 +206,7 @@ void OverRanks::show(Simulation& s) {
 }
 
 void OverRanks::gather(Simulation& s) {
+  fetch(s);
   if (exchange_->whole()) return view(s);
   s.contacts_known = false;
   shown_.reset();
@@ -251,7 +257,8 @@ std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation&)
           {"message_bytes", double(last_.bytes)},
           {"sums", double(last_.sums)},
           {"imbalance", imbalance_},
-          {"partitions", double(partitions_)}};
+          {"partitions", double(partitions_)},
+          {"gathers", double(gathers_)}};
 }
 
 double OverRanks::way_since(const Scene& scene, const double* now, const double* then) {
@@ -328,53 +335,6 @@ void OverRanks::follow_ghosts(Field<double> Bodies::*field) {
   each(ghosts_out_, [](const double* v, Link& link, std::size_t at, int n) { std::copy_n(v, n, &link.out[at]); });
   exchange_->pass(ghost_links_, 0);
   each(ghosts_in_, [](double* v, const Link& link, std::size_t at, int n) { std::copy_n(&link.in[at], n, v); });
-}
-
-// The state of all bodies to the whole, and the report of the step.
-void OverRanks::collect(Simulation& s) {
-  if (exchange_->whole()) {
-    for (const Part& part : parts_) take(part, s);
-  } else {
-    Packer mine;
-    for (const Part& part : parts_) pack_own(part, mine);
-    for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s);
-  }
-  taken_ = true;
-  s.scene.cell = parts_[0].simulation->scene.cell;
-  std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
-  double largest[] = {0, 0}; // way, bodies that turned too far
-  for (std::size_t l = 0; l < parts_.size(); ++l) {
-    const Part& part = parts_[l];
-    const StepReport& report = part.simulation->report;
-    const auto own = std::int64_t(std::count(part.own.begin(), part.own.end(), 1));
-    load[std::size_t(part.rank)] = cost_of_body * own + cost_of_contact * own_contacts(part);
-    load.back() += own_contacts(part);
-    largest[0] = std::max(largest[0], report.way);
-    largest[1] = std::max(largest[1], double(report.unresolved_rotations));
-  }
-  exchange_->sum(load);
-  exchange_->largest(largest);
-  const std::int64_t contacts = load.back();
-  load.pop_back();
-  std::int64_t all = 0;
-  for (const std::int64_t of_rank : load) all += of_rank;
-  imbalance_ = all > 0 ? double(*std::max_element(load.begin(), load.end())) * double(load.size()) / double(all) : 1;
-  s.report.sub_steps = 1;
-  s.report.way = largest[0];
-  s.report.unresolved_rotations = std::int64_t(largest[1]);
-  s.report.step = ++s.steps;
-  s.report.h = parts_[0].simulation->report.h;
-  s.report.time_detection = parts_[0].simulation->report.time_detection;
-  s.report.time = s.time = parts_[0].simulation->time;
-  s.report.contacts = contacts;
-  s.report.energy = s.energy;
-  seen_ = s.scene.next_contactor_id;
-  ++since_partition_;
-  last_ = exchange_->traffic;
-  last_.messages -= before_.messages;
-  last_.bytes -= before_.bytes;
-  last_.sums -= before_.sums;
-  if (s.probes && s.probes->reads_contacts()) gather(s);
 }
 
 std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange,

@@ -1,8 +1,11 @@
 #include "part.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <limits>
 #include <string_view>
+#include <type_traits>
 
 namespace cairn {
 namespace {
@@ -53,6 +56,19 @@ bool left_by_step(std::string_view name, std::string_view stage) {
 
 // Fields that change with the state alone.
 bool comes_with_body(std::string_view name) { return name == "id" || name == "mass" || name == "inertia"; }
+
+// Numbers of an array are with the parts alone.
+template <class T>
+bool is_released(const Field<T>& field, std::int64_t count) {
+  return field.active && field.values.empty() && count > 0;
+}
+
+// Workspace of a part, where its scene needs it.
+template <class T>
+void make_room(const Scene& scene, Field<T>& field) {
+  const std::size_t due = std::size_t(scene.bodies.count) * std::size_t(field.components);
+  if (scene.has(field.need) && (!field.active || field.values.size() != due)) field.activate(scene.bodies.count);
+}
 
 // Rows of driven bodies.
 template <class T>
@@ -120,7 +136,13 @@ Part make_part(const Simulation& whole, const Strategy& model, int rank, std::ve
   scene.cell = whole.scene.cell;
   scene.next_body_id = whole.scene.next_body_id;
   scene.next_contactor_id = whole.scene.next_contactor_id;
-  each_pair(from.scene.bodies, scene.bodies, [&](auto& of_whole, auto& own) { copy_rows(of_whole, part.bodies, own); });
+  scene.bodies.count = std::int64_t(part.bodies.size());
+  each_pair(from.scene.bodies, scene.bodies, [&](auto& of_whole, auto& own) {
+    if (made_in_step(own.name))
+      make_room(scene, own);
+    else
+      copy_rows(of_whole, part.bodies, own);
+  });
   std::vector<std::int32_t> local(std::size_t(whole.scene.bodies.count), -1), contactors;
   for (std::size_t i = 0; i < part.bodies.size(); ++i) local[std::size_t(part.bodies[i])] = std::int32_t(i);
   const Contactors& c = whole.scene.contactors;
@@ -161,7 +183,7 @@ void find_runs(Part& part) {
   }
 }
 
-void bring(const Simulation& whole, Part& part, bool taken) {
+void bring(const Simulation& whole, Part& part, Known known) {
   auto& from = const_cast<Simulation&>(whole);
   Simulation& s = *part.simulation;
   s.scene.gravity = whole.scene.gravity;
@@ -169,14 +191,18 @@ void bring(const Simulation& whole, Part& part, bool taken) {
   s.steps = whole.steps;
   s.time = whole.time;
   each_pair(from.scene.bodies, s.scene.bodies, [&](auto& of_whole, auto& own) {
+    if (made_in_step(own.name)) return make_room(s.scene, own);
+    if (is_released(of_whole, whole.scene.bodies.count)) return;
     if (own.active != of_whole.active || own.values.size() != part.bodies.size() * std::size_t(own.components))
       copy_rows(of_whole, part.bodies, own);
-    else if (!own.active || made_in_step(own.name) || (taken && comes_with_body(own.name)))
+    else if (!own.active || (known != Known::whole && comes_with_body(own.name)))
       return;
     else if (std::string_view(own.name) == "driven_velocity" && whole.scene.bodies.driven.active)
       copy_driven(of_whole, whole.scene.bodies, part.runs, own);
-    else
-      copy_runs(of_whole, taken && left_by_step(own.name, own.stage) ? part.ghost_runs : part.runs, true, own);
+    else if (known == Known::whole || !left_by_step(own.name, own.stage))
+      copy_runs(of_whole, part.runs, true, own);
+    else if (known == Known::by_both)
+      copy_runs(of_whole, part.ghost_runs, true, own);
   });
   if (!part.has_meshes) return;
   each_pair(from.scene.nodes, s.scene.nodes, [](auto& of_whole, auto& own) {
@@ -192,42 +218,124 @@ void take_nodes(const Part& part, Simulation& whole) {
   });
 }
 
-void take(const Part& part, Simulation& whole) {
-  each_pair(part.simulation->scene.bodies, whole.scene.bodies, [&](auto& own, auto& of_whole) {
-    if (!of_whole.active || !own.active || !left_by_step(own.name, own.stage)) return;
-    copy_runs(own, part.own_runs, false, of_whole);
+Arrays arrays_to_fill(Simulation& whole, bool workspace) {
+  Arrays arrays;
+  const auto look = [&](auto& field, std::int64_t count, bool of_state) {
+    if (workspace && made_in_step(field.name) && whole.scene.has(field.need)) field.activate(count);
+    const bool released = is_released(field, count);
+    if (released) field.resize(count);
+    arrays.push_back(field.active && (released || of_state || (workspace && made_in_step(field.name))));
+  };
+  whole.scene.bodies.for_each_field(
+      [&](auto& field) { look(field, whole.scene.bodies.count, left_by_step(field.name, field.stage)); });
+  whole.scene.contactors.for_each_field([&](auto& field) { look(field, whole.scene.contactors.count, false); });
+  return arrays;
+}
+
+namespace {
+
+// Rows of contactors on own bodies, in the part and in the whole.
+std::vector<std::array<std::int32_t, 2>> own_contactors(const Part& part, const Simulation& whole) {
+  std::vector<std::array<std::int32_t, 2>> rows;
+  const Contactors& c = part.simulation->scene.contactors;
+  rows.reserve(std::size_t(c.count));
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (*c.body[k] >= 0 && part.own[std::size_t(*c.body[k])])
+      rows.push_back({std::int32_t(k), whole.contactor(*c.id[k])});
+  return rows;
+}
+
+// True if arrays of contactors are among them, which stand behind those of bodies.
+bool has_contactors(const Scene& scene, const Arrays& arrays) {
+  std::size_t bodies = 0;
+  const_cast<Bodies&>(scene.bodies).for_each_field([&](auto&) { ++bodies; });
+  return std::find(arrays.begin() + std::ptrdiff_t(bodies), arrays.end(), 1) != arrays.end();
+}
+
+} // namespace
+
+void take(const Part& part, Simulation& whole, const Arrays& arrays) {
+  Scene &from = part.simulation->scene, &to = whole.scene;
+  std::size_t k = 0;
+  each_pair(from.bodies, to.bodies, [&](auto& own, auto& of_whole) {
+    if (arrays[k++] && own.active) copy_runs(own, part.own_runs, false, of_whole);
+  });
+  if (!has_contactors(to, arrays)) return;
+  const auto rows = own_contactors(part, whole);
+  each_pair(from.contactors, to.contactors, [&](auto& own, auto& of_whole) {
+    if (!arrays[k++] || !own.active) return;
+    for (const auto& [row, place] : rows) std::copy_n(own[row], own.components, of_whole[place]);
   });
 }
 
-void pack_own(const Part& part, Packer& packer) {
+void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, Packer& packer) {
+  Scene& from = part.simulation->scene;
   std::vector<std::int32_t> rows, places;
+  std::size_t k = 0;
+  const auto pack = [&](auto& field) {
+    using T = typename std::decay_t<decltype(field)>::value_type;
+    if (!arrays[k++]) return;
+    std::vector<T> numbers;
+    numbers.reserve(rows.size() * std::size_t(field.components));
+    for (const std::int32_t row : rows)
+      if (field.active) numbers.insert(numbers.end(), field[row], field[row] + field.components);
+    packer.put_all(std::span<const T>(numbers));
+  };
   for (std::size_t i = 0; i < part.bodies.size(); ++i)
     if (part.own[i]) {
       rows.push_back(std::int32_t(i));
       places.push_back(part.bodies[i]);
     }
   packer.put_all(std::span<const std::int32_t>(places));
-  part.simulation->scene.bodies.for_each_field([&](auto& field) {
-    using T = typename std::decay_t<decltype(field)>::value_type;
-    if (!field.active || !left_by_step(field.name, field.stage)) return;
-    std::vector<T> numbers;
-    for (const std::int32_t row : rows) numbers.insert(numbers.end(), field[row], field[row] + field.components);
-    packer.put_all(std::span<const T>(numbers));
-  });
+  from.bodies.for_each_field(pack);
+  rows.clear();
+  places.clear();
+  if (has_contactors(whole.scene, arrays))
+    for (const auto& [row, place] : own_contactors(part, whole)) {
+      rows.push_back(row);
+      places.push_back(place);
+    }
+  packer.put_all(std::span<const std::int32_t>(places));
+  from.contactors.for_each_field(pack);
 }
 
-void take_packed(const Bytes& bytes, Simulation& whole) {
+void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays) {
   Unpacker from(bytes);
   while (from.more()) {
-    const std::vector<std::int32_t> places = from.get_all<std::int32_t>();
-    whole.scene.bodies.for_each_field([&](auto& field) {
+    std::vector<std::int32_t> places = from.get_all<std::int32_t>();
+    std::size_t k = 0;
+    const auto take = [&](auto& field) {
       using T = typename std::decay_t<decltype(field)>::value_type;
-      if (!field.active || !left_by_step(field.name, field.stage)) return;
-      const std::vector<T> numbers = from.get_all<T>();
-      for (std::size_t i = 0; i < places.size(); ++i)
-        std::copy_n(numbers.data() + i * std::size_t(field.components), field.components, field[places[i]]);
-    });
+      if (!arrays[k++]) return;
+      std::size_t numbers = 0;
+      const std::byte* first = from.pass_over(sizeof(T), numbers);
+      const std::size_t row = std::size_t(field.components) * sizeof(T);
+      for (std::size_t i = 0; i < places.size() && numbers > 0; ++i)
+        std::memcpy(field[places[i]], first + i * row, row);
+    };
+    whole.scene.bodies.for_each_field(take);
+    places = from.get_all<std::int32_t>();
+    whole.scene.contactors.for_each_field(take);
   }
+}
+
+void release(Simulation& whole, bool loads) {
+  const auto free = [&](auto& field) {
+    using T = typename std::decay_t<decltype(field)>::value_type;
+    const bool of_loads = std::string_view(field.stage) == "insertion" && !comes_with_body(field.name);
+    if (std::is_same_v<T, double> && field.active && !(loads && of_loads)) Array<T>().swap(field.values);
+  };
+  whole.scene.bodies.for_each_field(free);
+  whole.scene.contactors.for_each_field(free);
+}
+
+void release_workspace(Simulation& whole) {
+  whole.scene.bodies.for_each_field([&](auto& field) {
+    using T = typename std::decay_t<decltype(field)>::value_type;
+    if (!made_in_step(field.name)) return;
+    field.active = false;
+    Array<T>().swap(field.values);
+  });
 }
 
 } // namespace cairn

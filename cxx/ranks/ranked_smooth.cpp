@@ -112,6 +112,9 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
     cut();
     bring_parts(s);
   }
+  for (Part& part : parts_)
+    if (state_is_left()) keep_state(part);
+  kept_ = state_is_left();
   on_ranks(s, "kick_and_drift", [&](Part& part) { begin_step(part, h); });
   if (!forces_known_) total_forces(s, false);
   forces_known_ = true;
@@ -130,6 +133,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
     most[1] = std::max(most[1], -part.simulation->report.stable_step);
   }
   exchange_->largest(most);
+  kept_ = false;
   s.timed("gather", [&] { collect(s); });
   advance_networks(s, h);
   s.report.solve = {};
@@ -138,6 +142,29 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
   s.report.stable_step = -most[1];
   s.report.neighbour_lists = parts_[0].simulation->report.neighbour_lists;
   return s.report;
+}
+
+// The state at the begin of a step, where the whole does not have it: in arrays that steps of NSCD use.
+void RankedSmooth::keep_state(Part& part) {
+  Bodies& b = part.simulation->scene.bodies;
+  b.position_begin.values = b.position.values;
+  b.rotation_begin.values = b.rotation.values;
+  b.velocity_begin.values = b.velocity.values;
+  b.momentum_begin.values = b.angular_momentum.values;
+  b.velocity_free.values = b.contact_force.values;
+}
+
+void RankedSmooth::undo() {
+  if (!kept_) return;
+  kept_ = false;
+  for (Part& part : parts_) {
+    Bodies& b = part.simulation->scene.bodies;
+    b.position.values = b.position_begin.values;
+    b.rotation.values = b.rotation_begin.values;
+    b.velocity.values = b.velocity_begin.values;
+    b.angular_momentum.values = b.momentum_begin.values;
+    b.contact_force.values = b.velocity_free.values;
+  }
 }
 
 void RankedSmooth::begin_step(Part& part, double h) {

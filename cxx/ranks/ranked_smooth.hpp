@@ -45,6 +45,8 @@ private:
   static SmoothDem& of(Part& part) { return static_cast<SmoothDem&>(*part.strategy); }
   std::int64_t own_contacts(const Part& part) const override { return contacts_[std::size_t(part.rank)]; }
   double next_way(const Part& part, std::int64_t body, double h) const;
+  void undo() override;
+  void keep_state(Part& part);
   void begin_step(Part& part, double h);
   void put_in_order(const Part& part, const NeighbourList& list, Order& order) const;
   static void add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums);
@@ -53,6 +55,7 @@ private:
   void total_forces(Simulation& s, bool damped);
 
   bool forces_known_ = false;
+  bool kept_ = false;                        // parts have the state of the begin of the step at hand
   std::vector<std::int64_t> contacts_;       // that act, by rank
   std::vector<std::array<Order, 2>> orders_; // of each part: of its list, and of contacts of shapes
   std::int64_t orders_of_ = -1;              // the partition that they were made in

@@ -55,6 +55,7 @@ public:
   void release(std::span<const std::int64_t> ids); // no function drives them any more
   void release_cell(Simulation& s);                // components that something drove stay from now on
   bool has_cell() const { return !components_.empty() || keeps_volume_; }
+  bool reads_state() const { return !servos_.empty() || !growths_.empty() || has_cell(); } // of bodies
 
   // Writes velocities at the end of a step of h [s], forces and pressures in the mean of both ends by the share of the
   // end, rates of the cell. Throws Error where a function gives no number, or the cell is to follow a stress where the

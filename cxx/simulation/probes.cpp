@@ -111,6 +111,12 @@ bool Probes::reads_contacts() const {
   return std::any_of(probes_.begin(), probes_.end(), [](const Probe& p) { return p.kind == Kind::contact_force; });
 }
 
+bool Probes::reads_bodies(std::int64_t step) const {
+  return std::any_of(probes_.begin(), probes_.end(), [step](const Probe& p) {
+    return (p.kind == Kind::contact_force || p.kind == Kind::field) && step % p.every == 0;
+  });
+}
+
 void Probes::find_contact_forces(Simulation& s) {
   if (forces_of_ == s.steps) return;
   forces_of_ = s.steps;

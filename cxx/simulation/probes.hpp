@@ -23,6 +23,7 @@ public:
   void clear() { probes_.clear(); }
   void record(Simulation& s); // after each step
   bool reads_contacts() const;
+  bool reads_bodies(std::int64_t step) const; // at the end of that step
   int count() const { return int(probes_.size()); }
   double last(int probe) const { return probes_[std::size_t(probe)].last; } // of the last step; no number: none was due
   const std::vector<double>& times(int probe) const { return probes_[std::size_t(probe)].time; }

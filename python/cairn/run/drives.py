@@ -50,7 +50,7 @@ class Drives:
                 core.drive_by(present[at[bits[:, dof]]], int(dof), texts[dof])
 
     def _write(self, chosen, mask):
-        self._core.scene.drive(self._ids[chosen], mask, np.ascontiguousarray(self._velocity[chosen]))
+        self._core.drive(self._ids[chosen], mask, np.ascontiguousarray(self._velocity[chosen]))
 
     def apply(self, time):
         """Writes the velocities given by functions of time at an instant [s]; constant ones were written once."""

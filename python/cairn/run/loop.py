@@ -489,8 +489,9 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     ranks, failed = simulation.ranks, True
     if ranks is not None and not ranks.first:
         progress = False
+    left = contextlib.nullcontext() if ranks is None else ranks.leaving_state()
     try:
-        with StopAtSignal() as stop, Progress(total, enabled=progress) as bar:
+        with StopAtSignal() as stop, Progress(total, enabled=progress) as bar, left:
             while last is None or simulation.steps < last:
                 if bool(stop) if ranks is None else ranks.any(bool(stop)):
                     break

@@ -43,12 +43,12 @@ class Flights:
         flight = info["time_detection"] - (info["time"] - info["dt"]) if simulation.strategy.stages else h
         if not flight > 0 or not self._may_pass(simulation, info, flight, h):
             return None
-        key = (core.scene.body_count, core.order_version)
+        key = (core.body_count, core.order_version)
         if self._of != key:
             self._of, self._placed = key, _Shapes(simulation, core)
         shapes, dim = self._placed, simulation.scene.dim
         if simulation.strategy.stages:
-            start, velocity = core.scene.body("position_begin"), core.scene.body("velocity_begin")[:, :dim]
+            start, velocity = core.body("position_begin"), core.body("velocity_begin")[:, :dim]
         else:
             velocity = core.scene.body("velocity")[:, :dim]
             start = core.scene.body("position") - h * velocity
@@ -70,7 +70,7 @@ class Flights:
         """Cheap bound: False if no body moves by more than its size during `flight` [s], and none without a size moves."""
         if info.get("way", 0.0) > 0:
             core = core_of(simulation)
-            thin = self._placed.thin if self._of == (core.scene.body_count, core.order_version) else [0]
+            thin = self._placed.thin if self._of == (core.body_count, core.order_version) else [0]
             moves = info["way"] * flight > h
             return moves or (len(thin) > 0 and np.any(core.scene.body("velocity")[thin]))
         if not len(simulation.bodies):

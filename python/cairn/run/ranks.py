@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import time
@@ -97,7 +98,8 @@ class Ranks:
         -------
         dict
             "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
-            made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" so far.
+            made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" and "gathers" of the
+            state of all bodies so far.
         """
         found = core_of(self._simulation).figures()
         return {name: value if name == "imbalance" else int(value) for name, value in found.items()}
@@ -115,7 +117,19 @@ class Ranks:
         bool
             True if it is on one.
         """
-        return bool(self._exchange.any(bool(value)))
+        return _core.any_rank(core_of(self._simulation), bool(value))
+
+    @contextlib.contextmanager
+    def leaving_state(self):
+        """Makes steps within the `with` block leave the state of bodies with their ranks until it is read; all ranks have it
+        behind the block, unless it ends by an error."""
+        core = core_of(self._simulation)
+        _core.leave_state_with_ranks(core, True)
+        try:
+            yield
+            _ = core.scene
+        finally:
+            _core.leave_state_with_ranks(core, False)
 
     def __repr__(self):
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"

@@ -50,7 +50,7 @@ class Leaps:
         """Ids of two bodies whose overlap grew by more than their relative motion in a step of h [s]; None if there are none.
         overlap: the deepest, relative to the size of the smaller body."""
         core = core_of(simulation)
-        before, last, now = self._before, self._last, (simulation.steps, core.scene.body_count)
+        before, last, now = self._before, self._last, (simulation.steps, core.body_count)
         self._before, self._last = overlap, now
         if last != (now[0] - 1, now[1]) or not overlap > before + LEAPS:
             return None
@@ -64,7 +64,9 @@ class Leaps:
         size = np.maximum(simulation.radii(), placed.sizes(rows))[rows]
         offset, reach = placed.field("offset"), placed.field("radius")
         reach = reach + np.linalg.norm(np.reshape(offset, (len(reach), dim)), axis=1) if len(offset) else reach
-        velocity = np.maximum(np.abs(core.scene.body("velocity")[rows]), np.abs(core.scene.body("velocity_begin")[rows]))
+        velocity = np.abs(core.scene.body("velocity")[rows])
+        if simulation.ranks is None:  # ranks keep that of the begin for themselves
+            velocity = np.maximum(velocity, np.abs(core.scene.body("velocity_begin")[rows]))
         ways = [
             np.linalg.norm(v[:dim]) + np.linalg.norm(v[dim:]) * np.max(reach[placed.owner == row], initial=0.0)
             for v, row in zip(velocity, rows)
@@ -86,7 +88,7 @@ class RoundEdges:
         if not overlap > SINKS_BY_EDGES:
             return None
         core = core_of(simulation)
-        key = (core.scene.body_count, core.order_version)
+        key = (core.body_count, core.order_version)
         if self._of != key:
             self._of, self._bodies = key, self._found(Placed(core.scene))
         if not self._bodies:

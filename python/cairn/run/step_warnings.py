@@ -277,7 +277,7 @@ class StepWarnings:
     def _look_for_runaways(self, simulation, info, h):
         """Warns of a runaway body. A bound from kinetic energy and least mass avoids the loop over bodies in nearly all steps."""
         core = core_of(simulation)
-        count = (core.scene.body_count, core.scene.node_count)
+        count = (core.body_count, core.node_count)
         if self._reach[:2] != count:
             self._reach = (*count, *_reach_of(simulation, h))
         reach, lightest = self._reach[2:]

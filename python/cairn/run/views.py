@@ -41,7 +41,7 @@ class BodyView(_View):
         self._simulation, self._core = simulation, core
 
     def __len__(self):
-        return self._core.scene.body_count
+        return self._core.body_count
 
     @property
     def names(self):
@@ -60,13 +60,15 @@ class BodyView(_View):
         if name == "radius":
             return shown(simulation.radii(), self._remedy(name))
         try:
-            values = self._core.scene.body(name)
+            apart = simulation.ranks is not None and simulation.ranks.kind == "mpi"
+            values = self._core.scene.body(name) if apart else self._core.body(name)
         except KeyError:
             raise AttributeError(f"bodies have no array {name!r}; they have {listed(self.names, name)}") from None
         if name == "position" and np.any(simulation.scene.origin):
             values += simulation.scene.origin
         if len(values) == 0 and len(self):
-            raise AttributeError(f"this scene needs no {name}, so it is not stored; it stores {', '.join(self.names)}")
+            why = f"ranks keep {name} for their own bodies" if apart else f"this scene needs no {name}, so it is not stored"
+            raise AttributeError(f"{why}; it stores {', '.join(self.names)}")
         return shown(values, self._remedy(name))
 
     def _remedy(self, name):
@@ -112,7 +114,7 @@ class NodeView(_View):
         self._simulation, self._core = simulation, core
 
     def __len__(self):
-        return self._core.scene.node_count
+        return self._core.node_count
 
     @property
     def names(self):
@@ -285,6 +287,7 @@ class RawView(_View):
             raise AttributeError(name)
         if self._core.order_version != self._order:
             raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
+        _core.hold_whole(self._core)
         try:
             return getattr(self._core.scene, f"raw_{self._of}")(name)
         except KeyError:

@@ -1,0 +1,127 @@
+// The state of all bodies between the whole and its parts: after each step, or when somebody reads it.
+#include <algorithm>
+
+#include "../networks/network.hpp"
+#include "../simulation/controls.hpp"
+#include "../simulation/probes.hpp"
+#include "over_ranks.hpp"
+
+namespace cairn {
+
+// Meshes are whole in every process, with the bodies beside them.
+bool OverRanks::reads_state(const Simulation& s) const {
+  return !leaves_state_ || s.scene.nodes.count > 0 || s.networks || (s.controls && s.controls->reads_state()) ||
+         (s.probes && s.probes->reads_bodies(s.steps));
+}
+
+// The largest of what ranks wish, and whether a value is true on one of them.
+int OverRanks::largest_wish(int wish, bool& value) {
+  double told[] = {value ? 1.0 : 0.0, double(wish)};
+  exchange_->largest(told);
+  value = told[0] > 0;
+  return int(told[1]);
+}
+
+bool OverRanks::any(Simulation& s, bool value) {
+  if (exchange_->whole()) return value;
+  for (;;) {
+    bool on_one = value;
+    const int wish = largest_wish(0, on_one);
+    if (wish == 0) return on_one;
+    gather_state(s, wish > 1);
+  }
+}
+
+void OverRanks::fetch(Simulation& s, bool workspace) {
+  if (parts_.empty()) {
+    if (workspace) arrays_to_fill(s, true);
+    return;
+  }
+  if (known_ && (!workspace || workspace_known_)) return;
+  bool none = false;
+  const int wish = workspace ? 2 : 1;
+  gather_state(s, (exchange_->whole() ? wish : largest_wish(wish, none)) > 1);
+}
+
+void OverRanks::write_loads(Simulation& s) {
+  if (!loads_written_) fetch(s); // they may be released
+  loads_written_ = true;
+}
+
+// All ranks call it. Over processes, arrays that were released come one by one, so that messages hold few of them.
+void OverRanks::gather_state(Simulation& s, bool workspace) {
+  const Arrays all = arrays_to_fill(s, workspace);
+  if (exchange_->whole()) {
+    for (const Part& part : parts_) take(part, s, all);
+  } else {
+    const auto pass = [&](const Arrays& arrays) {
+      Packer mine;
+      for (const Part& part : parts_) pack_own(part, s, arrays, mine);
+      for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s, arrays);
+    };
+    if (unread_) {
+      Arrays one(all.size(), 0);
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        if (!all[k]) continue;
+        one[k] = 1;
+        pass(one);
+        one[k] = 0;
+      }
+    } else {
+      pass(all);
+    }
+  }
+  known_ = true;
+  workspace_known_ = workspace;
+  unread_ = false;
+  ++gathers_;
+}
+
+void OverRanks::collect(Simulation& s) {
+  if (workspace_known_) release_workspace(s);
+  known_ = workspace_known_ = false;
+  s.scene.cell = parts_[0].simulation->scene.cell;
+  std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);
+  double largest[] = {0, 0}; // way, bodies that turned too far
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const Part& part = parts_[l];
+    const StepReport& report = part.simulation->report;
+    const auto own = std::int64_t(std::count(part.own.begin(), part.own.end(), 1));
+    load[std::size_t(part.rank)] = cost_of_body * own + cost_of_contact * own_contacts(part);
+    load.back() += own_contacts(part);
+    largest[0] = std::max(largest[0], report.way);
+    largest[1] = std::max(largest[1], double(report.unresolved_rotations));
+  }
+  exchange_->sum(load);
+  exchange_->largest(largest);
+  const std::int64_t contacts = load.back();
+  load.pop_back();
+  std::int64_t all = 0;
+  for (const std::int64_t of_rank : load) all += of_rank;
+  imbalance_ = all > 0 ? double(*std::max_element(load.begin(), load.end())) * double(load.size()) / double(all) : 1;
+  s.report.sub_steps = 1;
+  s.report.way = largest[0];
+  s.report.unresolved_rotations = std::int64_t(largest[1]);
+  s.report.step = ++s.steps;
+  s.report.h = parts_[0].simulation->report.h;
+  s.report.time_detection = parts_[0].simulation->report.time_detection;
+  s.report.time = s.time = parts_[0].simulation->time;
+  s.report.contacts = contacts;
+  s.report.energy = s.energy;
+  seen_ = s.scene.next_contactor_id;
+  ++since_partition_;
+  if (reads_state(s)) {
+    gather_state(s, false);
+    taken_ = true;
+  } else {
+    if (unread_ && !held_) release(s, s.controls != nullptr || loads_written_);
+    unread_ = true;
+  }
+  last_ = exchange_->traffic;
+  last_.messages -= before_.messages;
+  last_.bytes -= before_.bytes;
+  last_.sums -= before_.sums;
+  if (s.probes && s.probes->reads_contacts()) gather(s);
+}
+
+} // namespace cairn
