@@ -39,7 +39,7 @@ contains
   !> a single motion couples them (sliding against rolling), along which changes shrink geometrically: every third turn extrapolates
   !> by that ratio (Irons and Tuck 1969), as long as changes shrink from extrapolation to extrapolation. What takes more than a few
   !> turns begins again from a solution by Newton's method, if there is one near.
-  pure subroutine solve_blocks(c, plane, w, q, mu, k, r)
+  pure subroutine solve_blocks(c, plane, w, q, mu, k, r, start)
     integer(c_int32_t), intent(in) :: c       !< components
     logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
     real(c_double), intent(in)     :: w(c, c) !< Delassus block [1/kg]
@@ -47,6 +47,7 @@ contains
     real(c_double), intent(in)     :: mu(3)   !< sliding [-], twisting and rolling [m]
     real(c_double), intent(in)     :: k(3)    !< of the limits, without a normal impulse [N s, N m s]
     real(c_double), intent(out)    :: r(c)    !< [N s, N m s]
+    real(c_double), intent(in), optional :: start(c) !< impulses near the solution, as of the sweep before [N s, N m s]
     real(c_double) :: before(c), step(c), step_before(c), change, size, moved, moved_before, ratio
     integer, parameter :: newton_turns(3) = [6, 24, 96] !< after which Newton's method is tried
     integer :: i, b, l, first(3), last(3)
@@ -60,6 +61,12 @@ contains
     end do
     if (found .and. r(1) > 0) return
     r = 0
+    if (present(start)) then
+      r = start
+      found = .false.
+      if (r(1) > 0) call try_newton(c, plane, w, q, mu, k, r, found)
+      if (.not. found) r = 0
+    end if
     step_before = 0
     moved_before = huge(moved)
     do i = 1, 2000
