@@ -37,8 +37,9 @@ contains
 
   !> Tries sticking in all blocks first; else solves normal and blocks in turn, each exactly, until only last digits change. Mostly
   !> a single motion couples them (sliding against rolling), along which changes shrink geometrically: every third turn extrapolates
-  !> by that ratio (Irons and Tuck 1969), as long as changes shrink from extrapolation to extrapolation.
-  pure subroutine solve_blocks(c, plane, w, q, mu, k, r)
+  !> by that ratio (Irons and Tuck 1969), as long as changes shrink from extrapolation to extrapolation. What takes more than a few
+  !> turns begins again from a solution by Newton's method, if there is one near.
+  pure subroutine solve_blocks(c, plane, w, q, mu, k, r, start)
     integer(c_int32_t), intent(in) :: c       !< components
     logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
     real(c_double), intent(in)     :: w(c, c) !< Delassus block [1/kg]
@@ -46,7 +47,9 @@ contains
     real(c_double), intent(in)     :: mu(3)   !< sliding [-], twisting and rolling [m]
     real(c_double), intent(in)     :: k(3)    !< of the limits, without a normal impulse [N s, N m s]
     real(c_double), intent(out)    :: r(c)    !< [N s, N m s]
+    real(c_double), intent(in), optional :: start(c) !< impulses near the solution, as of the sweep before [N s, N m s]
     real(c_double) :: before(c), step(c), step_before(c), change, size, moved, moved_before, ratio
+    integer, parameter :: newton_turns(3) = [6, 24, 96] !< after which Newton's method is tried
     integer :: i, b, l, first(3), last(3)
     logical :: found
     call places_of(c, plane, first, last)
@@ -58,6 +61,12 @@ contains
     end do
     if (found .and. r(1) > 0) return
     r = 0
+    if (present(start)) then
+      r = start
+      found = .false.
+      if (r(1) > 0) call try_newton(c, plane, w, q, mu, k, r, found)
+      if (.not. found) r = 0
+    end if
     step_before = 0
     moved_before = huge(moved)
     do i = 1, 2000
@@ -79,12 +88,155 @@ contains
         ratio = ratio + w(l, l)*step(l)*step_before(l)
       end do
       if (change <= (4*epsilon(change))**2*size) exit
+      if (any(i == newton_turns)) then
+        call try_newton(c, plane, w, q, mu, k, r, found)
+        step = 0
+        if (found) moved_before = huge(moved)
+      end if
       step_before = step
       if (mod(i, 3) > 0 .or. .not. ratio > 0 .or. .not. ratio < moved .or. .not. moved < moved_before) cycle
       moved_before = moved
       r = r + ratio/(moved - ratio)*step
     end do
   end subroutine solve_blocks
+
+  !> Newton's method on the natural map of all blocks at once (Alart & Curnier 1991), from impulses that are near a solution; found:
+  !> it ended at one, to many digits. Else the impulses are left as they are.
+  pure subroutine try_newton(c, plane, w, q, mu, k, r, found)
+    integer(c_int32_t), intent(in) :: c       !< components
+    logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
+    real(c_double), intent(in)     :: w(c, c) !< [1/kg]
+    real(c_double), intent(in)     :: q(c)    !< [m/s, rad/s]
+    real(c_double), intent(in)     :: mu(3), k(3) !< as above
+    real(c_double), intent(inout)  :: r(c)    !< [N s, N m s]
+    logical, intent(out)           :: found
+    integer, parameter :: most = 8 !< passes
+    real(c_double), parameter :: near = 2.0_c_double**(-44) !< of impulses, in the norm of the diagonal
+    real(c_double) :: x(c), u(c), f(c), a(c, c), missed, size
+    logical :: regular
+    integer :: i, l
+    x = r
+    found = .false.
+    do i = 1, most
+      u = q
+      do l = 1, c
+        u = u + w(:, l)*x(l)
+      end do
+      call tangent_of_map(c, plane, w, u, mu, k, x, f, a)
+      missed = 0
+      size = 0
+      do l = 1, c
+        missed = max(missed, w(l, l)*f(l)**2)
+        size = max(size, w(l, l)*x(l)**2)
+      end do
+      found = missed <= near**2*size .and. size > 0
+      if (found) exit
+      call eliminate(c, w, a, f, regular)
+      if (.not. regular) return
+      x = x - f
+    end do
+    if (found) r = x
+  end subroutine try_newton
+
+  !> map_blocks and its derivative by r, u = W r + q.
+  pure subroutine tangent_of_map(c, plane, w, u, mu, k, r, f, a)
+    integer(c_int32_t), intent(in) :: c       !< components
+    logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
+    real(c_double), intent(in)     :: w(c, c) !< [1/kg]
+    real(c_double), intent(in)     :: u(c)    !< [m/s, rad/s]
+    real(c_double), intent(in)     :: mu(3), k(3) !< as above
+    real(c_double), intent(in)     :: r(c)    !< [N s, N m s]
+    real(c_double), intent(out)    :: f(c)    !< [N s, N m s]
+    real(c_double), intent(out)    :: a(c, c) !< [-, m, 1/m]
+    real(c_double) :: z(2), e(2), dz(2), normal, limit, size, heaviest, grows, along
+    integer :: b, l, m, i, first(3), last(3)
+    call places_of(c, plane, first, last)
+    normal = max(0.0_c_double, r(1) - u(1)/w(1, 1))
+    f(1) = r(1) - normal
+    a = 0
+    a(1, 1) = 1
+    if (normal > 0) then ! f = u/W_NN
+      f(1) = u(1)/w(1, 1)
+      a(1, :) = w(1, :)/w(1, 1)
+    end if
+    do b = 1, 3
+      m = last(b) - first(b) + 1
+      if (m < 1) cycle
+      heaviest = 0
+      do l = first(b), last(b)
+        heaviest = max(heaviest, w(l, l))
+        a(l, l) = 1
+        f(l) = r(l)
+      end do
+      limit = merge(mu(b)*normal, 0.0_c_double, normal > 0) + k(b)
+      if (.not. (heaviest > 0 .and. limit > 0)) cycle ! bears nothing
+      z = 0
+      z(1:m) = r(first(b):last(b)) - u(first(b):last(b))/heaviest
+      size = length(z)
+      if (.not. size > limit) then ! sticks
+        f(first(b):last(b)) = u(first(b):last(b))/heaviest
+        a(first(b):last(b), :) = w(first(b):last(b), :)/heaviest
+        cycle
+      end if
+      e = z/size
+      f(first(b):last(b)) = r(first(b):last(b)) - limit*e(1:m)
+      do l = 1, c
+        grows = 0 ! of the limit
+        if (normal > 0) grows = mu(b)*(merge(1.0_c_double, 0.0_c_double, l == 1) - w(1, l)/w(1, 1))
+        dz = 0
+        do i = 1, m
+          dz(i) = merge(1.0_c_double, 0.0_c_double, l == first(b) + i - 1) - w(first(b) + i - 1, l)/heaviest
+        end do
+        along = sum(e*dz)
+        do i = 1, m
+          a(first(b) + i - 1, l) = a(first(b) + i - 1, l) - grows*e(i) - (limit/size)*(dz(i) - e(i)*along)
+        end do
+      end do
+    end do
+  end subroutine tangent_of_map
+
+  !> x = A^-1 x with pivots by rows, which are compared in the norm of the diagonal, as their units differ; not regular: there is no
+  !> solution in these digits. A is lost.
+  pure subroutine eliminate(n, w, a, x, regular)
+    integer(c_int32_t), intent(in) :: n
+    real(c_double), intent(in)     :: w(n, n) !< [1/kg]
+    real(c_double), intent(inout)  :: a(n, n), x(n)
+    logical, intent(out)           :: regular
+    real(c_double) :: row(n), weight(n), largest, factor
+    integer :: j, l, pivot
+    regular = .false.
+    do j = 1, n
+      weight(j) = w(j, j)
+    end do
+    do j = 1, n
+      pivot = j
+      do l = j + 1, n
+        if (weight(l)*a(l, j)**2 > weight(pivot)*a(pivot, j)**2) pivot = l
+      end do
+      largest = abs(a(pivot, j))
+      if (.not. (largest > 0 .and. largest < huge(largest))) return
+      if (pivot /= j) then
+        row = a(j, :)
+        a(j, :) = a(pivot, :)
+        a(pivot, :) = row
+        factor = x(j)
+        x(j) = x(pivot)
+        x(pivot) = factor
+        factor = weight(j)
+        weight(j) = weight(pivot)
+        weight(pivot) = factor
+      end if
+      do l = j + 1, n
+        factor = a(l, j)/a(j, j)
+        a(l, j + 1:) = a(l, j + 1:) - factor*a(j, j + 1:)
+        x(l) = x(l) - factor*x(j)
+      end do
+    end do
+    do j = n, 1, -1
+      x(j) = (x(j) - sum(a(j, j + 1:)*x(j + 1:)))/a(j, j)
+    end do
+    regular = all(abs(x) < huge(x))
+  end subroutine eliminate
 
   !> W^-1 times -q, by the factors of W = L D L' (roots would round otherwise in other units); not found where W is singular.
   pure subroutine stick(c, w, q, r, found)

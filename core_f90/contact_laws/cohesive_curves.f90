@@ -23,11 +23,6 @@ contains
   pure real(c_double) function length(n, x)
     integer, intent(in)        :: n
     real(c_double), intent(in) :: x(n) !< any unit
-    if (n == 2) then ! in registers, with the same roundings
-      length = max(abs(x(1)), abs(x(2)))
-      if (length > 0) length = length*sqrt((x(1)/length)**2 + (x(2)/length)**2)
-      return
-    end if
     length = maxval(abs(x))
     if (n > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
   end function length

@@ -34,12 +34,16 @@ contains
     real(c_double), intent(inout)   :: u_free(c) !< relative velocity with r = 0 here, overwritten [m/s]
     real(c_double), intent(in)      :: mu(3), d(3) !< see rolling_limits
     logical, intent(in)             :: even      !< see rolling_limits
-    real(c_double), intent(out)     :: r(c)      !< impulse [N s]
+    real(c_double), intent(inout)   :: r(c)      !< impulse, before and after [N s]
     integer(c_int32_t), intent(out) :: status    !< see cairn_contact_status
-    real(c_double) :: k(3)
+    real(c_double) :: k(3), start(c)
     k = 0
-    if (.not. even) call scale_block(c, d, w, u_free)
-    call solve_blocks(c, .true., w, u_free, mu, k, r)
+    start = r
+    if (.not. even) then
+      call scale_block(c, d, w, u_free)
+      start(5:6) = divided(d, start(5:6))
+    end if
+    call solve_blocks(c, .true., w, u_free, mu, k, r, start)
     status = status_of_blocks(c, .true., mu, k, r)
     if (.not. even) r(5:6) = times(d, r(5:6))
   end subroutine solve_rolling
