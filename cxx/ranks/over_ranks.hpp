@@ -118,6 +118,7 @@ private:
   MeshShare share_of_meshes(std::size_t local) const;
   void share_touched(Simulation& s) const;
   bool knows_meshes(const Simulation& s) const;
+  bool lacks_bodies(const Simulation& s) const;
   void show(Simulation& s);
 
   std::int64_t order_seen_ = -1;
