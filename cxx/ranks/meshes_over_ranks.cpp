@@ -134,7 +134,7 @@ Part* RankedNscd::mesh_part() {
   return found == parts_.end() ? nullptr : &*found;
 }
 
-// What a step took of them since the partition, with what they may still go on by [m].
+// The largest way of a node since the partition, with the largest margin of a mesh contactor [m].
 double RankedNscd::way_of_meshes() {
   Part* part = mesh_part();
   if (!part || part->rank != mesh_rank_) return 0;

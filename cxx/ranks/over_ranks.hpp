@@ -134,6 +134,7 @@ private:
   MeshShare share_of_meshes(std::size_t local) const;
   void share_touched(Simulation& s) const;
   bool knows_meshes(const Simulation& s) const;
+  bool lacks_bodies(const Simulation& s) const;
   void show(Simulation& s);
   bool reads_state(const Simulation& s) const; // at the end of a step, or at the begin of the next one
   void gather_state(Simulation& s, bool workspace);

@@ -50,10 +50,11 @@ std::vector<std::uint8_t> fixed_bodies(const Simulation& s) {
 }
 
 // True if the scene needs neighbours of ghosts too: detection leaves out contacts of faces by their other neighbours.
+// Those of meshes are left out by other parts of the mesh, or by rigid faces.
 bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& everywhere) {
   const Contactors& c = s.scene.contactors;
   for (std::int64_t k = 0; k < c.count; ++k)
-    if ((*c.body[k] < 0 || !everywhere[std::size_t(*c.body[k])]) && !info(Shape(*c.shape[k])).ball()) return true;
+    if (*c.body[k] >= 0 && !everywhere[std::size_t(*c.body[k])] && !info(Shape(*c.shape[k])).ball()) return true;
   return false;
 }
 
@@ -219,7 +220,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   choose_mesh_rank(s, beside);
   const MeshBalls meshes = balls_of_meshes(s);
 
-  double widest = meshes.widest, fastest = meshes.fastest, middle = 0;
+  double widest = 0, fastest = meshes.fastest, middle = 0;
   std::int64_t roaming = 0;
   for (std::int64_t i = 0; i < b.count; ++i) {
     if (everywhere_[std::size_t(i)]) continue;
@@ -231,9 +232,9 @@ void OverRanks::partition(Simulation& s, double margin) {
     ++roaming;
   }
   const double h = s.report.h > 0 ? s.report.h : 0;
-  reach_ =
-      2 * (margin + 0.05 * widest +
-           reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : widest) + 2 * h * std::sqrt(fastest)));
+  const double size = std::max(widest, meshes.widest); // margins are shares of it
+  reach_ = 2 * (margin + 0.05 * size +
+                reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : size) + 2 * h * std::sqrt(fastest)));
 
   Surroundings around;
   around.dim = s.scene.dim;

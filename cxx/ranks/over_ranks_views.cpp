@@ -132,9 +132,23 @@ bool OverRanks::has(const ContactFieldInfo& field) const {
                       [&](const KeptField& kept) { return std::string_view(kept.name) == field.name; }));
 }
 
+// True if bodies or meshes of the last step went: its contacts can be read no more.
+bool OverRanks::lacks_bodies(const Simulation& s) const {
+  if (s.scene.order_version() == order_seen_ || parts_.empty()) return false;
+  if (!knows_meshes(s)) return true;
+  for (const Part& part : parts_)
+    for (const std::int64_t id : part.simulation->scene.bodies.id.values)
+      if (s.scene.find_body(id) < 0) return true;
+  return false;
+}
+
 // Contacts of the ranks of this process, unless those of all were gathered.
 void OverRanks::view(Simulation& s) {
   if (s.contacts_known) return;
+  if (lacks_bodies(s)) {
+    s.candidates.count = 0;
+    return;
+  }
   if (!shown_) {
     auto shown = std::make_shared<Shown>();
     shown->networks = s.networks != nullptr;

@@ -26,10 +26,10 @@ struct Part {
   bool has_joints = false;                     // all that there are
   bool has_meshes = false;                     // it makes their step; contacts with them are on one rank alone
   std::vector<double> node_then;               // (dim, nodes) as position_then [m]
-  Array<double> velocity;                      // (3 | 6, bodies) at the end of the step, as contacts leave it
+  Array<double> velocity, node_velocity; // (3 | 6, bodies), (dim, nodes) at the end of the step, as contacts leave it
 };
 
-// What a part has of the deformable bodies: nothing, nodes, or nodes and contactors.
+// Deformable bodies in a part: none, their nodes, or nodes and contactors.
 enum class MeshShare { none, nodes, all };
 // Part of the bodies of `whole`, which are named by internal numbers, with a strategy of the same settings.
 Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,

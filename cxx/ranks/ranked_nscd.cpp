@@ -16,20 +16,11 @@
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
-namespace {
-
-bool changes_shape(const Cell& cell) {
-  return std::ranges::any_of(cell.velocity_gradient, [](double g) { return g < 0 || g > 0; });
-}
-
-} // namespace
 
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
   const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
-  if (!s.meshes.empty() && (s.scene.cell.moves() || changes_shape(s.scene.cell)))
-    refuse("the mesh '" + s.meshes.meshes[0].model.name + "' is in a periodic cell that changes its shape");
   s.place_meshes();
   if (s.scene.cell.moves() && std::ranges::any_of(s.laws.laws(), joins))
     refuse("joints hold bodies in a periodic cell that follows a stress");
@@ -80,6 +71,10 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
 
 namespace {
 
+bool changes_shape(const Cell& cell) {
+  return std::ranges::any_of(cell.velocity_gradient, [](double g) { return g < 0 || g > 0; });
+}
+
 // Deformable bodies are with the part that makes their step, until it is made.
 class LentMeshes {
 public:
@@ -108,7 +103,7 @@ public:
     take_nodes(*part, whole_);
     whole_.follow_meshes();
   }
-  // What networks found stays.
+  // Temperatures and potentials stay as networks found them.
   ~SeenMeshes() {
     if (nodes_) {
       whole_.scene.nodes.position.values = nodes_->position.values;
@@ -183,7 +178,10 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     undo();
     throw;
   }
-  for (Part& part : parts_) part.velocity = part.simulation->scene.bodies.velocity.values;
+  for (Part& part : parts_) {
+    part.velocity = part.simulation->scene.bodies.velocity.values;
+    part.node_velocity = part.simulation->scene.nodes.velocity.values;
+  }
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
   if (s.scene.cell.any()) add_work_of_cell(s);
   lent.lend(false);
@@ -421,6 +419,14 @@ void RankedNscd::add_work_of_cell(Simulation& s) {
       }
       sum[0].add(mass * change / 2);
     }
+  }
+  if (const Part* part = mesh_part(); part && part->rank == mesh_rank_) {
+    const Nodes& nodes = part->simulation->scene.nodes;
+    for (std::int64_t i = 0; i < nodes.count; ++i)
+      for (std::int64_t k = s.scene.dim * i; k < s.scene.dim * (i + 1); ++k) {
+        const double now = nodes.velocity.values[std::size_t(k)], was = part->node_velocity[std::size_t(k)];
+        sum[0].add(*nodes.mass[i] * (now * now - was * was) / 2);
+      }
   }
   add_over_ranks(sum, *exchange_);
   const double work = sum[0].value();

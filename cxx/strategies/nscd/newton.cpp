@@ -49,7 +49,7 @@ private:
   int since_ = 1;
 };
 
-// Those of a step without ranks.
+// Passes of a step without ranks.
 class OwnPasses final : public ContactPasses {
 public:
   OwnPasses(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s), at_begin_(s.interactions.memory()) {}

@@ -77,10 +77,11 @@ def test_rates_that_are_given_later_and_one_exchange_a_sweep():
 
 
 SPRING = cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)
+SMOOTH = [{"rate": {"xx": -0.5}}, {"stress": 2e5}, {"rate": {"xy": 0.5}, "stress": {"xx": 2e5, "yy": 2e5}}]
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("driven", [{"rate": {"xx": -0.5}}, {"stress": 2e5}, {"rate": {"xy": 0.5}, "stress": {"xx": 2e5, "yy": 2e5}}], ids=str)
+@pytest.mark.parametrize("driven", SMOOTH, ids=str)
 def test_smooth_contacts(dim, driven):
     strategy = cn.SmoothDEM(energy=False)
     over = [run(scene(dim, SPRING, **driven), ranks, 300, strategy, 4e-4) for ranks in (1, 2, 5)]

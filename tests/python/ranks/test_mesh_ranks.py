@@ -84,11 +84,24 @@ def stones():
     return walled(scene, 1)
 
 
-def across_a_cell():
-    scene = new(2, periodic=cn.Periodic((7.9, 0.0)))
+def across_a_cell(**driven):
+    scene = new(2, periodic=cn.Periodic((7.9, 0.0), **driven))
     scene.add(block((3, 2), (6.5, 2.1), (2.0, 1.0), velocity=(4.0, -2.0)))
     grains(scene, (8, 2), (0.4, 0.6), velocity=np.tile((4.0, 0.0), (16, 1)))
     return walled(scene, 1)
+
+
+def in_a_cell(**driven):
+    """A body among grains in a cell that is periodic along both axes."""
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((8.2, 8.2), **driven))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.add(block((3, 3), (6.9, 3.0), (2.2, 2.0)))
+    rng = np.random.default_rng(1)
+    x = np.stack(np.meshgrid(np.arange(8), np.arange(8), indexing="ij"), -1).reshape(-1, 2) * 8.2 / 8
+    apart = (np.abs((x[:, 0] - 8.0 + 4.1) % 8.2 - 4.1) > 1.6) | (np.abs(x[:, 1] - 4.0) > 1.5)
+    x = x[apart]
+    scene.add(cn.disks(x, rng.uniform(0.47, 0.5, len(x)), ROCK, velocity=rng.normal(0, 1, x.shape)))
+    return scene
 
 
 def joined():
@@ -123,6 +136,8 @@ SCENES = {
     "many nodes": many_nodes,
     "stones": stones,
     "periodic": across_a_cell,
+    "sheared": lambda: in_a_cell(shear_rate=1.0),
+    "squeezed": lambda: in_a_cell(stress=3e5),
     "joined": joined,
     "warm": warm,
     "pressed": pressed,
@@ -172,3 +187,68 @@ def test_the_motion_is_that_without_ranks(scene):
     assert abs(over.energy["closure"]) < 1e-9 * over.energy["in_play"]
     for name in ("kinetic", "stored"):
         assert over.energy[name] == pytest.approx(alone.energy[name], rel=1e-2, abs=1e-4 * alone.energy["in_play"])
+
+
+def test_meshes_come_and_go():
+    found = []
+    for ranks in (1, 4):
+        sim = run(lambda: on_a_plate(2), ranks, 10)
+        sim.add(block((3, 2), (2.0, 5.0), (2.0, 0.8), name="late", velocity=(0.0, -3.0)))
+        for _ in range(20):
+            sim.step()
+        found.append(digest(sim))
+        sim.remove(sim.meshes[0].all_ids)
+        assert len(sim.contacts) == 0
+        for _ in range(10):
+            sim.step()
+        found.append(digest(sim))
+    assert found[:2] == found[2:] and len(sim.meshes) == 1
+
+
+def test_a_step_that_fails_leaves_meshes_as_they_were():
+    sim = run(lambda: on_a_plate(2, RUBBER), 3, 10)
+    other = run(lambda: on_a_plate(2, RUBBER), 3, 10)
+    force = np.zeros((len(sim.bodies), 3))
+    force[20, 0] = 1e308
+    sim._core.assign_body("force", force)
+    with pytest.raises(cn.Error, match="rank . of 3: velocity"):
+        sim.step()
+    sim._core.assign_body("force", 0 * force)
+    other._core.assign_body("force", 0 * force)
+    for of in (sim, other):
+        assert np.isfinite(of.nodes.position).all() and of.steps == 10
+        for _ in range(10):
+            of.step()
+    assert digest(sim) == digest(other)
+
+
+def test_one_exchange_a_sweep():
+    once, whole = (run(lambda: on_a_plate(2), 3, 45, exchange=exchange) for exchange in ("sweep", "colour"))
+    assert once.info["status"] == "converged"
+    assert np.abs(once.nodes.position - whole.nodes.position).max() < 1e-5
+
+
+def test_threads_change_no_bit():
+    strategies = [cn.NSCD(solver=cn.NLGS(tol=1e-5), threads=n) for n in (1, 2)]
+    scene = SCENES["falling"]
+    assert len({digest(run(scene, ranks, 20, strategy=of)) for ranks in (1, 3) for of in strategies}) == 1
+
+
+def test_scaling_by_powers_of_two_changes_no_digit():
+    def scaled(length, dt):
+        points, cells = box("quad", (8, 2), (8.0, 1.0))
+        body = cn.ElasticBody(length * points, cells, young=2e6 * length, poisson=0.3, density=1024.0)
+        scene = cn.Scene(dim=2, gravity=(0.0, -8.0))
+        scene.interact("*", "*", cn.Coulomb(mu=0.4))
+        scene.add(cn.deformable(body, ROCK, contact=np.arange(len(points)), edges=np.arange(len(points))))
+        x = np.stack(np.meshgrid(np.arange(8), np.arange(2), indexing="ij"), -1).reshape(-1, 2) * 0.98 + (0.6, 1.5)
+        scene.add(cn.disks(x * length, 0.48 * length, ROCK), cn.wall((0, 0), (0, 1), ROCK))
+        sim = cn.Simulation(scene, dt=dt, strategy=NLGS, overlap="ignore", ranks=3)
+        for _ in range(30):
+            sim.step()
+        return sim
+
+    small, large = scaled(1.0, 2.0**-8), scaled(4.0, 2.0**-7)
+    assert len(small.contacts) > 15
+    assert np.array_equal(4 * small.nodes.position, large.nodes.position)
+    assert np.array_equal(4 * small.bodies.position, large.bodies.position)

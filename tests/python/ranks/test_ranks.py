@@ -235,6 +235,7 @@ def test_bodies_come_and_go():
     for ranks in (1, 4):
         sim = run(disks, ranks, 20)
         sim.remove(sim.bodies.id[[3, 40, 41]])
+        assert len(sim.contacts) == 0  # as without ranks
         sim.add(cn.disks([(2.0, 10.0), (5.0, 10.5)], 0.45, ROCK, velocity=[(0, -3), (0, -5)]))
         for _ in range(40):
             sim.step()
