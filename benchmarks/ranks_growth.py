@@ -138,7 +138,7 @@ def weak(rows, every, share=2e4, ranks=1000):
 
 
 def cut(options):
-    """Rows of counts of all packings over all numbers of ranks, with what they predict."""
+    """Rows of counts and predicted times of all packings over all numbers of ranks."""
     a_contact, a_body = rates()
     print(f"a contact and sweep {1e9 * a_contact:.1f} ns, a body and step besides {1e6 * a_body:.2f} us of CPU time")
     rows = []

@@ -48,7 +48,7 @@ void OverRanks::write_loads(Simulation& s) {
   loads_written_ = true;
 }
 
-// All ranks call it. Over processes, arrays that were released come one by one, so that messages hold few of them.
+// All ranks call it. Over processes, released arrays come one by one, to keep messages short.
 void OverRanks::gather_state(Simulation& s, bool workspace) {
   const Arrays all = arrays_to_fill(s, workspace);
   if (exchange_->whole()) {

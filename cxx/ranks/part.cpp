@@ -6,6 +6,9 @@
 #include <limits>
 #include <string_view>
 #include <type_traits>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace cairn {
 namespace {
@@ -320,13 +323,20 @@ void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays) {
 }
 
 void release(Simulation& whole, bool loads) {
+  std::size_t freed = 0;
   const auto free = [&](auto& field) {
     using T = typename std::decay_t<decltype(field)>::value_type;
     const bool of_loads = std::string_view(field.stage) == "insertion" && !comes_with_body(field.name);
-    if (std::is_same_v<T, double> && field.active && !(loads && of_loads)) Array<T>().swap(field.values);
+    if (!std::is_same_v<T, double> || !field.active || (loads && of_loads)) return;
+    freed += field.values.capacity() * sizeof(T);
+    Array<T>().swap(field.values);
   };
   whole.scene.bodies.for_each_field(free);
   whole.scene.contactors.for_each_field(free);
+#ifdef __GLIBC__
+  constexpr std::size_t much = 1 << 20; // bytes for which looking through the heap pays
+  if (freed > much) malloc_trim(0);
+#endif
 }
 
 void release_workspace(Simulation& whole) {

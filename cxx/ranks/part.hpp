@@ -39,7 +39,7 @@ void find_runs(Part& part);
 // State of nodes to the whole; the part has meshes.
 void take_nodes(const Part& part, Simulation& whole);
 
-// What a part and the whole know of the state of bodies.
+// Holders of the present state of bodies.
 enum class Known {
   whole,   // the whole alone, since somebody changed it
   by_both, // own bodies of the part stand as the whole has them
@@ -50,15 +50,16 @@ void bring(const Simulation& whole, Part& part, Known known);
 
 // Arrays of the whole that are filled from its parts, one number for each array of bodies, then of contactors.
 using Arrays = std::vector<std::uint8_t>;
-// Those that a step leaves, those that were released, and with `workspace` those that parts fill in a step. The whole
-// has room for them afterwards.
+// Arrays of the state and released ones, with `workspace` those of the workspace, too. The whole has room for them
+// afterwards.
 Arrays arrays_to_fill(Simulation& whole, bool workspace);
 // Rows of the bodies that the part owns to the whole.
 void take(const Part& part, Simulation& whole, const Arrays& arrays);
 // The same over processes: what take() would read, as bytes, and back.
 void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, Packer& packer);
 void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays);
-// Frees numbers of the whole that its parts hold too. loads: controls write loads and drives of the whole, which stay.
+// Frees numbers of the whole that its parts hold too, and gives their memory back to the operating system. loads:
+// somebody writes loads and drives of the whole, which stay.
 void release(Simulation& whole, bool loads);
 // Frees the workspace of the whole, which its parts have for their own bodies.
 void release_workspace(Simulation& whole);

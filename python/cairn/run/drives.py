@@ -45,6 +45,8 @@ class Drives:
         self._groups = [(np.flatnonzero(moving & (mask == m)), int(m)) for m in np.unique(mask[moving])]
         for m in np.unique(mask[told]):
             self._write(np.flatnonzero(told & (mask == m)), int(m))
+        if not self._functions:
+            self._ids = self._velocity = None  # as large as the scene
         for texts, at, bits in compiled:
             for dof in np.flatnonzero(bits.any(axis=0)):
                 core.drive_by(present[at[bits[:, dof]]], int(dof), texts[dof])

@@ -33,7 +33,7 @@ class Flights:
     """Search for passages; shapes are cached until bodies are added or removed."""
 
     def __init__(self):
-        self._of, self._placed = None, None
+        self._of, self._placed, self._thin = None, None, [0]
 
     def look(self, simulation, info, h):
         """First Passage found in a step of h [s], or None; only bodies that moved by more than their size are checked."""
@@ -44,8 +44,15 @@ class Flights:
         if not flight > 0 or not self._may_pass(simulation, info, flight, h):
             return None
         key = (core.body_count, core.order_version)
-        if self._of != key:
+        if self._of != key or self._placed is None:
             self._of, self._placed = key, _Shapes(simulation, core)
+            self._thin = self._placed.thin
+        found = self._passage(simulation, core, flight, h)
+        if simulation.ranks is not None and core.body_count > FEW:
+            self._placed = None  # as large as the scene, which ranks share
+        return found
+
+    def _passage(self, simulation, core, flight, h):
         shapes, dim = self._placed, simulation.scene.dim
         if simulation.strategy.stages:
             start, velocity = core.body("position_begin"), core.body("velocity_begin")[:, :dim]
@@ -70,7 +77,7 @@ class Flights:
         """Cheap bound: False if no body moves by more than its size during `flight` [s], and none without a size moves."""
         if info.get("way", 0.0) > 0:
             core = core_of(simulation)
-            thin = self._placed.thin if self._of == (core.body_count, core.order_version) else [0]
+            thin = self._thin if self._of == (core.body_count, core.order_version) else [0]
             moves = info["way"] * flight > h
             return moves or (len(thin) > 0 and np.any(core.scene.body("velocity")[thin]))
         if not len(simulation.bodies):
@@ -83,7 +90,8 @@ class _Shapes:
     """Contactors of rigid bodies, with the distance of a point from each."""
 
     def __init__(self, simulation, core):
-        self.placed = p = Placed(core.scene)
+        self.core, self.placed = core, Placed(core.scene)
+        p = self.placed
         self.dim, m = p.dim, len(p.owner)
         self.size = np.maximum(simulation.radii(), p.sizes(np.arange(len(p.ids))))
         self._of_thin_ones(p)
@@ -115,7 +123,7 @@ class _Shapes:
         """Rows of two bodies, one of them i, of which the first passed through the second. start, way (bodies, dim) [m] of all
         bodies; None without such bodies."""
         p = self.placed
-        rotation = p.core.body("rotation_begin") if len(p.core.body("rotation")) == len(p.ids) else np.zeros(0)
+        rotation = self.core.body("rotation_begin") if len(p.core.body("rotation")) == len(p.ids) else np.zeros(0)
         own = np.flatnonzero(p.owner == i)
         if not len(own):
             return None
