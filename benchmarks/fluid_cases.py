@@ -26,14 +26,14 @@ def advanced(scene, h, end, look=None):
     sim, seen, work, start = cn.Simulation(scene, dt=h), [], 0, time.process_time()
     while sim.time < end - 0.5 * h:
         sim.step()
-        work += len(sim.fluid) * sim.fluid.info["sub_steps"]
+        work += len(sim.fluid) * max(1, sim.fluid.info["sub_steps"])
         if look:
             seen.append(look(sim))
     return sim, seen, time.process_time() - start, work
 
 
-def hydrostatics(dx):
-    scene, bed = tank((0, 0), (2, 0.9), 2.0, dx, 1.0)
+def hydrostatics(dx, **form):
+    scene, bed = tank((0, 0), (2, 0.9), 2.0, dx, 1.0, **form)
     sim, force, cpu, work = advanced(scene, 0.02, 3.0, lambda sim: sim.fluid.force_on(bed)[1])
     depth = 0.9 - sim.fluid.position[:, 1]
     pressure = np.sqrt(np.mean((sim.fluid.pressure - 1000.0 * depth) ** 2)) / 900.0
@@ -41,42 +41,42 @@ def hydrostatics(dx):
     return {"weight": weight, "pressure": pressure}, cpu, work
 
 
-def _channel(dx, gravity, lid, at):
+def _channel(dx, gravity, lid, at, **form):
     scene = cn.Scene(dim=2, gravity=(gravity, 0.0), periodic=cn.Periodic((12 * dx, np.inf)))
     scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 1), (0, -1), ROCK, velocity=(lid, 0.0, 0.0)))
-    scene.add(cn.fluid([(0, 0), (12 * dx, 1)], dx, density=1.0, viscosity=0.1, sound_speed=10.0))
+    scene.add(cn.fluid([(0, 0), (12 * dx, 1)], dx, density=1.0, viscosity=0.1, **(form or {"sound_speed": 10.0})))
     middle = lambda sim: np.mean(sim.fluid.velocity[np.abs(sim.fluid.position[:, 1] - 0.5) < 0.6 * dx, 0])  # noqa: E731
     _, speed, cpu, work = advanced(scene, 0.05, 5.0, middle)
     return {f"nu t/L2 = {t:g}": abs(speed[int(round(t * 10 / 0.05)) - 1] / value - 1) for t, value in at.items()}, cpu, work
 
 
-def poiseuille(dx):
-    return _channel(dx, 0.8, 0.0, {0.05: 0.370386, 0.1: 0.615353, 0.2: 0.856637, 0.5: 0.992578})
+def poiseuille(dx, **form):
+    return _channel(dx, 0.8, 0.0, {0.05: 0.370386, 0.1: 0.615353, 0.2: 0.856637, 0.5: 0.992578}, **form)
 
 
-def couette(dx):
-    return _channel(dx, 0.0, 1.0, {0.05: 0.113844, 0.1: 0.262756, 0.2: 0.411566, 0.5: 0.495422})
+def couette(dx, **form):
+    return _channel(dx, 0.0, 1.0, {0.05: 0.113844, 0.1: 0.262756, 0.2: 0.411566, 0.5: 0.495422}, **form)
 
 
-def taylor_green(dx, reynolds=100.0):
+def taylor_green(dx, reynolds=100.0, **form):
     n = int(round(1 / dx))
     x = (np.arange(n) + 0.5) / n
     x, y = (a.ravel() for a in np.meshgrid(x, x, indexing="ij"))
     a, b = 2 * np.pi * x, 2 * np.pi * y
     velocity = np.stack([-np.cos(a) * np.sin(b), np.sin(a) * np.cos(b)], axis=1)
     scene = cn.Scene(dim=2, periodic=cn.Periodic((1.0, 1.0)))
-    options = {"velocity": velocity, "pressure": -0.25 * (np.cos(2 * a) + np.cos(2 * b)), "sound_speed": 10.0}
+    options = {"velocity": velocity, "pressure": -0.25 * (np.cos(2 * a) + np.cos(2 * b)), **(form or {"sound_speed": 10.0})}
     scene.add(cn.fluid(np.stack([x, y], axis=1), 1 / n, density=1.0, viscosity=1 / reynolds, **options))
     size = lambda sim: np.sqrt(np.sum(sim.fluid.velocity**2) / np.sum(velocity**2))  # noqa: E731
-    _, sizes, cpu, work = advanced(scene, 0.01, 1.0, size)
+    _, sizes, cpu, work = advanced(scene, 0.2 * dx if form else 0.01, 1.0, size)
     return {f"Re {reynolds:g}, t = 1": abs(sizes[-1] / np.exp(-8 * np.pi**2 / reynolds) - 1)}, cpu, work
 
 
-def taylor_green_1000(dx):
-    return taylor_green(dx, 1000.0)
+def taylor_green_1000(dx, **form):
+    return taylor_green(dx, 1000.0, **form)
 
 
-def standing_wave(dx):
+def standing_wave(dx, **form):
     """Period of a wave of 2 m in 1 m of water: 1.13392 s by linear theory, at a fiftieth of the depth."""
     high = 0.02
     x = np.arange(0.5 * dx, 2, dx)
@@ -86,7 +86,7 @@ def standing_wave(dx):
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
     scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((2, 0), (-1, 0), ROCK))
     pressure = 1000 * 9.81 * (1 + high * np.cos(np.pi * places[:, 0]) - places[:, 1])
-    scene.add(cn.fluid(places, dx, pressure=pressure))
+    scene.add(cn.fluid(places, dx, pressure=pressure, **form))
     mode = lambda sim: np.sum(np.cos(np.pi * sim.fluid.position[:, 0]) * sim.fluid.position[:, 1])  # noqa: E731
     _, seen, cpu, work = advanced(scene, 0.01, 2.0, mode)
     seen = np.array(seen) - np.mean(seen[:113])
@@ -170,6 +170,11 @@ def patch(dx):
     return {f"axis at {t:g} s": abs(seen[int(round(t / 2e-4)) - 1] / first / a - 1) for t, a in at.items()}, cpu, work
 
 
+def incompressible(case):
+    """The same case by the incompressible form, in the step of the bodies."""
+    return lambda dx: case(dx, incompressible=True)
+
+
 CASES = {
     "hydrostatics": (hydrostatics, (0.1, 0.05, 0.025)),
     "Poiseuille": (poiseuille, (0.1, 0.05, 0.025)),
@@ -183,6 +188,12 @@ CASES = {
     "release, s = .001": (release_light, (0.25, 0.167, 0.125)),
     "floating block": (floating_block, (0.06, 0.05, 0.03)),
     "circular patch": (patch, (0.1, 0.05, 0.025)),
+    "hydrostatics, incompressible": (incompressible(hydrostatics), (0.1, 0.05, 0.025)),
+    "Poiseuille, incompressible": (incompressible(poiseuille), (0.1, 0.05, 0.025)),
+    "Couette, incompressible": (incompressible(couette), (0.1, 0.05, 0.025)),
+    "Taylor-Green, incompressible": (incompressible(taylor_green), (0.05, 0.025, 0.0125)),
+    "Taylor-Green, Re 1000, incompressible": (incompressible(taylor_green_1000), (0.05, 0.025, 0.0125)),
+    "standing wave, incompressible": (incompressible(standing_wave), (0.1, 0.05, 0.025)),
 }
 
 

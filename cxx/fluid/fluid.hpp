@@ -174,6 +174,7 @@ private:
   cairn_fluid_rows rows() const;
   void shear(double h);
   void add_mass();
+  void spread();
   void begin_rows(const std::vector<double>& rest, std::vector<double>& level);
   void divergence(const std::vector<double>& velocity, const std::vector<double>& of_body, std::vector<double>& out);
   void impulses_on_bodies(const std::vector<double>& p, std::vector<double>& out) const;

@@ -461,6 +461,23 @@ void Fluid::settle(Scene& scene) {
   give_forces(scene, s.h);
 }
 
+// Without a free surface particles drift to an even spread, away from walls, down the gradient of their concentration:
+// a flow gathers them along lines else (Lind et al. 2012).
+void Fluid::spread() {
+  const Implicit& s = *implicit_;
+  const double dx = settings.spacing, most = 0.1 * dx;
+  const double way =
+      std::min(settings.drift * s.h * fastest_ * settings.smoothing * dx, dx * dx); // beyond, it overshoots
+  const std::size_t wide = std::size_t(dim_ + 1);
+  for (std::size_t i = 0; i < std::size_t(count()); ++i) {
+    if (s.used_wall[i] > 0) continue;
+    double slope[3] = {};
+    for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k)
+      for (int c = 0; c < dim_; ++c) slope[c] += s.pair[wide * std::size_t(k) + std::size_t(c)];
+    for (int c = 0; c < dim_; ++c) position_[3 * i + std::size_t(c)] += std::clamp(-way * slope[c], -most, most);
+  }
+}
+
 void Fluid::finish(Scene& scene) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
@@ -477,6 +494,7 @@ void Fluid::finish(Scene& scene) {
   divergence(velocity_, s.pressed, s.divergence);
   for (std::size_t i = 0; i < n; ++i) density_[i] *= 1 - (s.ahead * of_begin[i] + (s.h - s.ahead) * s.divergence[i]);
   for (std::size_t i = 0; i < 3 * n; ++i) position_[i] += (s.h - s.ahead) * velocity_[i];
+  if (closed_) spread();
   report.sub_steps = 1;
   report.speed = fastest();
   report.compression = 0;

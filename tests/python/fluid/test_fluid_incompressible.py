@@ -129,6 +129,23 @@ def test_a_patch_keeps_its_area_and_energy():
     assert abs(sim.fluid.energy()["kinetic"] / energy - 1) < 5e-3
 
 
+def test_vortices_without_a_surface_decay_by_viscosity():
+    # Taylor and Green's at a Reynolds number of 100: particles gather between them unless they are spread
+    n = 20
+    x = (np.arange(n) + 0.5) / n
+    x, y = (2 * np.pi * a.ravel() for a in np.meshgrid(x, x, indexing="ij"))
+    velocity = np.stack([-np.cos(x) * np.sin(y), np.sin(x) * np.cos(y)], axis=1)
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((1.0, 1.0)))
+    places = np.stack([x, y], axis=1) / (2 * np.pi)
+    scene.add(cn.fluid(places, 1 / n, density=1.0, viscosity=0.01, velocity=velocity, incompressible=True))
+    sim = cn.Simulation(scene, dt=0.01)
+    for _ in range(100):
+        sim.step()
+    size = np.sqrt(np.sum(sim.fluid.velocity**2) / np.sum(velocity**2))
+    assert abs(size / np.exp(-0.08 * np.pi**2) - 1) < 0.06  # 0.18 without
+    assert np.abs(np.mean(sim.fluid.velocity, axis=0)).max() < 1e-12
+
+
 def test_poiseuille_by_viscosity_in_parts():
     n = 10
     scene = cn.Scene(dim=2, gravity=(0.8, 0.0), periodic=cn.Periodic((1.2, np.inf)))
