@@ -31,6 +31,9 @@ void SmoothDem::look_at_shapes(const Simulation& s) {
     if (*c.hull[k] >= 0 && std::isfinite(*s.scene.bodies.mass[body]))
       widest_ = std::max(widest_, c.hulls.radius[std::size_t(*c.hull[k])]);
   }
+  if (std::int64_t(ids_.size()) == c.count && list_.order_version == s.scene.order_version() &&
+      list_.contactor_id == c.id.values)
+    return; // the order of the last list
   ids_.resize(c.count);
   for (std::int64_t k = 0; k < c.count; ++k) ids_[k] = {*c.id[k], *c.body[k]};
   std::sort(ids_.begin(), ids_.end());
