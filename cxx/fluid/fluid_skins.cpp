@@ -24,6 +24,40 @@ struct Foot {
   Vector mean{}, along{}, across{};
 };
 
+void multiply(const SparseMatrix& lower, const std::vector<double>& x, std::vector<double>& out) {
+  std::fill(out.begin(), out.end(), 0.0);
+  for (std::size_t j = 0; j < x.size(); ++j)
+    for (std::int64_t e = lower.start[j]; e < lower.start[j + 1]; ++e) {
+      const auto i = std::size_t(lower.row[std::size_t(e)]);
+      out[i] += lower.value[std::size_t(e)] * x[j];
+      if (i != j) out[j] += lower.value[std::size_t(e)] * x[i];
+    }
+}
+
+// Velocities of all dofs less the vibrations that the step does not resolve: 2 S v - S S v with S = A^-1 M, relative to
+// held dofs, which leaves slow motions to second order. Held dofs that do not move along with each other leave all as
+// it is.
+void smooth(MeshBody& body, const double* v, std::vector<double>& out) {
+  const MeshModel& model = body.model;
+  const auto n = std::size_t(model.dofs()), dim = std::size_t(model.dim);
+  out.assign(v, v + n);
+  Vector base{};
+  std::array<bool, 3> known{};
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!model.held[i]) continue;
+    if (known[i % dim] && (v[i] < base[i % dim] || v[i] > base[i % dim])) return;
+    base[i % dim] = v[i];
+    known[i % dim] = true;
+  }
+  std::vector<double> x(n), pull(n), once(n);
+  for (std::size_t i = 0; i < n; ++i) x[i] = v[i] - base[i % dim];
+  multiply(model.mass, x, pull);
+  body.answer(pull.data(), std::int64_t(n), once.data());
+  multiply(model.mass, once, pull);
+  body.answer(pull.data(), std::int64_t(n), x.data());
+  for (std::size_t i = 0; i < n; ++i) out[i] = base[i % dim] + 2 * once[i] - x[i];
+}
+
 } // namespace
 
 // Forces of meshes that were known stay theirs.
@@ -67,10 +101,13 @@ void FluidSkins::set(int dim, FluidSkin points, std::vector<double> size) {
     }
 }
 
-// The end of the step is linear in the impulse of the liquid, v = v_free + A^-1 p, with the matrix A of the integrator.
-// Nodes that take (v_free - v_begin) / h + A^-1 f as their acceleration thus end with the velocity that the step of the
-// bodies finds for the mean of f, but for contacts and what is not linear: no velocity jumps between steps, and sides
-// are as heavy and as stiff within the step as they are over it.
+// The end of the step is linear in the impulse p of the liquid, v_end = v_free + A^-1 p, with the matrix A of the
+// integrator. Nodes that take A^-1 f as their acceleration by the liquid thus end with the velocity that the step of
+// the bodies finds for the mean of f, but for contacts and what is not linear: sides are as heavy and as stiff within
+// the step as they are over it, and the liquid needs to know no more.
+// Vibrations whose period is below the step are no motion that the liquid may see: at theta = 1/2 their velocity turns
+// over in each step and they come back to where they were. Nodes begin with what the step resolves of their velocity,
+// and end so that the way is that of the step for theta = 1/2, with what is resolved of v_free for theta = 1.
 void FluidSkins::load(Scene& scene, const FluidStep& step) {
   Nodes& nodes = scene.nodes;
   for (Mesh& m : meshes_) {
@@ -80,6 +117,7 @@ void FluidSkins::load(Scene& scene, const FluidStep& step) {
         if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
   }
   if (count() > 0) nodes.position_begin.values = nodes.position.values;
+  std::vector<double> begin, end;
   for (Mesh& m : meshes_) {
     const auto first = std::size_t(m.first), n = std::size_t(m.dofs);
     std::fill_n(&impulse_[first], n, 0.0);
@@ -87,14 +125,20 @@ void FluidSkins::load(Scene& scene, const FluidStep& step) {
     m.row = m.body->first_node();
     m.body->loads.time = step.time;
     m.body->free_velocity(nodes, scene.gravity.data(), step.scheme, false);
-    const double h = step.scheme.h;
+    const auto row = std::size_t(dim_ * m.row);
+    smooth(*m.body, &nodes.velocity.values[row], begin);
+    smooth(*m.body, &nodes.velocity_free.values[row], end);
+    const double h = step.scheme.h, theta = step.scheme.share, by_way = 2 * (1 - theta);
     for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t at = std::size_t(dim_ * m.row) + i;
-      place_[first + i] = nodes.position.values[at];
-      velocity_[first + i] = nodes.velocity.values[at];
+      const double v = nodes.velocity.values[row + i], free = nodes.velocity_free.values[row + i];
       const double last = state.contact[first + i], before = state.contact_before[first + i];
       kept_[first + i] = last * before <= 0 ? 0 : std::abs(last) < std::abs(before) ? last : before;
-      constant_[first + i] = (nodes.velocity_free.values[at] - velocity_[first + i]) / h + kept_[first + i];
+      place_[first + i] = nodes.position.values[row + i];
+      velocity_[first + i] = begin[i];
+      const double mean = theta * free + (1 - theta) * v;
+      const double at_end = by_way * (2 * mean - begin[i]) + (1 - by_way) * end[i];
+      constant_[first + i] = (at_end - begin[i]) / h + kept_[first + i];
+      kept_[first + i] -= (free - at_end) / h; // the step of the bodies goes on from the whole velocity
     }
   }
   answer();
