@@ -34,9 +34,8 @@ void multiply(const SparseMatrix& lower, const std::vector<double>& x, std::vect
     }
 }
 
-// Velocities of all dofs less the vibrations that the step does not resolve: 2 S v - S S v with S = A^-1 M, relative to
-// held dofs, which leaves slow motions to second order. Held dofs that do not move along with each other leave all as
-// it is.
+// What the step resolves of a change of velocities (dofs): 2 S v - S S v with S = A^-1 M, relative to held dofs, which
+// leaves slow motions to second order. Held dofs that do not move along with each other leave all as it is.
 void smooth(MeshBody& body, const double* v, std::vector<double>& out) {
   const MeshModel& model = body.model;
   const auto n = std::size_t(model.dofs()), dim = std::size_t(model.dim);
@@ -105,9 +104,10 @@ void FluidSkins::set(int dim, FluidSkin points, std::vector<double> size) {
 // integrator. Nodes that take A^-1 f as their acceleration by the liquid thus end with the velocity that the step of
 // the bodies finds for the mean of f, but for contacts and what is not linear: sides are as heavy and as stiff within
 // the step as they are over it, and the liquid needs to know no more.
-// Vibrations whose period is below the step are no motion that the liquid may see: at theta = 1/2 their velocity turns
-// over in each step and they come back to where they were. Nodes begin with what the step resolves of their velocity,
-// and end so that the way is that of the step for theta = 1/2, with what is resolved of v_free for theta = 1.
+// Vibrations that the step does not resolve are another matter: at theta = 1/2 their velocity turns over in each step.
+// Were the liquid to see it, its forces would work along another way than that of the step, and bring energy. Nodes
+// move with the mean velocity of the step, theta v_free + (1 - theta) v, and with what the step resolves of the change
+// about it: the work of a force is then the same on both sides for all that is not resolved.
 void FluidSkins::load(Scene& scene, const FluidStep& step) {
   Nodes& nodes = scene.nodes;
   for (Mesh& m : meshes_) {
@@ -117,7 +117,7 @@ void FluidSkins::load(Scene& scene, const FluidStep& step) {
         if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
   }
   if (count() > 0) nodes.position_begin.values = nodes.position.values;
-  std::vector<double> begin, end;
+  std::vector<double> change, seen;
   for (Mesh& m : meshes_) {
     const auto first = std::size_t(m.first), n = std::size_t(m.dofs);
     std::fill_n(&impulse_[first], n, 0.0);
@@ -126,19 +126,18 @@ void FluidSkins::load(Scene& scene, const FluidStep& step) {
     m.body->loads.time = step.time;
     m.body->free_velocity(nodes, scene.gravity.data(), step.scheme, false);
     const auto row = std::size_t(dim_ * m.row);
-    smooth(*m.body, &nodes.velocity.values[row], begin);
-    smooth(*m.body, &nodes.velocity_free.values[row], end);
-    const double h = step.scheme.h, theta = step.scheme.share, by_way = 2 * (1 - theta);
+    change.resize(std::size_t(m.body->model.dofs()));
+    for (std::size_t i = 0; i < change.size(); ++i)
+      change[i] = nodes.velocity_free.values[row + i] - nodes.velocity.values[row + i];
+    smooth(*m.body, change.data(), seen);
+    const double h = step.scheme.h, theta = step.scheme.share;
     for (std::size_t i = 0; i < n; ++i) {
       const double v = nodes.velocity.values[row + i], free = nodes.velocity_free.values[row + i];
       const double last = state.contact[first + i], before = state.contact_before[first + i];
       kept_[first + i] = last * before <= 0 ? 0 : std::abs(last) < std::abs(before) ? last : before;
       place_[first + i] = nodes.position.values[row + i];
-      velocity_[first + i] = begin[i];
-      const double mean = theta * free + (1 - theta) * v;
-      const double at_end = by_way * (2 * mean - begin[i]) + (1 - by_way) * end[i];
-      constant_[first + i] = (at_end - begin[i]) / h + kept_[first + i];
-      kept_[first + i] -= (free - at_end) / h; // the step of the bodies goes on from the whole velocity
+      velocity_[first + i] = theta * free + (1 - theta) * v - theta * seen[i];
+      constant_[first + i] = seen[i] / h + kept_[first + i];
     }
   }
   answer();
@@ -317,13 +316,10 @@ void FluidSkins::put_back() {
 void FluidSkins::end(const Scene& scene, double h) {
   state.contact_before.swap(state.contact);
   for (const Mesh& m : meshes_) {
-    const std::int32_t row = scene.find_node(m.id);
-    for (std::int64_t i = 0; i < m.dofs; ++i) {
-      const auto at = std::size_t(m.first + i);
-      const bool has = m.body && row >= 0;
-      const double now = has ? scene.nodes.velocity.values[std::size_t(dim_ * row + i)] : 0;
-      state.contact[at] = has ? kept_[at] + (now - velocity_[at]) / h : 0;
-    }
+    double* of = &state.contact[std::size_t(m.first)];
+    std::fill_n(of, m.dofs, 0.0);
+    if (m.body && scene.find_node(m.id) >= 0) m.body->answer(m.body->impulse.data(), m.dofs, of);
+    for (std::int64_t i = 0; i < m.dofs; ++i) of[i] /= h;
   }
 }
 
