@@ -34,27 +34,74 @@ void multiply(const SparseMatrix& lower, const std::vector<double>& x, std::vect
     }
 }
 
-// What the step resolves of a change of velocities (dofs): 2 S v - S S v with S = A^-1 M, relative to held dofs, which
-// leaves slow motions to second order. Held dofs that do not move along with each other leave all as it is.
-void smooth(MeshBody& body, const double* v, std::vector<double>& out) {
-  const MeshModel& model = body.model;
-  const auto n = std::size_t(model.dofs()), dim = std::size_t(model.dim);
-  out.assign(v, v + n);
-  Vector base{};
+// The velocity (dim) of held dofs along each axis, 0 where none is held; false: they do not move along with each other.
+bool find_base(const MeshModel& model, const double* v, Vector& base) {
   std::array<bool, 3> known{};
-  for (std::size_t i = 0; i < n; ++i) {
+  base = {};
+  for (std::size_t i = 0; i < std::size_t(model.dofs()); ++i) {
+    const std::size_t k = i % std::size_t(model.dim);
     if (!model.held[i]) continue;
-    if (known[i % dim] && (v[i] < base[i % dim] || v[i] > base[i % dim])) return;
-    base[i % dim] = v[i];
-    known[i % dim] = true;
+    if (known[k] && (v[i] < base[k] || v[i] > base[k])) return false;
+    base[k] = v[i];
+    known[k] = true;
   }
-  std::vector<double> x(n), pull(n), once(n);
+  return true;
+}
+
+// out = S x with S = A^-1 M, 0 at held dofs; pull: memory.
+void answer_to_momentum(MeshBody& body, const std::vector<double>& x, std::vector<double>& pull,
+                        std::vector<double>& out) {
+  pull.resize(x.size());
+  out.resize(x.size());
+  multiply(body.model.mass, x, pull);
+  body.answer(pull.data(), std::int64_t(x.size()), out.data());
+}
+
+// What the step resolves of a change of velocities (dofs): 2 S v - S S v, relative to held dofs, which leaves slow
+// motions to second order. Held dofs that do not move along with each other leave all as it is.
+void smooth(MeshBody& body, const std::vector<double>& v, std::vector<double>& out) {
+  out = v;
+  Vector base;
+  if (!find_base(body.model, v.data(), base)) return;
+  const auto dim = std::size_t(body.model.dim);
+  std::vector<double> x(v.size()), pull, once, twice;
+  for (std::size_t i = 0; i < v.size(); ++i) x[i] = v[i] - base[i % dim];
+  answer_to_momentum(body, x, pull, once);
+  answer_to_momentum(body, once, pull, twice);
+  for (std::size_t i = 0; i < v.size(); ++i) out[i] = base[i % dim] + 2 * once[i] - twice[i];
+}
+
+// Velocities at the end of the step without the liquid (dofs). Those of a body at large strains are linear about where
+// it stands at the begin: vibrations that the step does not resolve would compress it, were it to move by a step of
+// their velocity, and its tangent there may be singular. With w relative to held dofs that move by b,
+//   A v_free = h (f - F) + M v - (1 - theta)/theta (A - M) w.
+void find_free(MeshBody& body, Scene& scene, const cairn_scheme& scheme, std::vector<double>& v,
+               std::vector<double>& free) {
+  Nodes& nodes = scene.nodes;
+  const auto n = std::size_t(body.model.dofs()), dim = std::size_t(body.model.dim);
+  double *velocity = &nodes.velocity.values[dim * std::size_t(body.first_node())],
+         *found = &nodes.velocity_free.values[dim * std::size_t(body.first_node())];
+  v.assign(velocity, velocity + n);
+  Vector base{};
+  const bool from_rest = !body.linear() && find_base(body.model, v.data(), base);
+  if (from_rest) std::fill_n(velocity, n, 0.0);
+  try {
+    body.free_velocity(nodes, scene.gravity.data(), scheme, false);
+  } catch (...) {
+    std::copy(v.begin(), v.end(), velocity);
+    throw;
+  }
+  std::copy(v.begin(), v.end(), velocity);
+  free.assign(found, found + n);
+  if (!from_rest) return;
+  const double theta = scheme.share;
+  std::vector<double> x(n), pull, of_base, of_rest;
+  for (std::size_t i = 0; i < n; ++i) x[i] = base[i % dim];
+  answer_to_momentum(body, x, pull, of_base);
   for (std::size_t i = 0; i < n; ++i) x[i] = v[i] - base[i % dim];
-  multiply(model.mass, x, pull);
-  body.answer(pull.data(), std::int64_t(n), once.data());
-  multiply(model.mass, once, pull);
-  body.answer(pull.data(), std::int64_t(n), x.data());
-  for (std::size_t i = 0; i < n; ++i) out[i] = base[i % dim] + 2 * once[i] - x[i];
+  answer_to_momentum(body, x, pull, of_rest);
+  for (std::size_t i = 0; i < n; ++i)
+    if (!body.model.held[i]) free[i] += of_base[i] + (of_rest[i] - (1 - theta) * x[i]) / theta;
 }
 
 } // namespace
@@ -117,22 +164,21 @@ void FluidSkins::load(Scene& scene, const FluidStep& step) {
         if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
   }
   if (count() > 0) nodes.position_begin.values = nodes.position.values;
-  std::vector<double> change, seen;
+  std::vector<double> begin, end, change, seen;
   for (Mesh& m : meshes_) {
     const auto first = std::size_t(m.first), n = std::size_t(m.dofs);
     std::fill_n(&impulse_[first], n, 0.0);
     if (!m.body) continue;
     m.row = m.body->first_node();
     m.body->loads.time = step.time;
-    m.body->free_velocity(nodes, scene.gravity.data(), step.scheme, false);
+    find_free(*m.body, scene, step.scheme, begin, end);
     const auto row = std::size_t(dim_ * m.row);
-    change.resize(std::size_t(m.body->model.dofs()));
-    for (std::size_t i = 0; i < change.size(); ++i)
-      change[i] = nodes.velocity_free.values[row + i] - nodes.velocity.values[row + i];
-    smooth(*m.body, change.data(), seen);
+    change.resize(end.size());
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] = end[i] - begin[i];
+    smooth(*m.body, change, seen);
     const double h = step.scheme.h, theta = step.scheme.share;
     for (std::size_t i = 0; i < n; ++i) {
-      const double v = nodes.velocity.values[row + i], free = nodes.velocity_free.values[row + i];
+      const double v = begin[i], free = end[i];
       const double last = state.contact[first + i], before = state.contact_before[first + i];
       kept_[first + i] = last * before <= 0 ? 0 : std::abs(last) < std::abs(before) ? last : before;
       place_[first + i] = nodes.position.values[row + i];
