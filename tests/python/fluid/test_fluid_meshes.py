@@ -148,6 +148,25 @@ def test_forces_of_points_are_the_transpose_of_their_motion():
     assert abs(1e-4 * moment + spin() - before) < 1e-3 * abs(1e-4 * moment)
 
 
+def test_vibrations_above_the_step_do_not_grow():
+    # a nearly incompressible gate that water bends, without damping, at theta = 1/2
+    points, cells = grid((0.1, 0.0), (0.005, 0.08), (2, 16))
+    law = cn.NeoHookean(young=7.8e6, poisson=0.47)
+    body = cn.SolidBody(points, cells, law, density=1100.0, groups={"top": np.flatnonzero(points[:, 1] > 0.079)})
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, rubber, name="gate", fixed={"top": "xy"}))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock))
+    scene.add(cn.fluid([(0, 0), (0.1, 0.08)], 0.005))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", "*", cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=2e-3)
+    speed = []
+    for _ in range(120):
+        sim.step()
+        speed.append(np.abs(sim.nodes.velocity).max())
+    assert max(speed[60:]) < 1.5 and sim.fluid.info["compression"] < 0.1
+
+
 def plated(both=False, dt=2e-3, young=1e7, **options):
     """Water on a plate clamped at both ends, or on both of its sides."""
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
@@ -172,7 +191,8 @@ def test_a_plate_carries_the_weight_of_the_water():
         force.append(sim.fluid.forces_on_mesh("plate")[:, 1].sum())
         sag.append(sim.nodes.position[middle, 1])
     weight = 1000 * 9.81 * 0.5
-    assert abs(np.mean(force[125:]) / -weight - 1) < 0.02
+    # walls beside the plate reach below it, and bear a share of a third of a spacing at each end
+    assert abs(np.mean(force[125:]) / -weight - 1) < 0.04
     # the same load on the nodes, at rest
     body, held = sim.meshes[0].body, sim.meshes[0].held
     free = np.setdiff1d(np.arange(points.size), held)
@@ -198,17 +218,17 @@ def test_liquid_on_both_sides_of_a_thin_plate_stays_there():
 def test_a_light_soft_body_is_stable_and_floats():
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
     scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((1, 0), (-1, 0), rock))
-    scene.add(block((0.35, 0.3), (0.3, 0.2), (6, 4), young=2e4, density=100.0))
-    scene.add(cn.fluid([(0, 0), (1, 0.45)], 0.05, artificial=0.1))
+    scene.add(block((0.35, 0.35), (0.3, 0.2), (3, 2), young=2e4, density=100.0))
+    scene.add(cn.fluid([(0, 0), (1, 0.4)], 0.05, artificial=0.2))
     scene.interact("*", "*", None)
-    sim = cn.Simulation(scene, dt=2e-3)
+    sim = cn.Simulation(scene, dt=4e-3)
     high = []
-    for _ in range(600):
+    for _ in range(100):
         sim.step()
         high.append(sim.nodes.position[:, 1].mean())
     assert np.abs(sim.nodes.velocity).max() < 1.0
     level = len(sim.fluid) * 0.05**2 + 0.1 * 0.06
-    assert abs(np.mean(high[400:]) - (level - 0.1 * 0.2 + 0.1)) < 0.04
+    assert abs(np.mean(high[50:]) - (level - 0.1 * 0.2 + 0.1)) < 0.04
 
 
 @pytest.mark.parametrize("kind", ["linear", "large"])
