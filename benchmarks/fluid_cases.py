@@ -175,6 +175,52 @@ def incompressible(case):
     return lambda dx: case(dx, incompressible=True)
 
 
+def _grid8(low, size, many):
+    """Points and quad8 cells of a block."""
+    (nx, ny), number, points = many, {}, []
+    for j in range(2 * ny + 1):
+        for i in range(2 * nx + 1):
+            if not (i % 2 and j % 2):
+                number[i, j] = len(points)
+                points.append((low[0] + size[0] * i / (2 * nx), low[1] + size[1] * j / (2 * ny)))
+    corners = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
+    cells = [[number[2 * a + i, 2 * b + j] for i, j in corners] for b in range(ny) for a in range(nx)]
+    return np.array(points), {"quad8": np.array(cells)}
+
+
+def elastic_plate(dx):
+    """2 m of water on a clamped plate of aluminium, 1 m x 0.05 m: sag of its middle against the same load on the plate alone, and
+    against the slender beam, rho g H L^4 / (384 E' I)."""
+    points, cells = _grid8((0.0, -0.05), (1.0, 0.05), (20, 2))
+    ends = np.flatnonzero((points[:, 0] < 1e-9) | (points[:, 0] > 1 - 1e-9))
+    middle = int(np.argmin(np.abs(points - [0.5, 0.0]).sum(axis=1)))
+    metal = cn.Material("metal", density=2700.0)
+    elastic = {"young": 67.5e9, "poisson": 0.34, "density": 2700.0, "groups": {"ends": ends}}
+    sag = {}
+    for what in ("own", "load"):
+        options = {"pressure": {"top": 1000 * 9.81 * 2.0}} if what == "load" else {}
+        elastic["groups"]["top"] = np.flatnonzero(points[:, 1] > -1e-9)
+        alone = cn.Scene(dim=2, gravity=(0.0, -9.81 if what == "own" else 0.0))
+        alone.add(cn.deformable(cn.ElasticBody(points, cells, **elastic), metal, fixed={"ends": "xy"}, **options))
+        still = cn.Simulation(alone, dt=10.0, strategy=cn.NSCD(theta=1.0))
+        for _ in range(3):
+            still.step()
+        sag[what] = -still.nodes.position[middle, 1]
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    body = cn.ElasticBody(points, cells, rayleigh=(60.0, 0.0), **elastic)
+    scene.add(cn.deformable(body, metal, fixed={"ends": "xy"}, name="plate"))
+    scene.add(cn.wall((0, 0), (1, 0), ROCK), cn.wall((1, 0), (-1, 0), ROCK))
+    scene.add(cn.fluid([(0, 0), (1, 2)], dx, artificial=0.1))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", "*", cn.FreeSlip())
+    look = lambda sim: (sim.nodes.position[middle, 1], sim.fluid.forces_on_mesh("plate")[:, 1].sum())  # noqa: E731
+    _, seen, cpu, work = advanced(scene, 1e-3, 0.6, look)
+    place, force = np.mean(seen[len(seen) // 2 :], axis=0)
+    water = -place - sag["own"]
+    out = {"weight": abs(force / (-1000 * 9.81 * 2) - 1), "sag": abs(water / sag["load"] - 1)}
+    return out | {"sag, slender beam": abs(water / 6.427e-5 - 1)}, cpu, work
+
+
 CASES = {
     "hydrostatics": (hydrostatics, (0.1, 0.05, 0.025)),
     "Poiseuille": (poiseuille, (0.1, 0.05, 0.025)),
@@ -194,6 +240,7 @@ CASES = {
     "Taylor-Green, incompressible": (incompressible(taylor_green), (0.05, 0.025, 0.0125)),
     "Taylor-Green, Re 1000, incompressible": (incompressible(taylor_green_1000), (0.05, 0.025, 0.0125)),
     "standing wave, incompressible": (incompressible(standing_wave), (0.1, 0.05, 0.025)),
+    "elastic plate": (elastic_plate, (0.1, 0.05, 0.025)),
 }
 
 

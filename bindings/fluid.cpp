@@ -65,6 +65,34 @@ cairn::FluidGrains grains_of(const py::dict& d) {
   return s;
 }
 
+// Points below sides of meshes, and the measure of the side at the foot of each.
+std::pair<cairn::FluidSkin, std::vector<double>> skin_of(const py::dict& d) {
+  cairn::FluidSkin s;
+  s.first_node = numbers<std::int64_t>(d, "first_node");
+  s.slip = numbers<std::int8_t>(d, "slip");
+  s.most = py::cast<std::int64_t>(d["most"]);
+  s.mesh = numbers<std::int32_t>(d, "mesh");
+  s.node = numbers<std::int32_t>(d, "node");
+  s.weight = numbers<double>(d, "weight");
+  s.along = numbers<double>(d, "along");
+  s.across = numbers<double>(d, "across");
+  s.depth = numbers<double>(d, "depth");
+  s.volume = numbers<double>(d, "volume");
+  s.behind = numbers<double>(d, "behind");
+  std::vector<double> size = numbers<double>(d, "size");
+  const std::size_t n = s.mesh.size(), wide = n * std::size_t(s.most);
+  if (s.slip.size() != s.first_node.size() || s.node.size() != wide || s.weight.size() != wide ||
+      s.along.size() != wide || s.across.size() != wide || s.depth.size() != n || s.volume.size() != n ||
+      s.behind.size() != n || size.size() != n)
+    throw cairn::Error("points of meshes hold arrays of different lengths: give one row for each");
+  for (const std::int32_t k : s.mesh)
+    if (k < 0 || std::size_t(k) >= s.first_node.size())
+      throw cairn::Error("a point names mesh " + std::to_string(k) + ", which is not there: give numbers from 0");
+  for (const std::int32_t k : s.node)
+    if (k < 0) throw cairn::Error("a point names node " + std::to_string(k) + ": give numbers from 0");
+  return {std::move(s), std::move(size)};
+}
+
 cairn::Fluid& fluid_of(Simulation& s) {
   if (!s.fluid) throw cairn::Error("this scene has no fluid: give cn.fluid(...) to Scene.add");
   return *s.fluid;
@@ -126,11 +154,15 @@ void bind_fluid(py::module_& m) {
     fluid->set_particles(span(position), span(velocity), span(pressure));
     s.fluid = std::move(fluid);
   });
-  m.def("set_fluid_surfaces",
-        [](Simulation& s, const py::dict& points, const py::dict& planes, const py::dict& grains) {
-          fluid_of(s).set_surfaces(surface_of(points), surface_of(planes), grains_of(grains));
-        });
+  m.def("set_fluid_surfaces", [](Simulation& s, const py::dict& points, const py::dict& planes, const py::dict& grains,
+                                 const py::dict& skins) {
+    auto [points_of_meshes, size] = skin_of(skins);
+    fluid_of(s).set_surfaces(surface_of(points), surface_of(planes), grains_of(grains));
+    fluid_of(s).set_skins(std::move(points_of_meshes), std::move(size));
+  });
   m.def("fluid_field", &field);
   m.def("fluid_report", &report);
+  m.def("fluid_mesh_forces",
+        [](Simulation& s, std::int64_t first_node) { return line(fluid_of(s).forces_on_mesh(first_node)); });
   m.def("fluid_force", [](Simulation& s, std::int64_t body) { return fluid_of(s).force_on(body); });
 }

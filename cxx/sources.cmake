@@ -172,6 +172,7 @@ set(CAIRN_CXX_SOURCES
   fluid/fluid_bodies.cpp
   fluid/fluid_grains.cpp
   fluid/fluid_implicit.cpp
+  fluid/fluid_skins.cpp
   fluid/pressure_solver.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp

@@ -5,7 +5,7 @@
 !> makes the surface hold or slide.
 module fluid_rates
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
-  use fluid_view, only: add_square, cairn_fluid, fluid, invert, mass_of, open_fluid, wall_points, wall_points_of
+  use fluid_view, only: add_square, cairn_fluid, fluid, from_behind, invert, mass_of, open_fluid, wall_points, wall_points_of
   implicit none
   private
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
@@ -197,6 +197,7 @@ contains
         r = own(1:3) - v%surface(1:3, b + 1)
         if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
         if (sum(r**2) >= 4*v%h**2) cycle
+        if (from_behind(v, int(b) + 1, r)) cycle
         call from_wall(v, own, r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), v%surface(10, b + 1), &
                        v%surface(12, b + 1) < 1.5_c_double, push, g)
         sum_of = sum_of - own(7)*(push*v%surface(11, b + 1))

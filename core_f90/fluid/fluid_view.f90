@@ -6,8 +6,9 @@ module fluid_view
   implicit none
   private
   public :: add_square, cross, invert, mass_of
+  public :: from_behind
   public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
-  integer, parameter :: record_size = 8, surface_size = 12, plane_size = 16
+  integer, parameter :: record_size = 8, surface_size = 13, plane_size = 16
   integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
 
   type, bind(c) :: cairn_fluid
@@ -112,6 +113,7 @@ contains
       r = f%record(1:3, i) - f%surface(1:3, b)
       if (f%periodic) r = r - f%period*int(r*f%per + sign(0.5_c_double, r))
       if (sum(r**2) >= 4*f%h**2 .or. n == most_wall_points) cycle
+      if (from_behind(f, b, r)) cycle
       n = n + 1
       w%r(:, n) = r
       w%velocity(:, n) = f%surface(4:6, b)
@@ -127,6 +129,15 @@ contains
       call points_of_plane(f, i, p, w)
     end do
   end subroutine wall_points_of
+
+  !> True if the far side of a thin body hides point b of a surface from a particle, at r from the point.
+  pure function from_behind(f, b, r) result(hidden)
+    type(fluid), intent(in) :: f
+    integer, intent(in) :: b
+    real(c_double), intent(in) :: r(3)
+    logical :: hidden
+    hidden = dot_product(r, f%surface(7:9, b)) - f%surface(10, b) < -f%surface(13, b)
+  end function from_behind
 
   !> Points of half-space p about particle i: a lattice below its foot, so that the wall is smooth along itself. A point within a
   !> half-space before it is that one's.

@@ -119,8 +119,6 @@ void Fluid::check(const Scene& scene) {
                   std::to_string(k) + ", and the particles of the fluid reach over " + std::to_string(least) +
                   " m: give it a smaller spacing, or a longer cell");
   }
-  if (scene.nodes.count > 0)
-    throw Error("the fluid meets rigid bodies alone, and this scene has deformable ones: leave them out, or the fluid");
   list_.period = period_;
   list_.low = corner_;
 }
@@ -148,6 +146,9 @@ bool Fluid::list_is_old() {
     for (std::size_t c = 0; c < 9; ++c) turn += (b.turn[c] - was[3 + c]) * (b.turn[c] - was[3 + c]);
     of_bodies = std::max(of_bodies, std::sqrt(way) + b.reach * std::sqrt(turn));
   }
+  if (skins_.count() > 0)
+    of_bodies =
+        std::max(of_bodies, skins_.way(surface_.data() + std::size_t(surface_record) * std::size_t(points_.count())));
   const double particles = std::sqrt(most);
   return !(particles + std::max(particles, of_bodies) < skin());
 }
@@ -177,7 +178,8 @@ void Fluid::renew_list() {
     std::copy_n(bodies_[k].position, 3, &pose_listed_[12 * k]);
     std::copy_n(bodies_[k].turn, 9, &pose_listed_[12 * k + 3]);
   }
-  list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  if (skins_.count() > 0) skins_.keep_listed(skin_records());
+  list_.make(reach() + skin(), surface_.data(), all_points(), surface_record);
   list_grains();
   list_known_ = true;
   ++report.lists;
@@ -194,7 +196,8 @@ void Fluid::renew_as_listed() {
     std::copy_n(&pose_listed_[12 * k + 3], 9, bodies_[k].turn);
   }
   place_surfaces();
-  list_.make(reach() + skin(), surface_.data(), points_.count(), surface_record);
+  if (skins_.count() > 0) skins_.show_listed(skin_records());
+  list_.make(reach() + skin(), surface_.data(), all_points(), surface_record);
   list_grains();
   bodies_ = now;
   place_surfaces();
@@ -264,7 +267,7 @@ void Fluid::find_forces(const Scene& scene) {
   for (std::int64_t t = 0; t < tiles; ++t)
     cairn_fluid_acceleration(&f, tile * t, std::min(tile * (t + 1), n), acceleration_.data(), drift_.data(),
                              open_new_.data(), &on_planes_[std::size_t(6 * planes * t)]);
-  const std::int64_t points = points_.count();
+  const std::int64_t points = all_points();
   on_points_.resize(std::size_t(3 * points));
 #pragma omp parallel for schedule(dynamic, 1) if (points > 256)
   for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
@@ -339,16 +342,18 @@ double Fluid::stable_step(const Scene& scene) const {
     }
     dt = std::min(dt, settings.courant * h / c / std::sqrt(std::max(1.0, around * lightest)));
   }
+  if (burden_ > 1) dt = std::min(dt, settings.courant * h / c / std::sqrt(burden_));
   if (granular_) dt = std::min(dt, settings.courant * h / c / swiftness_of_grains());
   return dt;
 }
 
-void Fluid::advance(Scene& scene, double h) {
+void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
   check(scene);
   const Threads threads(settings.threads, 40 * count());
   keep_before();
   load_bodies(scene, h);
   try {
+    if (meets_meshes()) load_meshes(scene, step);
     place_surfaces();
     if (!known_) {
       if (list_is_old()) renew_list();
@@ -415,6 +420,7 @@ void Fluid::keep_before() {
   before_.norm = norm_;
   before_.mass = mass_;
   before_.solid = solid_;
+  before_.skins = skins_.state;
 }
 
 void Fluid::restore_before() {
@@ -432,6 +438,7 @@ void Fluid::restore_before() {
   norm_ = before_.norm;
   mass_ = before_.mass;
   solid_ = before_.solid;
+  skins_.state = before_.skins;
   list_known_ = false;
 }
 
@@ -482,7 +489,7 @@ std::vector<std::int8_t> Fluid::at_surface() const {
 }
 
 std::int64_t Fluid::bytes() const {
-  std::int64_t sum = list_.bytes();
+  std::int64_t sum = list_.bytes() + skins_.bytes();
   for (const auto* v : {&position_,      &velocity_,        &density_,         &acceleration_,   &drift_,
                         &record_,        &surface_,         &plane_,           &rate_,           &on_points_,
                         &on_planes_,     &before_.position, &before_.velocity, &before_.density, &before_.acceleration,

@@ -11,6 +11,7 @@
 
 #include "../scene/scene.hpp"
 #include "cairn/fluid.h"
+#include "fluid_skins.hpp"
 #include "particle_list.hpp"
 
 namespace cairn {
@@ -63,11 +64,14 @@ public:
   void set_particles(std::span<const double> position, std::span<const double> velocity,
                      std::span<const double> pressure);
   void set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains grains = {});
+  // Sides of deformable bodies, for the weakly compressible form; size: (n) measure of each at the start.
+  void set_skins(FluidSkin points, std::vector<double> size);
+  bool meets_meshes() const { return !skins_.empty(); }
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
 
-  // Moves the liquid over a step of h, and adds its mean forces to those of the bodies.
-  void advance(Scene& scene, double h);
+  // Moves the liquid over a step of h, and adds its mean forces to those of the bodies. step: needed beside meshes.
+  void advance(Scene& scene, double h, const FluidStep& step = {});
   void end(Scene& scene, double h); // the step of the bodies was made
   void undo(Scene& scene);          // it was not: all is as before
 
@@ -88,7 +92,9 @@ public:
   std::vector<double> masses() const, porosity() const;                                      // (n) [kg | kg/m], [-]
   std::vector<std::int8_t> at_surface() const;
   std::array<double, 6> force_on(std::int64_t body) const; // mean of the last step, torque about its centre [N, N m]
-  double stable_step(const Scene& scene) const;            // of a sub-step [s]
+  // On the nodes of a mesh, by the id of its first one (dim, nodes) [N]; empty: the liquid does not meet it.
+  std::vector<double> forces_on_mesh(std::int64_t first_node) const { return skins_.forces(first_node); }
+  double stable_step(const Scene& scene) const; // of a sub-step [s]
 
   struct Report {
     int sub_steps = 0;      // of the last step
@@ -123,6 +129,12 @@ public:
     if (!mass_.empty()) {
       f("mass", mass_);
       f("solid", solid_);
+    }
+    if (!skins_.empty()) {
+      f("mesh_force", skins_.state.force);
+      f("mesh_contact", skins_.state.contact);
+      f("mesh_contact_before", skins_.state.contact_before);
+      f("mesh_listed", skins_.state.listed);
     }
     if (!settings.incompressible) return;
     f("held_pressure", pressure_);
@@ -198,6 +210,12 @@ private:
   void drag_grains(const Scene& scene, double dt);
   cairn_fluid_grains grains() const;
 
+  FluidSkins skins_;
+  double burden_ = 0, burden_step_ = 0; // of meshes by the liquid at their sides, and the step that it is of [-], [s]
+  std::int64_t all_points() const { return points_.count() + skins_.count(); }
+  double* skin_records() { return surface_.data() + cairn_fluid_surface_record * points_.count(); }
+  void load_meshes(Scene& scene, const FluidStep& step);
+
   int dim_;
   FluidSurface points_, planes_;
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
@@ -219,6 +237,7 @@ private:
     std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm, mass, solid;
     std::vector<std::int32_t> number;
     std::vector<std::int8_t> open;
+    FluidSkins::State skins;
     bool known = false;
   };
   Before before_;

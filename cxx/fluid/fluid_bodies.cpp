@@ -67,6 +67,25 @@ void Fluid::load_bodies(const Scene& scene, double h) {
   }
 }
 
+void Fluid::set_skins(FluidSkin points, std::vector<double> size) {
+  if (settings.incompressible && points.count() > 0)
+    throw Error(
+        "the incompressible fluid meets rigid bodies alone: leave out incompressible, or the deformable bodies");
+  skins_.set(dim_, std::move(points), std::move(size));
+  burden_step_ = 0;
+  list_known_ = false;
+  list_.at.clear();
+}
+
+// Matrices of linear bodies are those of the step alone.
+void Fluid::load_meshes(Scene& scene, const FluidStep& step) {
+  skins_.load(scene, step);
+  const bool same = step.meshes && step.meshes->linear() && step.scheme.h == burden_step_;
+  if (same) return;
+  burden_ = skins_.burden(settings.density, settings.smoothing * settings.spacing, settings.spacing, settings.depth);
+  burden_step_ = step.scheme.h;
+}
+
 // Half a kick of all.
 void Fluid::accelerate(double dt) {
   const auto n = std::int64_t(velocity_.size());
@@ -84,9 +103,11 @@ void Fluid::accelerate(double dt) {
     }
     for (int c = 0; c < 6; ++c) b.impulse[c] += 0.5 * dt * f[c];
   }
+  skins_.accelerate(dt);
 }
 
 void Fluid::move_bodies(double dt) {
+  skins_.move(dt);
   for (Body& b : bodies_) {
     if (b.at < 0) continue;
     for (int c = 0; c < 3; ++c) b.position[c] += dt * b.velocity[c];
@@ -112,7 +133,7 @@ void Fluid::place_surfaces() {
     for (int r = 0; r < 3; ++r) to[r] = b.turn[3 * r] * x[0] + b.turn[3 * r + 1] * x[1] + b.turn[3 * r + 2] * x[2];
   };
   const std::int64_t n = points_.count();
-  surface_.resize(std::size_t(cairn_fluid_surface_record * n));
+  surface_.resize(std::size_t(cairn_fluid_surface_record * all_points()));
 #pragma omp parallel for schedule(static) if (n > 4096)
   for (std::int64_t i = 0; i < n; ++i) {
     double* to = &surface_[std::size_t(cairn_fluid_surface_record * i)];
@@ -131,7 +152,9 @@ void Fluid::place_surfaces() {
     to[10 - 1] = points_.depth[std::size_t(i)];
     to[11 - 1] = points_.volume[std::size_t(i)];
     to[12 - 1] = points_.slip[std::size_t(i)];
+    to[13 - 1] = std::numeric_limits<double>::max();
   }
+  if (skins_.count() > 0) skins_.place(skin_records());
   plane_.clear();
   for (std::int64_t i = 0; i < planes_.count(); ++i) {
     const Body& b = bodies_[std::size_t(body_of_plane_[std::size_t(i)])];
@@ -172,11 +195,13 @@ void Fluid::add_surface_forces() {
         force_[6 * std::size_t(body_of_plane_[std::size_t(p)]) + c] +=
             on_planes_[std::size_t(6 * (planes * t + p)) + c];
   for (double& f : force_) f *= settings.depth;
+  if (skins_.count() > 0) skins_.take(skin_records(), &on_points_[std::size_t(3 * points_.count())], settings.depth);
 }
 
 // Mean forces of the step, beside those that bodies have.
 void Fluid::give_forces(Scene& scene, double h) {
   Bodies& all = scene.bodies;
+  skins_.give(h);
   if (bodies_.empty()) return;
   if (!all.force.active) scene.activate(all.force.need);
   given_.assign(6 * bodies_.size(), 0.0);
@@ -193,6 +218,7 @@ void Fluid::give_forces(Scene& scene, double h) {
 }
 
 void Fluid::put_forces_back(Scene& scene) {
+  skins_.put_back();
   if (!added_) return;
   Bodies& all = scene.bodies;
   for (std::size_t k = 0; k < bodies_.size(); ++k) // bodies may have other numbers since
@@ -204,6 +230,7 @@ void Fluid::put_forces_back(Scene& scene) {
 // The difference from the motion that was foreseen is due to contacts.
 void Fluid::end(Scene& scene, double h) {
   put_forces_back(scene);
+  skins_.end(scene, h);
   contact_before_.swap(contact_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];

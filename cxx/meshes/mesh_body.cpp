@@ -117,6 +117,18 @@ void MeshBody::push(Nodes& nodes) {
   step_.scatter(step_.a.data(), nodes.velocity);
 }
 
+void MeshBody::answer(const double* force, std::int64_t n, double* change) {
+  std::vector<double>& all = step_.a;
+  std::fill(all.begin(), all.end(), 0.0);
+  bool any = false;
+  for (std::int64_t i = 0; i < n; ++i) {
+    all[i] = model.held[i] ? 0 : force[i];
+    any = any || all[i] < 0 || all[i] > 0;
+  }
+  if (any) factors_.respond(all.data());
+  std::copy_n(all.begin(), n, change);
+}
+
 void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
   const bool turns = !linear() && model.ties.rigid_parts_turn();

@@ -104,6 +104,8 @@ public:
   double stored(const Nodes& nodes) { return linear_step_.stored(nodes); } // energy of the displacements at hand [J]
   // Velocities of nodes at the end of the step with `impulse`.
   void push(Nodes& nodes);
+  // Changes of the velocities of the first n dofs, zero at held ones, by forces on these over 1 s.
+  void answer(const double* force, std::int64_t n, double* change);
   // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.
   void account(Nodes& nodes, const double* gravity);
   std::int64_t bytes() const;

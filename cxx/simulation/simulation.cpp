@@ -53,7 +53,18 @@ const StepReport& Simulation::step(double h) {
     return step_of_bodies(h);
   }
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  timed("move_fluid", [&] { fluid->advance(scene, h); });
+  FluidStep beside;
+  if (fluid->meets_meshes()) {
+    if (!strategy_->scheme_beside_fluid(h, beside.scheme))
+      throw Error("deformable bodies move beside the fluid by the theta-method of NSCD: leave out integrator, or take "
+                  "NSCD in the place of " +
+                  strategy_->name);
+    place_meshes();
+    if (!held_motions.empty()) move_held(*this, h);
+    beside.meshes = &meshes;
+    beside.time = time;
+  }
+  timed("move_fluid", [&] { fluid->advance(scene, h, beside); });
   try {
     step_of_bodies(h);
   } catch (...) {

@@ -75,6 +75,8 @@ public:
 
   // The largest step that is stable where contacts are as they stand [s]; inf: any.
   virtual double stable_step(Simulation&) { return std::numeric_limits<double>::infinity(); }
+  // Scheme of a step, where deformable bodies may move beside a weakly compressible liquid; false: they may not.
+  virtual bool scheme_beside_fluid(double, cairn_scheme&) const { return false; }
   // Numbers that it found from the scene, by name, for explain().
   virtual std::vector<std::pair<std::string_view, double>> figures(Simulation&) { return {}; }
   virtual std::int64_t body_bytes() const { return 0; }

@@ -118,6 +118,12 @@ std::unique_ptr<Strategy> Nscd::fresh() const {
   return made;
 }
 
+bool Nscd::scheme_beside_fluid(double h, cairn_scheme& out) const {
+  if (!by_theta() || settings.pose.kernel) return false;
+  out = settings.integrator.scheme(h);
+  return true;
+}
+
 bool Nscd::take_settings(Simulation& s, const Strategy& other) {
   const auto* same = dynamic_cast<const Nscd*>(&other);
   if (!same) return false;

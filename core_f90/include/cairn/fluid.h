@@ -9,9 +9,10 @@ extern "C" {
 
 /* Particles of a liquid, points on the surfaces of bodies and half-spaces. A record of a particle is its position [m],
  * velocity [m/s], volume [m3 | m2] and pressure [Pa]; of a point of a surface its position, velocity, normal out of the
- * body, depth below the surface [m], volume and slip: 1 holds the liquid, 2 lets it slide. A half-space is a point of
+ * body, depth below the surface [m], volume, slip: 1 holds the liquid, 2 lets it slide, and how far behind the surface
+ * particles see it at most, which thin bodies limit [m]. A half-space is a point of
  * its surface, the normal out of it, the centre of its body, velocity and spin of that, and slip. */
-enum { cairn_fluid_record = 8, cairn_fluid_surface_record = 12, cairn_fluid_plane_record = 16 };
+enum { cairn_fluid_record = 8, cairn_fluid_surface_record = 13, cairn_fluid_plane_record = 16 };
 typedef struct cairn_fluid {
   int32_t dim, planes;
   double smoothing, spacing;             /* length of the kernel and distance of particles [m] */
@@ -23,7 +24,7 @@ typedef struct cairn_fluid {
   const double* record;                  /* (8, particles) */
   const int64_t* first;                  /* (particles + 1) in neighbour */
   const int32_t* neighbour;              /* numbers of particles, from 0 */
-  const double* surface;                 /* (12, points) */
+  const double* surface;                 /* (13, points) */
   const int64_t* first_point;            /* (particles + 1) in point */
   const int32_t* point;                  /* numbers of points, from 0 */
   const double* plane;                   /* (16, planes) */

@@ -8,6 +8,7 @@ from .. import _core
 from ..base import checks
 from ..base.geometry import turn
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
+from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from ..names import listed
 from .fluid_gaps import warn_of_beds, warn_of_gaps
@@ -30,7 +31,7 @@ class Running:
         across = np.where(periodic, 0.0, gravity)
         bodies = _bodies_of(scene, simulation._sets, first.spacing)
         self.sets_seen = len(simulation._sets)
-        kept = [_outside(f, bodies, scene.dim) for f in self.fluids]
+        kept = [_outside(f, [*bodies, *self._solids()], scene.dim) for f in self.fluids]
         position = np.concatenate([place for place, _ in kept])
         velocity = np.concatenate([f.velocity[k] for f, (_, k) in zip(self.fluids, kept)])
         if not len(position):
@@ -45,7 +46,7 @@ class Running:
         settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
         self.settings = settings
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
-        self._give_surfaces(bodies)
+        self._give_surfaces(bodies, simulation._sets)
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_gaps(bodies, position, first.spacing, slips, above=4)
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
@@ -70,11 +71,76 @@ class Running:
             )
         if self.fluids[0].incompressible and self._simulation.strategy.cut_back > 0:
             raise ValueError("the incompressible fluid makes no step in parts: leave out cut_back, or incompressible")
-        if any(s.mesh is not None for s in self._simulation._sets):
-            raise ValueError("the fluid meets rigid bodies alone, and this scene has deformable ones: leave out either of them")
+        self._refuse_meshes()
+
+    def _met_meshes(self, sets=None):
+        """[(deformable body, id of its first node, how the liquid meets it)] of those of sets that it meets."""
+        sets = self._simulation._sets if sets is None else sets
+        bodies = {id(s.mesh): (s.mesh, s) for s in reversed(sets) if s.mesh is not None}
+        found = [(d, s, slip_between(self._simulation.scene, d.material.name, d.name)) for d, s in bodies.values()]
+        return [(d, None if s.ids is None else int(s.ids[0]), slip) for d, s, slip in reversed(found) if slip]
+
+    def _refuse_meshes(self, sets=None):
+        """Raises ValueError for deformable bodies that the liquid cannot meet."""
+        strategy, depth = self._simulation.strategy, float(self._simulation.scene.depth)
+        moved_by = strategy if type(strategy).__name__ != "NSCD" else strategy.integrator
+        for d, _, slip in self._met_meshes(sets):
+            name, remedy = d.name, f"; or Scene.interact(fluid, {d.name!r}, None), and it flows through"
+            if self.fluids[0].incompressible:
+                raise ValueError(
+                    f"the incompressible fluid meets rigid bodies alone, and {name!r} is deformable: leave out incompressible"
+                    + remedy
+                )
+            if moved_by is not None:
+                raise ValueError(
+                    f"{name!r} moves beside the fluid by the theta-method of NSCD, and {type(moved_by).__name__} moves this "
+                    "scene: give strategy=cn.NSCD(theta=...)" + remedy
+                )
+            if slip > FreeSlip.number:
+                raise ValueError(
+                    f"{name!r} is deformable, and drag by porosity is that of rigid grains: give Scene.interact(fluid, {name!r}, "
+                    "cn.NoSlip())" + remedy
+                )
+            if d.opening is not None:
+                raise ValueError(f"{name!r} may crack, and the fluid enters no cracks: leave out its fracture" + remedy)
+            if getattr(d.body, "plane", "") == "axisymmetric":
+                raise ValueError(f"{name!r} is axisymmetric, and the fluid of a plane scene is not: give plane strain" + remedy)
+            thick = float(getattr(d.body, "thickness", 1.0))
+            if d.body.dim == 2 and not abs(thick - depth) <= 1e-9 * depth:
+                raise ValueError(
+                    f"{name!r} is {thick:g} m thick across the plane, and the scene, over whose depth the fluid presses, "
+                    f"{depth:g} m: give both the same" + remedy
+                )
+
+    def _solids(self):
+        """Deformable bodies that the liquid meets where they stand, as `_deepest` takes them."""
+        scene, core, out = self._simulation.scene, self._simulation._core.scene, []
+        for d, first, _ in self._met_meshes():
+            row = core.node_row(first)
+            x = core.raw_node("position")[row : row + len(d.body.points)] + np.asarray(scene.origin, float)[: scene.dim]
+            out.append(_Solid(first, _surface_of(d, x), self.fluids[0].spacing))
+        return out
+
+    def _skins(self, sets):
+        """Arrays of the core for points below the sides of deformable bodies."""
+        first, tables, met = self.fluids[0], [], self._met_meshes(sets)
+        for d, _, _ in met:
+            table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
+            tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
+        most = max((t["node"].shape[1] for t in tables), default=1)
+        kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}
+        kinds |= dict.fromkeys(("depth", "volume", "behind", "size"), float)
+        out = {"most": most, "slip": np.array([slip for *_, slip in met], np.int8)}
+        out["first_node"] = np.array([first_node for _, first_node, _ in met], np.int64)
+        for name, kind in kinds.items():
+            columns = [np.pad(t[name], ((0, 0), (0, most - t[name].shape[1]))) if t[name].ndim > 1 else t[name] for t in tables]
+            out[name] = np.concatenate([np.zeros(0), *(c.ravel() for c in columns)]).astype(kind)
+        return out
 
     def refuse_ranks(self):
         """Raises ValueError for the form of a fluid that does not run over ranks."""
+        if self._met_meshes():
+            raise ValueError("the fluid beside deformable bodies does not run over ranks: leave out ranks")
         if self.fluids[0].incompressible:
             raise ValueError("the incompressible fluid does not run over ranks: leave out ranks, or incompressible")
 
@@ -84,7 +150,7 @@ class Running:
             return scene.gravity
         return checks.real_array("gravity", scene.gravity(self._simulation.time), (scene.dim,))
 
-    def _give_surfaces(self, bodies):
+    def _give_surfaces(self, bodies, sets):
         tables, scene = {"points": [], "planes": []}, self._simulation.scene
         grains = {"body": [], "diameter": [], "volume": [], "law": []}
         for body in bodies:
@@ -100,7 +166,7 @@ class Running:
         kinds = {"body": np.int64, "diameter": float, "volume": float, "law": np.int8}
         grains = {name: np.concatenate([np.zeros(0), *grains[name]]).astype(kind) for name, kind in kinds.items()}
         self.grains = grains["body"]
-        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]), grains)
+        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]), grains, self._skins(sets))
 
     def _grain(self, body):
         """Volume and diameter of a grain. Raises ValueError for a body that is none."""
@@ -124,7 +190,7 @@ class Running:
         if len(sets) == self.sets_seen:
             return
         self.sets_seen = len(sets)
-        self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing))
+        self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing), sets)
 
     def refuse_inside(self, sets):
         """Raises ValueError if particles of the liquid lie in bodies that are to come in."""
@@ -133,6 +199,8 @@ class Running:
         x = np.array(self._simulation.fluid.position)
         bodies = _bodies_of(scene, numbered, self.fluids[0].spacing)
         self._refuse_grains_inside(bodies, x)
+        self._refuse_meshes(sets)
+        bodies += [_Solid(-1, _surface_of(d, d.body.points), self.fluids[0].spacing) for d, _, _ in self._met_meshes(sets)]
         depth, _ = _deepest(x, bodies, scene.dim)
         inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)
         if len(inside):
@@ -158,6 +226,26 @@ class Running:
                 f"{len(inside)} grains are added within the liquid, one at {at}, and would compress it: add them above it, or to "
                 "the scene before the start, where the liquid makes room"
             )
+
+
+def _surface_of(d, x):
+    """The boundary of a deformable body whose nodes are at x (n, dim) [m]."""
+    try:
+        return Surface(flat_pieces(d.body), x)
+    except (AttributeError, ValueError) as wrong:
+        raise ValueError(
+            f"the fluid meets the sides of {d.name!r}, which are not known ({wrong}): give edges or faces to its body; or "
+            f"Scene.interact(fluid, {d.name!r}, None), and it flows through"
+        ) from None
+
+
+class _Solid:
+    """A deformable body as it stands, which begins with a node."""
+
+    plane, points, rotation, shape, form = True, None, None, "mesh", None
+
+    def __init__(self, node, surface, spacing):
+        self.ids, self.position, self.surface, self.within = [node], 0.0, surface, 2 * spacing
 
 
 class _Body:
@@ -269,7 +357,8 @@ def _deepest(x, bodies, dim):
         if body.rotation is not None:
             back = body.rotation * ([1, -1, -1, -1] if dim == 3 else -1)
             own = turn(np.broadcast_to(back, (len(x), *np.shape(back))), own, dim)
-        depth = depth_in(body.shape, dim, body.form, own)
+        solid = getattr(body, "surface", None)
+        depth = depth_in(body.shape, dim, body.form, own) if solid is None else solid.depth(x, body.within)
         where = np.where(depth > deepest, body.ids[0], where)
         deepest = np.maximum(deepest, depth)
     return deepest, where
@@ -398,6 +487,33 @@ class FluidView:
             raise ValueError(f"there is no body {number}; it was never added, or was removed: give an id that Scene.add returned")
         found = np.array(_core.fluid_force(self._core, number))
         return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
+
+    def forces_on_mesh(self, name):
+        """Gives the mean forces of the liquid on the nodes of a deformable body in the last step.
+
+        Parameters
+        ----------
+        name : str
+            Name of the body.
+
+        Returns
+        -------
+        ndarray (n, dim)
+            Forces [N], 0 of one that the liquid flows through.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body.
+        """
+        named = [mesh for mesh in self._simulation.meshes if mesh.name == name]
+        if not named:
+            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes) or "none"
+            raise ValueError(f"there is no deformable body {name!r}; there is {known}: give the name of one")
+        out = np.zeros(named[0].body.points.size)
+        found = _core.fluid_mesh_forces(self._core, int(named[0].ids[0]))
+        out[: len(found)] = found
+        return out.reshape(named[0].body.points.shape)
 
     def energy(self):
         """Gives the energy of the liquid.
