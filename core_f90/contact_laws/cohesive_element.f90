@@ -11,7 +11,8 @@ module cohesive_element
 contains
 
   !> Springs with the intensity that the velocity allows: r = -(spring u + pull), and the relative change of their intensity with
-  !> the velocity, 0 where no more damage is done. Contacts that stay sound, most of them, go in lanes; changes are optional.
+  !> the velocity, 0 where no more damage is done; changes are found if asked for. Contacts that stay sound, most of them, go in
+  !> lanes.
   subroutine cohesive_zone_element(n, c, own, damage, onset, square, u, params, state, spring, pull, fall, mu, rise, beta)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components

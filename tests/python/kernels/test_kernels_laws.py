@@ -626,3 +626,9 @@ def test_rolling_friction_solves_its_contact(c, lever):
         np.testing.assert_allclose(along[moves], -(limit * r[0] * speed)[moves], rtol=1e-7)
         seen |= {(bool(m), bool(p)) for m, p in zip(moves, r[0] > 0, strict=True)}
     assert {(True, True), (False, True), (True, False)} <= seen
+    # from impulses near the solution the same is found
+    again = r * RNG.uniform(0.9, 1.1, r.shape)
+    kernel("cairn_law_rolling_friction_solve", "cairn_law_solve")(n, c, blocks, q, 0 * q, params, np.zeros((1, n)), again, status)
+    scale = np.sqrt(np.einsum("ikk,ki->ki", w, r**2)).max(axis=0)
+    missed = np.sqrt(np.einsum("ikk,ki->ki", w, (again - r) ** 2)).max(axis=0)
+    assert (missed <= 1e-7 * scale).mean() > 0.98
