@@ -158,7 +158,7 @@ def run(scene, ranks, steps, **more):
 def digest(sim):
     state = [sim.bodies.position, sim.bodies.velocity, sim.contacts.key, sim.contacts.impulse, sim.contacts.status]
     state += [sim.nodes.position, sim.nodes.velocity, np.array(list(sim.energy.values()))]
-    state += [part for mesh in sim.meshes for part in (*mesh.stress.values(), mesh.reaction("base"))]
+    state += [part for mesh in sim.meshes for part in (*mesh.stress.values(), mesh.reaction())]
     return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state)).hexdigest()
 
 
