@@ -191,3 +191,16 @@ if sim.ranks.rank == 1:
         assert np.array_equal(seen[name], sim.bodies.position)
     means = np.asarray(cn.load(tmp_path / "seen.vtkhdf").history["mean"])
     assert len(means) == 10 and means[-1] == sim.bodies.position.mean()
+
+
+@pytest.mark.parametrize("ranks", [None, 1, 3])
+def test_bodies_that_pass_each_other_are_told_over_ranks(ranks):
+    def scene():
+        made = scenes.new(2)
+        x = np.array([(0.0, 0.0), (0.25, 0.0), (30.0, 30.0), (40.0, 40.0), (50.0, 30.0)])
+        made.add(cn.disks(x, 0.05, scenes.ROCK, velocity=np.array([(100.0, 0.0)] + 4 * [(0.0, 0.0)])))
+        return made
+
+    sim = made(scene, ranks, dt=1e-2)
+    with pytest.warns(cn.TunnellingWarning, match="body 0 passed through body 1"):
+        sim.step()
