@@ -248,7 +248,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         return self._ranks
 
     def gather(self):
-        """Makes contacts of all ranks readable on each, until the next step; bodies always are. All ranks call it.
+        """Makes bodies and contacts of all ranks readable on each, until the next step. All ranks call it.
 
         Without ranks, or where one process has all of them, nothing has to be done.
         """

@@ -179,7 +179,8 @@ seen = []
 def look(sim):
     if sim.ranks.rank == 1 and sim.steps in (3, 7):
         seen.append(sim.bodies.position.copy())
-sim.run(10, callback=look, probes=None, progress=False)
+mean = {"mean": lambda sim: float(sim.bodies.position.mean())}  # which rank 0 alone calls
+sim.run(10, callback=look, probes=mean, output="seen.vtkhdf", every=4, checkpoint_every=5, progress=False)
 if sim.ranks.rank == 1:
     np.savez("seen.npz", third=seen[0], seventh=seen[1], end=sim.bodies.position, gathers=sim.ranks.figures()["gathers"])
 """
@@ -188,4 +189,18 @@ if sim.ranks.rank == 1:
     for name, steps in (("third", 3), ("seventh", 4), ("end", 3)):
         sim.run(steps, progress=False)
         assert np.array_equal(seen[name], sim.bodies.position)
-    assert seen["gathers"] < 8
+    means = np.asarray(cn.load(tmp_path / "seen.vtkhdf").history["mean"])
+    assert len(means) == 10 and means[-1] == sim.bodies.position.mean()
+
+
+@pytest.mark.parametrize("ranks", [None, 1, 3])
+def test_bodies_that_pass_each_other_are_told_over_ranks(ranks):
+    def scene():
+        made = scenes.new(2)
+        x = np.array([(0.0, 0.0), (0.25, 0.0), (30.0, 30.0), (40.0, 40.0), (50.0, 30.0)])
+        made.add(cn.disks(x, 0.05, scenes.ROCK, velocity=np.array([(100.0, 0.0)] + 4 * [(0.0, 0.0)])))
+        return made
+
+    sim = made(scene, ranks, dt=1e-2)
+    with pytest.warns(cn.TunnellingWarning, match="body 0 passed through body 1"):
+        sim.step()
