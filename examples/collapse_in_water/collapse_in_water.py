@@ -1,8 +1,8 @@
 """A column of gravel collapses in water and in air: slides that enter water run slower, and less far in the same time.
 
-Engineers ask how far a slope runs out below the level of a lake. Water flows among grains that are smaller than its particles: it
-lifts them by its pressure and drags them by their porosity, and they push it (cn.GrainDrag). A board that holds the column until it
-is at rest is taken away; the same column then falls without water.
+Engineers ask how far a slope runs out below the level of a lake. Water flows among grains that are smaller than its particles:
+it lifts them by its pressure and drags them by their porosity, and they push it (cn.GrainDrag). A board that holds the column
+until it is at rest is taken away; the same column then falls without water.
 
 Run it:  python collapse_in_water.py              some 200 grains and 900 particles, half a minute
          python collapse_in_water.py --full       half the sizes of grains and particles
