@@ -1,4 +1,6 @@
 // From places to forces: a batch of pairs goes through its narrow phase, its law, and onto its bodies.
+#include <algorithm>
+
 #include "../../contacts/surface_motion.hpp"
 #include "cairn/smooth_bodies.h"
 #include "lanes.hpp"

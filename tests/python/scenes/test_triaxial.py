@@ -31,7 +31,7 @@ def pack():
 
 
 def shear(pack, smooth):
-    """Axial over lateral stress (means of 0.5 % of strain), gain of volume, lateral stress over what is asked."""
+    """Axial over lateral stress (means of 0.5 % of strain), gain of volume, lateral stress over that of the servo."""
     centers, radii, lengths = pack
     spring = cn.LinearSpring(stiffness=1000 * PRESSURE * DIAMETER, restitution=0.3, mu=MU)
     driven = dict(rate={"zz": -RATE}, stress={"xx": PRESSURE, "yy": PRESSURE})
