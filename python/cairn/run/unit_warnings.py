@@ -10,11 +10,12 @@ import numpy as np
 from ..model.extents import Placed
 from ..model.law_parameters import told as meaning
 from .first_overlaps import Normals
+from .views import core_of
 
 # shortening of a body under its own weight: of small displacements, of large ones
 SHORTENED, SHORTENED_LARGE = 0.1, 1.0
 # overlap of a body at rest on a plane under its own weight, over its radius
-SUNK = 0.1
+SUNK = 0.5
 # strength over the weight of the lightest body on its section
 STRENGTH = 0.01
 
@@ -82,7 +83,7 @@ def _young(body):
 
 def _weights(simulation):
     """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
-    core, contactors = simulation._core.scene, simulation.contactors
+    driven, contactors = core_of(simulation).scene.body("driven").ravel(), simulation.contactors
     ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
     owner = np.asarray(contactors.body)
     reach = np.array(contactors.radius, float)
@@ -92,7 +93,6 @@ def _weights(simulation):
     radius = np.zeros(len(ids))
     order = np.argsort(ids)
     np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
-    driven = core.body("driven").ravel()
     free = np.isfinite(mass) & (mass > 0) & (radius > 0)
     if len(driven) == len(free):
         free &= driven == 0
@@ -160,7 +160,7 @@ def _walls(simulation, gravity):
     moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
     if held or moved:
         return None
-    placed = Placed(simulation._core.scene)
+    placed = Placed(core_of(simulation).scene)
     planes = np.isin(placed.shape, ["half_plane", "plane"])
     if not np.any(planes):
         return None

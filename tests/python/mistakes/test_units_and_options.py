@@ -6,6 +6,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.plugs.wrap_law import wrap_law
+from cairn.post.convert import convert
 from cairn.pre import masonry
 
 ROCK = cn.Material("rock", density=2600.0)
@@ -130,6 +131,11 @@ def of_interface(folder, *lines):
     return wrap_law(folder / "w.toml", folder)
 
 
+def converted(folder, name):
+    cn.Simulation(scene(ball(), floor()), 1e-3).run(steps=1, output=folder / "a.vtkhdf", progress=False)
+    return convert(folder / "a.vtkhdf", folder / name)
+
+
 def of_source(folder, name):
     (folder / name).write_text("      END\n")
     return cn.plug(folder / name, material="mine", state=1)
@@ -148,6 +154,7 @@ ERRORS = {
     "a limit of what is not isolated": (lambda f: of_interface(f, "time_limit = 3"), "give isolate = true, too"),
     "an option of a class's method": (lambda f: cn.Scene.load("a.scene.h5", pth=1), "Scene.load has no argument 'pth'; it has"),
     "a disk that is fixed": (lambda f: cn.disks([(0, 0)], 0.5, ROCK, fixed=True), "did you mean 'driven'"),
+    "a .pvd of a run": (lambda f: converted(f, "a.pvd"), "give .vtp: the .pvd of all outputs comes with it"),
     "the beginning of a name": (lambda f: cn.Hertz, "did you mean 'HertzMindlin'"),
 }  # fmt: skip
 
