@@ -18,11 +18,13 @@ SHORTENED, SHORTENED_LARGE = 0.1, 1.0
 SUNK = 0.5
 # strength over the weight of the lightest body on its section
 STRENGTH = 0.01
+# change of a size in a step
+FASTEST = 0.1
 
 
 class UnitsWarning(UserWarning):
-    """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa; or
-    gravity points away from all walls."""
+    """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa;
+    gravity points away from all walls; or bodies or a cell grow by more than a tenth in a step."""
 
 
 def warn(simulation, above):
@@ -36,6 +38,15 @@ def warn(simulation, above):
         return
     found = [_meshes(simulation, gravity), _laws(simulation, pull), _walls(simulation, gravity)]
     for text in filter(None, found):
+        warnings.warn(text, UnitsWarning, stacklevel=above + 1)
+
+
+def warn_of_rate(what, rate, dt, above):
+    """Warns of a constant rate [1/s] of sizes that is large over a step, as if given in percent. what: its name in the text."""
+    if isinstance(rate, (int, float, np.number)) and abs(rate) * dt > FASTEST:
+        factor = np.exp(min(rate * dt, 700.0))
+        text = f"{what} is {rate:g} /s, by which a size changes by a factor of {factor:.3g} in a step of {dt:g} s"
+        text += ": give it per second, 0.05 for 5 % a second, or a smaller dt"
         warnings.warn(text, UnitsWarning, stacklevel=above + 1)
 
 

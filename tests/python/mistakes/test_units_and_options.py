@@ -119,6 +119,23 @@ def test_gravity_that_pulls_away_from_the_floor(dim):
     assert not told(lambda: cn.Simulation(held, 1e-3)), "something holds them there"
 
 
+def cell_of_disks():
+    made = cn.Scene(2, periodic=cn.Periodic((8.0, 2.0)))
+    ids = made.add(cn.disks([(0.5 + 2 * k, 0.5) for k in range(4)], 0.2, ROCK))
+    made.interact("*", "*", cn.Coulomb(mu=0.4))
+    return cn.Simulation(made, 1e-3), ids
+
+
+def test_rates_in_percent():
+    sim, ids = cell_of_disks()
+    assert "give it per second, 0.05 for 5 %" in told(lambda: sim.grow(ids, 500.0))[0]
+    assert not told(lambda: sim.grow(ids, 5.0)) and not told(lambda: sim.grow(ids, None))
+    assert "rate['xx'] of the cell is -200 /s" in told(lambda: sim.drive_cell(rate={"xx": -200.0}))[0]
+    assert not told(lambda: sim.drive_cell(rate={"xx": -2.0})) and not told(
+        lambda: sim.drive_cell(rate={"xx": cn.Expression("-2")})
+    )
+
+
 def pool(**options):
     made = scene(floor(), cn.wall((0, 0), (1, 0), ROCK), cn.wall((1, 0), (-1, 0), ROCK))
     made.add(cn.fluid(**{"region": [(0.0, 0.0), (1.0, 0.4)], "spacing": 0.1} | options))
@@ -155,6 +172,8 @@ ERRORS = {
     "an option of a class's method": (lambda f: cn.Scene.load("a.scene.h5", pth=1), "Scene.load has no argument 'pth'; it has"),
     "a disk that is fixed": (lambda f: cn.disks([(0, 0)], 0.5, ROCK, fixed=True), "did you mean 'driven'"),
     "a .pvd of a run": (lambda f: converted(f, "a.pvd"), "give .vtp: the .pvd of all outputs comes with it"),
+    "a fluid misspelt": (lambda f: pool().scene.interact("flud", ROCK, cn.NoSlip()), "did you mean 'fluid'"),
+    "an axis that is not periodic": (lambda f: cn.Scene(2, periodic=cn.Periodic((8.0, None))), "give inf along axes"),
     "the beginning of a name": (lambda f: cn.Hertz, "did you mean 'HertzMindlin'"),
 }  # fmt: skip
 
