@@ -11,6 +11,7 @@ from ..names import listed
 from . import solids
 from .drives import function_of, read_drive
 from .networks import properties
+from .remedies import CONTACTORS as MESH_CONTACTORS
 from .remedies import ELEMENTS, PHYSICS, after
 from .text import LegacyError, Reader
 
@@ -226,7 +227,7 @@ def check_replacements(box):
 
 
 def _drain(box, models, drives, origin):
-    """Makes porous bodies those of their solid: elements, physics, and drives without those of the pressure."""
+    """Replaces elements and physics of porous bodies by those of a solid, and drops drives of the pressure."""
     porous = {name for name, options in models.items() if options.get("physics") == "POROx"}
     for name in porous:
         models[name]["physics"] = "MECAx"
@@ -298,7 +299,7 @@ def _why_not(box, mesh, models, drives):
         return "models of several physics, kinematics or masses in one body"
     for kind, *_ in mesh.contactors:
         if kind not in CONTACTORS:
-            return f"contactor {kind}"
+            return after(f"contactor {kind}", (MESH_CONTACTORS, kind))
     for _, d in drives:
         if d.kind not in (("temp", "flux") if heat else ("vlocy", "force")):
             return f"dofs driven by {d.kind}"

@@ -5,18 +5,25 @@ from __future__ import annotations
 ZONES = ("joints of no thickness: contactors on both sides (CSpxx and ASpxx, in 2D CLxxx and ALpxx) with a law such as "
          "MAL_CZM or GAP_MOHR_DS_CLB, or cn.fracture.split")  # fmt: skip
 FULL = "reduced or mixed integration: take Q8xxx, H20xx or another full one, which is stiffer by it"
+SPRINGS = "a spring between nodes: points on both (PT2Dx, PT3Dx) with ELASTIC_ROD, or cn.Rod"
 SHELLS = "a shell: take solid cells through its thickness, H8xxx or better H20xx"
 ELEMENTS = {
     **dict.fromkeys(("J2xx2", "J3xx2", "J3xx3", "J4xx3"), ZONES),
     **dict.fromkeys(("Q8Rxx", "H20Rx", "Q44xx", "Q84xx", "T33xx", "H88xx", "H208x", "TE44x", "TE104"), FULL),
     **dict.fromkeys(("DKTxx", "SHB6x", "SHB8x", "SHB20", "SHB15"), SHELLS),
-    **dict.fromkeys(("SPRG2", "SPRG3"), "a spring between nodes: points on both (PT2Dx, PT3Dx) with ELASTIC_ROD, or cn.Rod"),
+    **dict.fromkeys(("SPRG2", "SPRG3", "SPRNG"), SPRINGS),
+    "T3Lxx": "give T3xxx",
+    "TE4Lx": "give TE4xx",
     "BARxx": "a bar: make it by cn.bars, whose section no DATBOX holds",
     "Beam": "a beam: make it by cn.beams",
     "Cable": "a cable: make it by cn.bars, or bodies with ELASTIC_WIRE",
     "S2xth": "heat along a line: give a wire of a thermal network, wires=[(body, body, conductance)]",
     "PRI6x": "a prism: cut it into tetrahedra, TE4xx",
     "PRI15": "a prism: cut it into tetrahedra, TE10x",
+}
+CONTACTORS = {
+    **dict.fromkeys(("PT2DL", "PT2TL"), "a point on an edge: join nodes by cn.Spring or cn.Cable, in heat by a wire"),
+    "DISKL": "a round end of an edge: give CLxxx and ALpxx, or a disk of its own (DISKx) held by cn.Spring",
 }
 PHYSICS = {
     "POROx": "no flow in pores: read_datbox(drained=True) reads their solid, without pressure",

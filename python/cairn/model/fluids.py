@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base import checks
 from ..base.materials import Material
+from ..names import meant
 
 
 @dataclass(frozen=True)
@@ -343,7 +344,8 @@ def slip_rule(scene, a, b, kind):
     sides = [k for k, given in enumerate((a, b)) if isinstance(given, Fluid) or words[k] in names]
     if len(sides) != 1:
         known = ", ".join(sorted(names)) or "none: add cn.fluid(...) to the scene first"
-        raise ValueError(f"{words[0]!r} and {words[1]!r} meet by {kind!r}, and one side must be a fluid; there is {known}")
+        like = next(filter(None, (meant(word, names) for word in words)), "") if not sides else ""
+        raise ValueError(f"{words[0]!r} and {words[1]!r} meet by {kind!r}, and one side must be a fluid; there is {known}{like}")
     return words[1 - sides[0]], 0 if kind is None else kind.number
 
 

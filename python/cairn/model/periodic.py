@@ -117,6 +117,8 @@ class Periodic:
         ValueError
             If there is not a length >= 0 for each axis, or a cell shears along an axis that is not periodic.
         """
+        if isinstance(self.lengths, (tuple, list)) and None in self.lengths:
+            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give inf along axes that are not periodic")
         lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
             raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic")

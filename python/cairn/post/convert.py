@@ -29,6 +29,9 @@ def convert(source, target, what="bodies", step=None, overwrite=False, around=No
     kind = os.path.splitext(target)[1].lower()
     around = None if around is None else checks.count("around", around, 4)
     writers = {".csv": _csv, ".npz": _npz, ".h5": _hdf5, ".vtp": _vtk, ".vtu": _vtk}
+    if kind in (".pvd", ".vtk"):
+        told = "give .vtp: the .pvd of all outputs comes with it; ParaView opens the .vtkhdf as it is, too"
+        raise FileError(target, f"a run is not written as {kind}", told)
     if kind not in writers:
         raise FileError(target, f"the format {kind or '(none)'} is not known", f"choose one of {', '.join(writers)}")
     if os.path.exists(target) and not overwrite:

@@ -17,6 +17,7 @@ from ..base.errors import FileError
 from ..names import Spelt, listed, teach
 from .sets import living
 from .simulation import Simulation
+from .views import core_of
 
 READ = ("force", "torque")
 WRITE = ("displacement", "velocity", "position")
@@ -393,7 +394,7 @@ class Coupling(Spelt):
 
     def _refuse_held(self, ids):
         """Raises ValueError for bodies that no force moves."""
-        core = self.simulation._core.scene
+        core = core_of(self.simulation).scene
         known, mass, driven = np.asarray(self.simulation.bodies.id), np.ravel(self.simulation.bodies.mass), core.body("driven")
         held = ~np.isfinite(mass)
         if len(driven):

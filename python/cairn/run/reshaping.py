@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..base import checks
 from ..base.expressions import texts_of
+from . import unit_warnings
 
 
 class Reshaping:
@@ -45,6 +46,7 @@ class Reshaping:
         if texts is None or len(texts) != 1:
             raise ValueError(f"rate of growth is {rate!r}: give a finite number, cairn.Table, Harmonic or Expression [1/s]")
         self._core.grow(ids, texts[0])
+        unit_warnings.warn_of_rate("rate of growth", rate, self.dt, 3)
 
     def deform(self, id, body, *, material=None, **options):
         """Makes a rigid body deformable between steps.

@@ -856,6 +856,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         cell = dataclasses.replace(self.scene.periodic, **given)
         cell.components(self.scene.dim)
         driven_cell.change(self._core, self.scene, cell)
+        for component, value in (rate or {}).items():
+            unit_warnings.warn_of_rate(f"rate[{component!r}] of the cell", value, self.dt, 3)
         self._cell = cell
 
     def _start_meshes(self, state=None, anew=False):

@@ -10,18 +10,21 @@ import numpy as np
 from ..model.extents import Placed
 from ..model.law_parameters import told as meaning
 from .first_overlaps import Normals
+from .views import core_of
 
 # shortening of a body under its own weight: of small displacements, of large ones
 SHORTENED, SHORTENED_LARGE = 0.1, 1.0
 # overlap of a body at rest on a plane under its own weight, over its radius
-SUNK = 0.1
+SUNK = 0.5
 # strength over the weight of the lightest body on its section
 STRENGTH = 0.01
+# change of a size in a step
+FASTEST = 0.1
 
 
 class UnitsWarning(UserWarning):
-    """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa; or
-    gravity points away from all walls."""
+    """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa;
+    gravity points away from all walls; or bodies or a cell grow by more than a tenth in a step."""
 
 
 def warn(simulation, above):
@@ -35,6 +38,15 @@ def warn(simulation, above):
         return
     found = [_meshes(simulation, gravity), _laws(simulation, pull), _walls(simulation, gravity)]
     for text in filter(None, found):
+        warnings.warn(text, UnitsWarning, stacklevel=above + 1)
+
+
+def warn_of_rate(what, rate, dt, above):
+    """Warns of a constant rate [1/s] of sizes that is large over a step, as if given in percent. what: its name in the text."""
+    if isinstance(rate, (int, float, np.number)) and abs(rate) * dt > FASTEST:
+        factor = np.exp(min(rate * dt, 700.0))
+        text = f"{what} is {rate:g} /s, by which a size changes by a factor of {factor:.3g} in a step of {dt:g} s"
+        text += ": give it per second, 0.05 for 5 % a second, or a smaller dt"
         warnings.warn(text, UnitsWarning, stacklevel=above + 1)
 
 
@@ -82,7 +94,7 @@ def _young(body):
 
 def _weights(simulation):
     """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
-    core, contactors = simulation._core.scene, simulation.contactors
+    driven, contactors = core_of(simulation).scene.body("driven").ravel(), simulation.contactors
     ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
     owner = np.asarray(contactors.body)
     reach = np.array(contactors.radius, float)
@@ -92,7 +104,6 @@ def _weights(simulation):
     radius = np.zeros(len(ids))
     order = np.argsort(ids)
     np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
-    driven = core.body("driven").ravel()
     free = np.isfinite(mass) & (mass > 0) & (radius > 0)
     if len(driven) == len(free):
         free &= driven == 0
@@ -160,7 +171,7 @@ def _walls(simulation, gravity):
     moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
     if held or moved:
         return None
-    placed = Placed(simulation._core.scene)
+    placed = Placed(core_of(simulation).scene)
     planes = np.isin(placed.shape, ["half_plane", "plane"])
     if not np.any(planes):
         return None

@@ -148,7 +148,7 @@ def test_nearest_projection_on_the_sides_of_a_mesh(coupled, dim):
     moved = []
     assert coupling.run(callback=lambda s: moved.append(s.meshes[0].displacement.copy())) == 5 and partner.wait(timeout=60) == 0
     line = k[:, 2] if dim == 2 else k[:, 1, 2]  # nodes along the points
-    left, middle, right = moved[-2][line]  # in serial coupling the partner acts first, on what it saw
+    left, middle, right = moved[-2][line]  # in serial coupling the partner acts first, with displacements of the window before
     seen = np.load("seen.npy")
     assert np.allclose(seen, [(left + middle) / 2, 0.75 * middle + 0.25 * right], rtol=1e-9, atol=0)
     assert np.abs(moved[-1]).max() > 1e-6

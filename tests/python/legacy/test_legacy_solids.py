@@ -97,7 +97,7 @@ def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
 @pytest.mark.parametrize("element, told", [
     ("J2xx2", "joints of no thickness: contactors on both sides"), ("Q8Rxx", "reduced or mixed"),
     ("DKTxx", "a shell: take solid"), ("SPRG2", "a spring between nodes"), ("BARxx", "cn.bars"),
-    ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"),
+    ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"), ("T3Lxx", "give T3xxx"), ("SHB8x", "a shell: take solid"),
 ])  # fmt: skip
 def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, tmp_path):
     folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
@@ -106,6 +106,16 @@ def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, t
         assert "Q4xxx" in text
         (folder / name).write_text(text.replace("Q4xxx", element))
     with pytest.raises(legacy.LegacyError, match=f"element {element}: .*{told}" if "take" in told else told):
+        legacy.read_datbox(folder)
+
+
+@pytest.mark.parametrize("kind, told", [("PT2DL", "join nodes by cn.Spring"), ("DISKL", "give CLxxx and ALpxx")])
+def test_contactors_of_meshes_that_are_not_there_are_told_with_what_to_give(kind, told, tmp_path):
+    folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
+    text = (folder / "BODIES.DAT").read_text()
+    assert " CLxxx " in text
+    (folder / "BODIES.DAT").write_text(text.replace(" CLxxx ", f" {kind} "))
+    with pytest.raises(legacy.LegacyError, match=f"contactor {kind}: .*{told}"):
         legacy.read_datbox(folder)
 
 

@@ -6,6 +6,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.plugs.wrap_law import wrap_law
+from cairn.post.convert import convert
 from cairn.pre import masonry
 
 ROCK = cn.Material("rock", density=2600.0)
@@ -118,6 +119,23 @@ def test_gravity_that_pulls_away_from_the_floor(dim):
     assert not told(lambda: cn.Simulation(held, 1e-3)), "something holds them there"
 
 
+def cell_of_disks():
+    made = cn.Scene(2, periodic=cn.Periodic((8.0, 2.0)))
+    ids = made.add(cn.disks([(0.5 + 2 * k, 0.5) for k in range(4)], 0.2, ROCK))
+    made.interact("*", "*", cn.Coulomb(mu=0.4))
+    return cn.Simulation(made, 1e-3), ids
+
+
+def test_rates_in_percent():
+    sim, ids = cell_of_disks()
+    assert "give it per second, 0.05 for 5 %" in told(lambda: sim.grow(ids, 500.0))[0]
+    assert not told(lambda: sim.grow(ids, 5.0)) and not told(lambda: sim.grow(ids, None))
+    assert "rate['xx'] of the cell is -200 /s" in told(lambda: sim.drive_cell(rate={"xx": -200.0}))[0]
+    assert not told(lambda: sim.drive_cell(rate={"xx": -2.0})) and not told(
+        lambda: sim.drive_cell(rate={"xx": cn.Expression("-2")})
+    )
+
+
 def pool(**options):
     made = scene(floor(), cn.wall((0, 0), (1, 0), ROCK), cn.wall((1, 0), (-1, 0), ROCK))
     made.add(cn.fluid(**{"region": [(0.0, 0.0), (1.0, 0.4)], "spacing": 0.1} | options))
@@ -128,6 +146,11 @@ def of_interface(folder, *lines):
     text = 'name = "w"\nroutine = "W"\nsources = ["w.f"]\nslot = "prepare"\narguments = ["gap", "bias1", "mu"]\n'
     (folder / "w.toml").write_text(text + "\n".join(lines) + "\n")
     return wrap_law(folder / "w.toml", folder)
+
+
+def converted(folder, name):
+    cn.Simulation(scene(ball(), floor()), 1e-3).run(steps=1, output=folder / "a.vtkhdf", progress=False)
+    return convert(folder / "a.vtkhdf", folder / name)
 
 
 def of_source(folder, name):
@@ -148,6 +171,9 @@ ERRORS = {
     "a limit of what is not isolated": (lambda f: of_interface(f, "time_limit = 3"), "give isolate = true, too"),
     "an option of a class's method": (lambda f: cn.Scene.load("a.scene.h5", pth=1), "Scene.load has no argument 'pth'; it has"),
     "a disk that is fixed": (lambda f: cn.disks([(0, 0)], 0.5, ROCK, fixed=True), "did you mean 'driven'"),
+    "a .pvd of a run": (lambda f: converted(f, "a.pvd"), "give .vtp: the .pvd of all outputs comes with it"),
+    "a fluid misspelt": (lambda f: pool().scene.interact("flud", ROCK, cn.NoSlip()), "did you mean 'fluid'"),
+    "an axis that is not periodic": (lambda f: cn.Scene(2, periodic=cn.Periodic((8.0, None))), "give inf along axes"),
     "the beginning of a name": (lambda f: cn.Hertz, "did you mean 'HertzMindlin'"),
 }  # fmt: skip
 

@@ -238,3 +238,32 @@ def test_a_routine_that_reads_a_deck_before_the_first_contact(tmp_path, monkeypa
     (folder / "law.toml").write_text(text.replace('init="OLDINI"', 'deck="steel.dat"'))
     with pytest.raises(ValueError, match="there is no init"):
         wrap_law(folder / "law.toml")
+
+
+LATE = """
+#include "law_adapter.c"
+int main(void) { /* a byte of the call before, whose sender was held up until the other slept again */
+  double w[4] = {1, 0, 0, 1}, u[2] = {0, 0}, bias[2] = {0, 0}, fric = 0.3, r[2];
+  int32_t status;
+  for (int call = 1; call <= 20; ++call) {
+    u[0] = -call, r[0] = r[1] = 0;
+    solve(1, 2, w, u, bias, &fric, NULL, r, &status);
+    if (r[0] != call) return printf("call %d gave the impulse %g\\n", call, r[0]), 1;
+    while (!__atomic_load_n(&ring_of(asked)->sleeps, __ATOMIC_SEQ_CST)) usleep(200);
+    if (__atomic_exchange_n(&ring_of(asked)->sleeps, 0, __ATOMIC_SEQ_CST)) give(line, "x", 1);
+    usleep(2000);
+  }
+  return 0;
+}
+"""
+
+
+def test_an_isolated_routine_answers_only_what_it_is_asked(tmp_path):
+    """Woken by a byte that came late it sleeps again, and does not answer what it was asked before."""
+    (tmp_path / "old.f").write_text(SOLVE + PREPARE + IMPACT)
+    (tmp_path / "law.toml").write_text(INTERFACES["solve"].format(n="law"))
+    wrap_law(tmp_path / "law.toml", isolate=True)
+    (tmp_path / "late.c").write_text(LATE)
+    build = "gcc -O2 -c late.c && gfortran late.o old.f -o late && ./late"
+    told = subprocess.run(build, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert told.returncode == 0, (told.stdout, told.stderr)
