@@ -361,6 +361,14 @@ def test_collapse_in_water(tmp_path):
     assert figures["front at the end, in water"] > 1.2
 
 
+def test_elastic_gate(tmp_path):
+    size = ["--spacing", "0.005", "--seconds", "0.12", "--dt", "0.002", "--cells", "8", "--frames", "6"]
+    figures = ran("elastic_gate", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    assert figures["particles"] == 560
+    assert figures["free end moves by at most"] == pytest.approx(38, abs=6)
+    assert figures["flowed out"] > 0.02
+
+
 def test_disc_brake(tmp_path):
     figures = ran("disc_brake", tmp_path, "--along", "6", "--first", "1e-4", "--dt", "2e-3", endings=(".vtkhdf", ".png", ".csv"))
     assert figures["steps solved, contacts and heat"] == figures["steps"]
