@@ -57,8 +57,8 @@ void answer_to_momentum(MeshBody& body, const std::vector<double>& x, std::vecto
   body.answer(pull.data(), std::int64_t(x.size()), out.data());
 }
 
-// What the step resolves of a change of velocities (dofs): 2 S v - S S v, relative to held dofs, which leaves slow
-// motions to second order. Held dofs that do not move along with each other leave all as it is.
+// Filters a change of velocities (dofs) to 2 S v - S S v, relative to held dofs: motions that the step resolves stay to
+// second order, faster vibrations go. Held dofs that do not move along with each other leave all as it is.
 void smooth(MeshBody& body, const std::vector<double>& v, std::vector<double>& out) {
   out = v;
   Vector base;
@@ -71,10 +71,9 @@ void smooth(MeshBody& body, const std::vector<double>& v, std::vector<double>& o
   for (std::size_t i = 0; i < v.size(); ++i) out[i] = base[i % dim] + 2 * once[i] - twice[i];
 }
 
-// Velocities at the end of the step without the liquid (dofs). Those of a body at large strains are linear about where
-// it stands at the begin: vibrations that the step does not resolve would compress it, were it to move by a step of
-// their velocity, and its tangent there may be singular. With w relative to held dofs that move by b,
-//   A v_free = h (f - F) + M v - (1 - theta)/theta (A - M) w.
+// Finds the velocities at the end of the step without the liquid (dofs). A body at large strains has the tangent of its
+// begin: a step of the velocity of its vibrations would compress it, and the tangent there may be singular. With w
+// relative to held dofs, A v_free = h (f - F) + M v - (1 - theta)/theta (A - M) w.
 void find_free(MeshBody& body, Scene& scene, const cairn_scheme& scheme, std::vector<double>& v,
                std::vector<double>& free) {
   Nodes& nodes = scene.nodes;
@@ -147,14 +146,14 @@ void FluidSkins::set(int dim, FluidSkin points, std::vector<double> size) {
     }
 }
 
-// The end of the step is linear in the impulse p of the liquid, v_end = v_free + A^-1 p, with the matrix A of the
-// integrator. Nodes that take A^-1 f as their acceleration by the liquid thus end with the velocity that the step of
-// the bodies finds for the mean of f, but for contacts and what is not linear: sides are as heavy and as stiff within
-// the step as they are over it, and the liquid needs to know no more.
-// Vibrations that the step does not resolve are another matter: at theta = 1/2 their velocity turns over in each step.
-// Were the liquid to see it, its forces would work along another way than that of the step, and bring energy. Nodes
-// move with the mean velocity of the step, theta v_free + (1 - theta) v, and with what the step resolves of the change
-// about it: the work of a force is then the same on both sides for all that is not resolved.
+// The end of the step is linear in the impulse p of the liquid, v_end = v_free + A^-1 p; A is the integrator's. Nodes
+// that take A^-1 f as their acceleration by the liquid thus end with the velocity that the step of the bodies finds for
+// the mean of f, but for contacts and what is not linear: sides are as heavy and as stiff within the step as they are
+// over it, and the liquid needs to know no more. Vibrations that the step does not resolve are another matter: at theta
+// = 1/2 their velocity turns over in each step. Were the liquid to see it, its forces would work along another way than
+// that of the step, and bring energy. Nodes move with the mean velocity of the step, theta v_free + (1 - theta) v, and
+// with what the step resolves of the change about it: the work of a force is then the same on both sides for all that
+// is not resolved.
 void FluidSkins::load(Scene& scene, const FluidStep& step) {
   Nodes& nodes = scene.nodes;
   for (Mesh& m : meshes_) {

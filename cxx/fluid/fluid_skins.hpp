@@ -1,6 +1,5 @@
-// Deformable bodies as the liquid meets them: points below their sides, which nodes carry by shape functions, and the
-// motion of the nodes within a step. Forces of the points go to nodes by the transpose of what moves the points, so
-// that momentum and power are kept.
+// Deformable bodies beside a liquid: points below their sides, which nodes carry by shape functions, and the motion of
+// the nodes within a step. Nodes take the forces of the points by the same weights: momentum and power are kept.
 #pragma once
 #include <cstdint>
 #include <vector>

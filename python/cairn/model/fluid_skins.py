@@ -292,7 +292,7 @@ def skin_of(body, name, spacing, reach):
         place = feet["place"] - depth * feet["normal"]
         near, piece = surface.near(place, depth)
         angle = np.sum(feet["normal"][near] * surface.normal[piece], axis=1)
-        beside = (angle > OPPOSITE) & (angle < ALIKE)  # sides that meet at an edge: each has what is nearest to it
+        beside = (angle > OPPOSITE) & (angle < ALIKE)  # at an edge a point belongs to the nearest side
         far = surface.distance(place[near[beside]], piece[beside])
         nearest = np.full(len(place), np.inf)
         np.minimum.at(nearest, near[beside], far)

@@ -178,7 +178,7 @@ def fluid(
     artificial=0.0,
     incompressible=False,
 ):
-    """A liquid of particles, which flows among rigid bodies with a free surface.
+    """A liquid of particles, which flows among bodies with a free surface.
 
     Parameters
     ----------

@@ -261,6 +261,8 @@ def _bodies_of(scene, sets, spacing):
     dim, out = scene.dim, []
     reach = 2 * scene.fluids[0].smoothing * spacing
     for s in sets:
+        if s.mesh is not None:  # its sides meet the liquid, not the contactors on them
+            continue
         parts = {}
         for c in s.contactors:
             if c.joint:

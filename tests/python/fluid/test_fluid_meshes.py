@@ -231,6 +231,23 @@ def test_a_light_soft_body_is_stable_and_floats():
     assert abs(np.mean(high[50:]) - (level - 0.1 * 0.2 + 0.1)) < 0.04
 
 
+def test_a_body_with_contacts_lies_on_the_bed():
+    points, cells = grid((0.35, 0.01), (0.3, 0.2), (6, 4))
+    groups = {"bottom": np.flatnonzero(points[:, 1] < 0.011)}
+    body = cn.ElasticBody(points, cells, young=1e7, poisson=0.3, density=2000.0, groups=groups, rayleigh=(20.0, 0.0))
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, rubber, name="block", contact="bottom", edges="bottom"))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((1, 0), (-1, 0), rock))
+    scene.add(cn.fluid([(0, 0), (1, 0.4)], 0.05, artificial=0.2))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    sim = cn.Simulation(scene, dt=4e-3)
+    for _ in range(60):
+        report = sim.step()
+    assert report["contacts"] >= 7 and report["status"] == "converged"
+    low = sim.nodes.position[:, 1].min()
+    assert abs(low) < 1e-3 and np.abs(sim.nodes.velocity.mean(axis=0)).max() < 0.05
+
+
 @pytest.mark.parametrize("kind", ["linear", "large"])
 def test_restart_and_threads_keep_bits(kind, tmp_path):
     def state(sim):
