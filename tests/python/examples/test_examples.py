@@ -369,6 +369,15 @@ def test_elastic_gate(tmp_path):
     assert figures["flowed out"] > 0.02
 
 
+def test_wall_under_water(tmp_path):
+    size = ["--spacing", "0.1", "--speed", "0.3", "--dt", "0.004", "--seconds", "2.8", "--frames", "10"]
+    figures = ran("wall_under_water", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    due = figures["level that opens a joint"]
+    assert due == pytest.approx(1.3527, abs=1e-4) and figures["level at which a joint slides"] > due
+    assert figures["level at which the wall gives way"] == pytest.approx(due, rel=0.04)
+    assert figures["motion before 95 % of the lower"] < 1e-4
+
+
 def test_disc_brake(tmp_path):
     figures = ran("disc_brake", tmp_path, "--along", "6", "--first", "1e-4", "--dt", "2e-3", endings=(".vtkhdf", ".png", ".csv"))
     assert figures["steps solved, contacts and heat"] == figures["steps"]
