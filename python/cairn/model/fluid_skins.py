@@ -269,7 +269,8 @@ def skin_of(body, name, spacing, reach):
     Returns
     -------
     dict
-        "node" (n, k), "weight", "along", "across" (n, k), "depth", "volume", "behind", "size" (n,).
+        "node" (n, k), "weight", "along", "across" (n, k), "depth", "volume", "behind", "size" (n,); "thickness", the least of
+        the body, infinite beyond twice the reach [m].
 
     Raises
     ------
@@ -313,6 +314,7 @@ def skin_of(body, name, spacing, reach):
     out = {name: feet[name][rows] for name in ("node", "weight", "along", "across", "size")}
     out |= {"depth": depth, "volume": feet["area"][rows] * spacing / crowd}
     out["behind"] = np.where(np.isfinite(thick), behind, UNBOUNDED)
+    out["thickness"] = np.min(thick, initial=np.inf)
     return out
 
 

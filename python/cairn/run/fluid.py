@@ -7,11 +7,12 @@ import numpy as np
 from .. import _core
 from ..base import checks
 from ..base.geometry import turn
+from ..model.bodies import DOFS
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from ..names import listed
-from .fluid_gaps import warn_of_beds, warn_of_gaps
+from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_thin
 from .shown import shown
 
 MOVED = "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start"
@@ -72,6 +73,22 @@ class Running:
         if self.fluids[0].incompressible and self._simulation.strategy.cut_back > 0:
             raise ValueError("the incompressible fluid makes no step in parts: leave out cut_back, or incompressible")
         self._refuse_meshes()
+        self.refuse_integrator(self._simulation.strategy)
+
+    def refuse_integrator(self, strategy, sets=None):
+        """Raises ValueError where an integrator other than the theta-method moves rigid bodies that the liquid meets: they would
+        ring from step to step."""
+        if type(strategy).__name__ != "NSCD" or strategy.integrator is None:
+            return
+        scene = self._simulation.scene
+        for s in self._simulation._sets if sets is None else sets:
+            held = set(DOFS[scene.dim]) <= set(s.driven or ())
+            if s.mesh is None and s.mass is not None and np.isfinite(s.mass).any() and not held:
+                if any(slip_between(scene, c.material.name, s.group) for c in s.contactors):
+                    raise ValueError(
+                        "rigid bodies move in the fluid by the theta-method of NSCD, and "
+                        f"{type(strategy.integrator).__name__} moves this scene: leave out integrator"
+                    )
 
     def _met_meshes(self, sets=None):
         """[(deformable body, id of its first node, how the liquid meets it)] of those of sets that it meets."""
@@ -126,6 +143,8 @@ class Running:
         first, tables, met = self.fluids[0], [], self._met_meshes(sets)
         for d, _, _ in met:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
+            if not first.artificial:
+                warn_of_thin(d.name, table["thickness"], first.spacing, 6)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}
@@ -200,6 +219,7 @@ class Running:
         bodies = _bodies_of(scene, numbered, self.fluids[0].spacing)
         self._refuse_grains_inside(bodies, x)
         self._refuse_meshes(sets)
+        self.refuse_integrator(self._simulation.strategy, sets)
         bodies += [_Solid(-1, _surface_of(d, d.body.points), self.fluids[0].spacing) for d, _, _ in self._met_meshes(sets)]
         depth, _ = _deepest(x, bodies, scene.dim)
         inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)

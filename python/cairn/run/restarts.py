@@ -96,6 +96,7 @@ class Restarts:
                 digest.update(np.ascontiguousarray(array).data)
         for fluid in self.scene.fluids:
             digest.update(np.ascontiguousarray(fluid.position).data)
+            digest.update(repr((float(fluid.density), fluid.incompressible)).encode())
         return digest.hexdigest()
 
     def restore(self, path):

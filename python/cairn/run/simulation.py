@@ -149,6 +149,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self.between_steps("strategy")
         value = checked_strategy(value) if self._ranks is None else over.solved_by_sweeps(checked_strategy(value))
         chosen = value.for_scene(self._core.scene, self._rules, free_masses(self._sets))
+        if self._fluid:
+            self._fluid.refuse_integrator(chosen)
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()

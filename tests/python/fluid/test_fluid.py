@@ -410,3 +410,39 @@ def test_a_force_is_asked_of_a_body_that_is_there():
     for body in (99, -1, bed + 3):
         with pytest.raises(ValueError, match=f"no body {body}"):
             sim.fluid.force_on(body)
+
+
+def test_integrators_that_ring_beside_a_liquid_are_refused():
+    def scene(rule):
+        made = tank(0.3)[0]
+        made.add(cn.disks([[0.5, 0.7]], 0.1, cn.Material("wood", density=500.0)))
+        made.interact("fluid", "wood", rule)
+        return made
+
+    newmark = cn.NSCD(integrator=cn.Newmark())
+    with pytest.raises(ValueError, match="theta-method of NSCD, and Newmark moves"):
+        cn.Simulation(scene(cn.NoSlip()), dt=0.01, strategy=newmark)
+    sim = cn.Simulation(scene(cn.NoSlip()), dt=0.01)
+    with pytest.raises(ValueError, match="leave out integrator"):
+        sim.strategy = newmark
+    sim.step()
+    cn.Simulation(scene(None), dt=0.01, strategy=newmark).step()  # the liquid flows through it
+
+
+@pytest.mark.parametrize("other", [{"density": 800.0}, {"incompressible": True}])
+def test_a_state_of_another_liquid_is_refused(tmp_path, other):
+    def simulation(**liquid):
+        scene = cn.Scene(2, gravity=(0.0, -9.81))
+        stone = cn.Material("stone", density=2000.0)
+        scene.add(cn.wall((0, 0), (0, 1), stone), cn.wall((0, 0), (1, 0), stone), cn.wall((1, 0), (-1, 0), stone))
+        scene.add(cn.fluid([(0, 0), (1, 0.5)], spacing=0.1, **{"density": 1000.0, **liquid}))
+        return cn.Simulation(scene, 1e-3)
+
+    sim, path = simulation(), tmp_path / "state.checkpoint.h5"
+    sim.step()
+    sim.checkpoint(path)
+    with pytest.raises(cn.FileError, match="belongs to another scene"):
+        simulation(**other).restore(path)
+    again = simulation(viscosity=0.1)
+    again.restore(path)
+    assert again.steps == 1

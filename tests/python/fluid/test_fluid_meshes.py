@@ -1,9 +1,12 @@
 """Deformable bodies beside a liquid: points below their sides, weight, momentum, thin bodies, restart, errors."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
 from cairn.model.fluid_skins import Surface, flat_pieces, shapes_and_slopes, skin_of
+from cairn.run.fluid_gaps import FluidWarning
 
 rock = cn.Material("rock", density=2600.0)
 rubber = cn.Material("rubber", density=1200.0)
@@ -342,3 +345,19 @@ def test_errors_name_the_body_and_the_remedy():
     assert not sim.fluid.forces_on_mesh("block").any()
     with pytest.raises(ValueError, match="no deformable body 'gate'; there is 'block'"):
         sim.fluid.forces_on_mesh("gate")
+
+
+def test_thin_bodies_with_edges_in_the_liquid_are_told():
+    def simulation(thick, **options):
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        scene.add(block((0.0, 0.2), (0.5, thick), (10, 1), fixed=lambda x: x[:, 0] < 1e-9))
+        scene.add(*(cn.wall(at, normal, rock) for at, normal in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((1, 0), (-1, 0)))))
+        scene.add(cn.fluid([(0, 0), (1, 0.6)], 0.05, 1000.0, **options))
+        return cn.Simulation(scene, dt=1e-3)
+
+    with pytest.warns(FluidWarning, match="is 0.1 m thick, under 3 spacings"):
+        simulation(0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FluidWarning)
+        simulation(0.1, artificial=0.1)
+        simulation(0.2)
