@@ -108,6 +108,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
         unit_warnings.warn(self, 3)
+        unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         if ranks is not None:
@@ -858,8 +859,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         cell = dataclasses.replace(self.scene.periodic, **given)
         cell.components(self.scene.dim)
         driven_cell.change(self._core, self.scene, cell)
-        for component, value in (rate or {}).items():
-            unit_warnings.warn_of_rate(f"rate[{component!r}] of the cell", value, self.dt, 3)
+        unit_warnings.warn_of_cell(cell, self.dt, 3)
         self._cell = cell
 
     def _start_meshes(self, state=None, anew=False):

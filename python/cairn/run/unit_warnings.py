@@ -13,7 +13,7 @@ from .first_overlaps import Normals
 from .views import core_of
 
 # shortening of a body under its own weight: of small displacements, of large ones
-SHORTENED, SHORTENED_LARGE = 0.1, 1.0
+SHORTENED, SHORTENED_LARGE = 0.5, 2.0
 # overlap of a body at rest on a plane under its own weight, over its radius
 SUNK = 0.5
 # strength over the weight of the lightest body on its section
@@ -50,6 +50,15 @@ def warn_of_rate(what, rate, dt, above):
         warnings.warn(text, UnitsWarning, stacklevel=above + 1)
 
 
+def warn_of_cell(cell, dt, above):
+    """Warns of constant rates of a periodic cell that are large over a step. cell: Periodic, or None."""
+    rates = {} if cell is None else {f"rate[{name!r}]": rate for name, rate in (cell.rate or {}).items()}
+    if cell is not None and cell.shear_rate:
+        rates["shear_rate"] = cell.shear_rate
+    for name, rate in rates.items():
+        warn_of_rate(f"{name} of the cell", rate, dt, above + 1)
+
+
 def _pascals(value):
     """Two readings of a number of pascals that is too small."""
     return f"give pascals, {value * 1e6:g} for {value:g} MPa" + (f", {value * 1e9:g} for {value:g} GPa" if value < 1e3 else "")
@@ -62,7 +71,8 @@ def _meshes(simulation, gravity):
         body = view._mesh.d.body
         young, large = _young(body)
         mass = float(np.sum(body.nodal_mass())) if young else 0.0
-        if not mass > 0:
+        carried = getattr(body, "initial_stress", None) is not None or bool(view._mesh.d.loads)
+        if not mass > 0 or carried:
             continue
         along = body.points @ gravity
         size = np.ptp(body.points, axis=0)
@@ -76,7 +86,9 @@ def _meshes(simulation, gravity):
         share = strain / (SHORTENED_LARGE if large else SHORTENED)
         if share > worst[0]:
             told = f"young of mesh {number} is {young:g} Pa, and its own weight would shorten it by {strain:.3g} of its height"
-            worst = (share, f"{told}: {_pascals(young)}")
+            remedy = "give pascals, not MPa or GPa, and metres" if large else \
+                "give pascals, not MPa or GPa, and metres; a body as soft as that needs large strains, cn.SolidBody"
+            worst = (share, f"{told}: {remedy}")
     return worst[1]
 
 
@@ -164,12 +176,22 @@ SMOOTH = {
 }
 
 
+# laws that hold no body to a wall
+DRY = (
+    "signorini_coulomb", "gap_coulomb", "frictionless", "newton_restitution", "rolling_friction", "wear", "unilateral_contact",
+    "elastic_contact", "limited_slip", "linear_spring", "hertz_mindlin",
+)  # fmt: skip
+
+
 def _walls(simulation, gravity):
     """Text on gravity that pulls bodies away from every wall, where nothing else holds them."""
     laws = [law for *_, law in simulation._rules if law is not None]
     held = simulation.scene.fluids or simulation.meshes or any(law.bonds or law.name == "joint" for law in laws)
     moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
-    if held or moved:
+    given = [np.asarray(s.velocity, float) for s in simulation._sets if s.velocity is not None]
+    thrown = any(np.any(velocity[..., : len(gravity)] @ gravity < 0) for velocity in given)
+    sticks = any(law.name not in DRY and not law.bonds for law in laws)
+    if held or moved or thrown or sticks:
         return None
     placed = Placed(core_of(simulation).scene)
     planes = np.isin(placed.shape, ["half_plane", "plane"])

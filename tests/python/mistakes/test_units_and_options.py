@@ -189,3 +189,39 @@ def test_mistakes_are_answered(mistake, tmp_path):
 def test_print_of_a_body_of_cells():
     body = cn.ElasticBody(SQUARE, {"quad": [[0, 1, 2, 3]]}, young=1e9, poisson=0.3, groups={"foot": [0, 1]})
     assert repr(body) == "<ElasticBody, 2D: 4 nodes, cells: 1 quad; groups 'foot'>"
+
+
+def test_soft_bodies_that_bear_their_weight_are_no_mistake():
+    """Peat and jelly, which settle by a fifth; ground under the stress of its weight; a gel that floats."""
+
+    def made(young, high, **options):
+        points = np.array([(0, 0), (high, 0), (high, high), (0, high)], float)
+        body = cn.ElasticBody(points, {"quad": [[0, 1, 2, 3]]}, young=young, poisson=0.3, density=1000.0)
+        return cn.Simulation(scene(cn.deformable(body, ROCK, **options)), 1e-3)
+
+    assert not told(lambda: made(5e5, 10.0)) and not told(lambda: made(3e3, 0.06))
+    assert told(lambda: made(1e4, 1.0))
+    assert not told(lambda: made(1e4, 1.0, initial_stress=(-2e3, -1e4, -2e3, 0.0, 0.0, 0.0)))
+    assert not told(lambda: made(1e4, 1.0, body_force=(0.0, 9810.0)))
+
+
+def test_bodies_thrown_or_stuck_to_a_ceiling_are_no_mistake():
+    ceiling = floor(sign=-1.0)
+    assert told(lambda: cn.Simulation(scene(ball(height=-1.0), ceiling), 1e-3))
+    thrown = cn.disks([(0.0, -1.0)], 0.5, ROCK, velocity=(0.0, 8.0))
+    assert not told(lambda: cn.Simulation(scene(thrown, ceiling), 1e-3))
+    stuck = scene(ball(height=-0.5), ceiling, law=cn.Wet(force=1e6, reach=0.01, mu=0.5))
+    assert not told(lambda: cn.Simulation(stuck, 1e-3))
+
+
+@pytest.mark.parametrize("cell", [{"rate": {"yy": -150.0}}, {"rate": {"xy": 500.0}}, {"shear_rate": 500.0}])
+def test_rates_of_a_new_cell_in_percent(cell):
+    def made(factor):
+        rates = {k: {n: v * factor for n, v in r.items()} if isinstance(r, dict) else r * factor for k, r in cell.items()}
+        space = cn.Scene(2, periodic=cn.Periodic((2.0, 2.0), **rates))
+        space.add(cn.disks([(0.5, 0.5), (1.5, 1.5)], 0.3, ROCK))
+        space.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+        return cn.Simulation(space, 1e-3)
+
+    assert "of the cell is" in told(lambda: made(1.0))[0]
+    assert not told(lambda: made(0.01))
