@@ -44,6 +44,15 @@ void bind_ranks(py::module_& m) {
       .def_property_readonly("name", &cairn::Exchange::name)
       .def_property_readonly("ranks", &cairn::Exchange::ranks)
       .def_property_readonly("local", &cairn::Exchange::local)
+      .def("differ", // for each value, true if ranks have unlike ones
+           [](cairn::Exchange& e, const std::vector<double>& values) {
+             std::vector<double> both = values;
+             for (const double value : values) both.push_back(-value);
+             e.largest(both);
+             std::vector<bool> unlike;
+             for (std::size_t i = 0; i < values.size(); ++i) unlike.push_back(both[i] != -both[values.size() + i]);
+             return unlike;
+           })
       .def("abort", [](cairn::Exchange& e, int code) { e.abort(code); });
   m.def("virtual_ranks", [](int ranks) { return std::shared_ptr<cairn::Exchange>(cairn::virtual_ranks(ranks)); });
   m.def(

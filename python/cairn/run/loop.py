@@ -477,6 +477,11 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         raise ValueError("append and overwrite are both True: give one of them, to go on in a file or to replace it")
     if command is not None and command.stopped is not None:
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
+    ranks, failed = simulation.ranks, True
+    if ranks is not None:
+        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every, "output": output}
+        given |= {"while_": while_ is None, "callback": callback is None, "probes": sorted(probes or {})}
+        ranks.check_same("run", {name: str(value) for name, value in given.items()})
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append, probes)
@@ -486,19 +491,17 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     _warn_of_no_step(simulation, steps, until)
     log.info("run from step %d, t = %g s, dt = %g s, %d bodies%s", first, simulation.time, simulation.dt, len(simulation.bodies),
              "" if output is None else f", to {output}")  # fmt: skip
-    ranks, failed = simulation.ranks, True
     if ranks is not None and not ranks.first:
         progress = False
     left = contextlib.nullcontext() if ranks is None else ranks.leaving_state()
     try:
         with StopAtSignal() as stop, Progress(total, enabled=progress) as bar, left:
+            ended = False
             while last is None or simulation.steps < last:
-                if bool(stop) if ranks is None else ranks.any(bool(stop)):
-                    break
                 # half a step of tolerance, since time is a rounded sum of steps
-                if until is not None and simulation.time + simulation.dt / 2 > until:
-                    break
-                if while_ is not None and not while_(simulation):
+                ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
+                ended = ended or (while_ is not None and not while_(simulation))
+                if ended if ranks is None else ranks.any(ended):  # one rank ends the run of all
                     break
                 info = _stepped(simulation, first, time_error_every)
                 recorder.record()
@@ -507,8 +510,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                                 info["iterations"])  # fmt: skip
                 bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"],
                            overlap=simulation._deepest)  # fmt: skip
-                if callback is not None and callback(simulation) is False:
-                    break
+                ended = callback is not None and callback(simulation) is False
         failed = False
     finally:
         recorder.close(failed)

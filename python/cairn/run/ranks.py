@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import sys
 import time
@@ -74,6 +75,16 @@ class Ranks:
             self._exchange = _core.virtual_ranks(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
+        self.check_same(
+            "simulation",
+            {
+                "bodies": simulation._fingerprint(),
+                "laws": repr(simulation._rules),
+                "gravity": "function" if callable(simulation.scene.gravity) else repr(tuple(simulation.scene.gravity)),
+                "dt": repr(simulation.dt),
+                "strategy": repr(simulation.strategy.settings()),
+            },
+        )
         _core.over_ranks(core_of(simulation), self._exchange, exchange == "sweep")
 
     @property
@@ -103,6 +114,30 @@ class Ranks:
         """
         found = core_of(self._simulation).figures()
         return {name: value if name == "imbalance" else int(value) for name, value in found.items()}
+
+    def check_same(self, of, told):
+        """Compares what ranks were given; all ranks call it.
+
+        Parameters
+        ----------
+        of : str
+            Its name in the message.
+        told : dict
+            {name: text of a value}.
+
+        Raises
+        ------
+        ValueError
+            On every rank, if ranks have unlike values; it names them.
+        """
+        digest = {name: hashlib.blake2b(text.encode(), digest_size=6).digest() for name, text in told.items()}
+        unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest.values()])
+        names = [name for name, differs in zip(told, unlike) if differs]
+        if names:
+            raise ValueError(
+                f"ranks were given unlike {', '.join(names)} of the {of}: every process has to run the same script to the same "
+                "values (give seeds to random numbers, take no time of a clock)"
+            )
 
     def any(self, value):
         """Gives whether a value is true on any rank. All ranks call it.

@@ -157,3 +157,30 @@ np.savez(f"{sim.ranks.rank}.npz", x=sim.nodes.position, v=sim.nodes.velocity, st
     for rank in range(3):
         end = np.load(tmp_path / f"{rank}.npz")
         assert all(np.array_equal(end[name], of) for name, of in wanted.items())
+
+
+@pytest.mark.parametrize(("change", "name"), [
+    ("rng.uniform(0.42, 0.48, 64)", "bodies"), ("dt=4e-3", "dt"), ("mu=0.4", "laws"), ("tol=1e-6", "strategy"),
+])  # fmt: skip
+def test_ranks_with_unlike_scenes_are_refused(tmp_path, change, name):
+    """A script that gives values of its own to each rank: without a seed, by a clock, by its number."""
+    rank = 'import os; rank = int(os.environ["OMPI_COMM_WORLD_RANK"])\n'
+    value, _, number = change.rpartition("=") if "=" in change else (change, "", "")
+    unlike = f"{value}={number} * (1 + rank)" if number else f"({value} + 1e-3 * rank)"
+    _, said = started(tmp_path, rank + text("mpi", "").replace(change, unlike, 1), expect=1)
+    assert f"ranks were given unlike {name} of the simulation" in said
+
+
+def test_one_rank_ends_the_run_of_all(tmp_path):
+    more = """
+import os
+rank = int(os.environ["OMPI_COMM_WORLD_RANK"])
+sim.run(50, while_=lambda s: s.steps < 4 + 3 * rank, progress=False)
+print(sim.steps)
+sim.run(50, callback=lambda s: s.steps < 8 + rank, progress=False)
+print(sim.steps, flush=True)
+sim.run(5 + rank, progress=False)
+"""
+    out, said = started(tmp_path, text("mpi", more), expect=1)
+    assert sorted(out.split()) == ["4", "4", "8", "8"]
+    assert "ranks were given unlike steps of the run" in said
