@@ -74,16 +74,16 @@ def main(arguments=None):
     options = options_from(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     sim, tip = build(options)
-    start, way, thrust = np.array(sim.nodes.position[tip]), [], []
+    start, ways, thrust = np.array(sim.nodes.position[tip]), [], []
 
     def follow(sim):
-        way.append(sim.nodes.position[tip] - start)
+        ways.append(sim.nodes.position[tip] - start)
         thrust.append(sim.fluid.forces_on_mesh("gate")[:, 0].sum())
 
     steps = round(options.seconds / options.dt)
     path = options.output / f"{NAME}.vtkhdf"
     sim.run(steps, output=path, every=max(steps // options.frames, 1), callback=follow, overwrite=True)
-    way = np.array(way)
+    way = np.array(ways)
     widest = int(np.argmax(way[:, 0]))
     figures = {
         "particles": (len(sim.fluid), ""),

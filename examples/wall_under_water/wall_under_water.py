@@ -70,18 +70,18 @@ def main(arguments=None):
     options = options_from(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     sim, plate, ids = build(options)
-    volume, level, moved = len(sim.fluid) * options.spacing**2, [], []
+    volume, levels, ways = len(sim.fluid) * options.spacing**2, [], []
     first = sim.bodies.position[np.isin(sim.bodies.id, ids), 0]
 
     def follow(sim):
         place = sim.bodies.position
-        level.append(volume / (LENGTH - place[sim.bodies.id == plate][0, 0]))
-        moved.append(np.abs(place[np.isin(sim.bodies.id, ids), 0] - first).max())
+        levels.append(volume / (LENGTH - place[sim.bodies.id == plate][0, 0]))
+        ways.append(np.abs(place[np.isin(sim.bodies.id, ids), 0] - first).max())
 
     steps = round(options.seconds / options.dt)
     path = options.output / f"{NAME}.vtkhdf"
     sim.run(steps, output=path, every=max(steps // options.frames, 1), callback=follow, overwrite=True)
-    level, moved = np.array(level), np.array(moved)
+    level, moved = np.array(levels), np.array(ways)
     gives = moved > 2e-3 * options.wide
     opens, slides = levels_due(options)
     figures = {

@@ -156,7 +156,7 @@ def start_from(s, forces):
     numbers, normal, point, _ = s.contacts()
     keys, memory = np.array(simulation.contacts.key), core.get_state()["memory"]
     core.set_state(state)
-    simulation._constant_force_set = False
+    simulation._values.forces_are_due = True
     pairs = forces.pairs
     impulse = np.zeros((len(keys), 2))
     for k, (two, n, x) in enumerate(zip(numbers, normal, point)):

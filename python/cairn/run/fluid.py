@@ -131,7 +131,7 @@ class Running:
 
     def _solids(self):
         """Deformable bodies that the liquid meets where they stand, as `_deepest` takes them."""
-        scene, core, out = self._simulation.scene, self._simulation._core.scene, []
+        scene, core, out = self._simulation.scene, self._core.scene, []
         for d, first, _ in self._met_meshes():
             row = core.node_row(first)
             x = core.raw_node("position")[row : row + len(d.body.points)] + np.asarray(scene.origin, float)[: scene.dim]

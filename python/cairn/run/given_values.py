@@ -9,6 +9,7 @@ from ..model.body_values import spread
 from .belts import Belts
 from .drives import Drives
 from .sets import found
+from .views import core_of
 
 
 def three(values):
@@ -22,7 +23,7 @@ class GivenValues:
     """What the sets of a simulation give for its present bodies; made anew when bodies come, go or are driven otherwise."""
 
     def __init__(self, simulation):
-        self._core, self._dim = simulation._core, simulation.scene.dim
+        self._core, self._dim = core_of(simulation), simulation.scene.dim
         sets, present = simulation._sets, self._core.scene.body("id")
         self._core.release_bodies()
         self._drives, self._forced = Drives(sets, self._core, self._dim), []

@@ -264,6 +264,8 @@ def test_what_is_missing_is_named(tmp_path):
     with pytest.raises(ValueError, match="has no cairn_describe_absent"):
         cn.plug(path, law="absent")
     with pytest.raises(ValueError, match="cannot be loaded as a library"):
+        cn.plug(__file__, law="present")
+    with pytest.raises(ValueError, match="is a source file, no library: compile it first"):
         cn.plug(PLUG, law="present")
     with pytest.raises(ValueError, match="params has 2 values and present takes 1: mu"):
         cn.plug(path, law="present", params=[0.4, 1])

@@ -62,9 +62,16 @@ def advance(sim, steps, path):
 )
 def test_claims_hold_where_newtons_method_does_not_know_the_law(law, count, steps, accuracy, tmp_path):
     # a few grains give way over thousands of sweeps in which the error of impulses stands still at some 1e-7
+    # (how many depends on last digits of all steps before: where sweeps find no reference, a later step is taken)
     sim = drum(count, law)
-    path = advance(sim, steps, tmp_path / "state.h5")
-    tight, exact = one_step(sim, path, None, tol=1e-11, max_iter=30000)
+    path, own = tmp_path / "state.h5", sim.strategy
+    for more in (steps, 5, 5, 5, 5):
+        advance(sim, more, path)
+        tight, exact = one_step(sim, path, None, tol=1e-11, max_iter=10000)
+        if tight["status"] == "converged":
+            break
+        sim.restore(path)
+        sim.strategy = own
     assert tight["status"] == "converged"
     for most in (600, 20000):
         info, v = one_step(sim, path, accuracy, tol=1e-4, max_iter=most)
