@@ -284,7 +284,8 @@ MOST = 5_000_000  # particles of a region
 def _filled(corners, spacing):
     low, high = corners
     if not np.all(high > low):
-        raise ValueError(f"region is the box from {tuple(low)} to {tuple(high)}: give its lowest corner, then its highest one")
+        box = f"the box from {low.tolist()} to {high.tolist()}"
+        raise ValueError(f"region is {box}: give its lowest corner, then its highest one")
     many = np.round((high - low) / spacing)
     if not np.all(many >= 1):
         raise ValueError(f"spacing is {spacing:g}, more than a side of the region, {np.min(high - low):g}: give a smaller one")

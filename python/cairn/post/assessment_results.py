@@ -224,7 +224,7 @@ def _axes(count, given):
     from .drawing import _pyplot
 
     if given is not None:
-        if len(given) != count:
-            raise ValueError(f"axes has length {len(given)}: give {count}")
-        return list(given)
+        if np.size(given) != count:
+            raise ValueError(f"axes are {np.size(given)}: give {count}, of pyplot.subplots({count})")
+        return list(np.ravel(given))
     return list(np.atleast_1d(_pyplot().subplots(count, 1, figsize=(8.0, 3.2 * count + 0.6), layout="constrained")[1]))

@@ -530,8 +530,9 @@ class FluidView:
         """
         named = [mesh for mesh in self._simulation.meshes if mesh.name == name]
         if not named:
-            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes) or "none"
-            raise ValueError(f"there is no deformable body {name!r}; there is {known}: give the name of one")
+            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes)
+            due = f"there is {known}: give the name of one" if known else "the scene has none: ask force_on for a rigid body"
+            raise ValueError(f"there is no deformable body {name!r}; {due}")
         out = np.zeros(named[0].body.points.size)
         found = _core.fluid_mesh_forces(self._core, int(named[0].ids[0]))
         out[: len(found)] = found

@@ -30,9 +30,7 @@ class UnitsWarning(UserWarning):
 def warn(simulation, above):
     """Warns of values that do not suit the weights of a scene. above: stack level of the warning."""
     scene = simulation.scene
-    if callable(scene.gravity):
-        return
-    gravity = np.asarray(scene.gravity, float)
+    gravity = np.asarray(scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity, float)
     pull = float(np.linalg.norm(gravity))
     if not pull > 0:
         return

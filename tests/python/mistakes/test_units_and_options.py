@@ -111,6 +111,11 @@ def test_stiffness_of_smooth_contacts(dim, law, wrong, right):
 def test_gravity_that_pulls_away_from_the_floor(dim):
     assert "turn its sign" in told(lambda: cn.Simulation(scene(ball(dim), floor(dim), dim=dim, gravity=9.81), 1e-3))[0]
     assert not told(lambda: cn.Simulation(scene(ball(dim), floor(dim), dim=dim), 1e-3))
+    ramp = cn.Table([0.0, 1.0], [(0.0,) * (dim - 1) + (9.81,)] * 2)
+    over = cn.Scene(dim, gravity=ramp)
+    over.add(ball(dim), floor(dim))
+    over.interact("*", "*", cn.Coulomb(mu=0.5))
+    assert "turn its sign" in told(lambda: cn.Simulation(over, 1e-3))[0]
     below = scene(ball(dim, -0.5), floor(dim, -1.0), dim=dim, gravity=9.81)  # a roof that bears, with axes downwards
     assert not told(lambda: cn.Simulation(below, 1e-3))
     held = scene(ball(dim), floor(dim), dim=dim, gravity=9.81)
