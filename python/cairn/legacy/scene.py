@@ -61,8 +61,8 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strai
     near: tolerance of the hulls of polyhedra that cannot be cut exactly into convex parts, over their size, 0.01 to 1, as for
     cairn.pre.convex_parts. materials: {name: material of solids} that meshed bodies have instead of those of the folder, for
     `USER_MAT`, `hyper`, `orth_` and others of a library that is not in the files; densities stay. drained: reads porous bodies
-    (POROx) as their solid, without pressure in the pores. Scene.legacy holds texts on parts that were left out (`unmapped`) and on
-    differences (`notes`), and the alert distance; a DATBOX holds no time step and no theta.
+    (POROx) as their solid, without pressure in the pores. Scene.legacy holds texts on parts that were left out (`unmapped`) and
+    on differences (`notes`), and the alert distance; a DATBOX holds no time step and no theta.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
