@@ -68,7 +68,8 @@ contains
     end do
   end subroutine load_scalars
 
-  !> Vector behind `before` numbers of the state, and what is behind it where that is a number of the same pair.
+  !> Loads the spring of each pair, three numbers of its state from the place before + 1 on; four at once where the state has a
+  !> fourth, which nobody reads.
   pure subroutine load_vector(n, m, lane, before, states, stored, spring)
     integer, intent(in)           :: n, m, lane(m), before, states
     real(c_double), intent(in)    :: stored(states, n)

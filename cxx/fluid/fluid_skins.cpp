@@ -146,14 +146,12 @@ void FluidSkins::set(int dim, FluidSkin points, std::vector<double> size) {
     }
 }
 
-// The end of the step is linear in the impulse p of the liquid, v_end = v_free + A^-1 p; A is the integrator's. Nodes
-// that take A^-1 f as their acceleration by the liquid thus end with the velocity that the step of the bodies finds for
-// the mean of f, but for contacts and what is not linear: sides are as heavy and as stiff within the step as they are
-// over it, and the liquid needs to know no more. Vibrations that the step does not resolve are another matter: at theta
-// = 1/2 their velocity turns over in each step. Were the liquid to see it, its forces would work along another way than
-// that of the step, and bring energy. Nodes move with the mean velocity of the step, theta v_free + (1 - theta) v, and
-// with what the step resolves of the change about it: the work of a force is then the same on both sides for all that
-// is not resolved.
+// The velocity at the end of the step is linear in the impulse p of the liquid, v_end = v_free + A^-1 p, with the
+// matrix A of the integrator. Nodes accelerate by A^-1 f within the step. They thus end with the velocity that the step
+// of the bodies finds for the mean of f, but for contacts and what is not linear. Vibrations that the step does not
+// resolve turn over in each step at theta = 1/2. If the liquid saw their velocity, its forces would work along another
+// way than that of the step, and add energy. The liquid therefore sees the mean velocity of the step, theta v_free + (1
+// - theta) v, and the resolved part of the change about it.
 void FluidSkins::load(Scene& scene, const FluidStep& step) {
   Nodes& nodes = scene.nodes;
   for (Mesh& m : meshes_) {

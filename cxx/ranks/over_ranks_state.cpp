@@ -48,7 +48,7 @@ void OverRanks::write_loads(Simulation& s) {
   loads_written_ = true;
 }
 
-// All ranks call it. Over processes, released arrays come one by one, to keep messages short.
+// All ranks call it. Processes exchange arrays that were released one after the other, so that no message holds all.
 void OverRanks::gather_state(Simulation& s, bool workspace) {
   const Arrays all = arrays_to_fill(s, workspace);
   if (exchange_->whole()) {

@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 
+from ..base import checks
 from ..model.extents import Placed
 from ..model.law_parameters import told as meaning
 from .first_overlaps import Normals
@@ -30,7 +31,8 @@ class UnitsWarning(UserWarning):
 def warn(simulation, above):
     """Warns of values that do not suit the weights of a scene. above: stack level of the warning."""
     scene = simulation.scene
-    gravity = np.asarray(scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity, float)
+    given = scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity
+    gravity = checks.real_array("gravity", given, (scene.dim,))
     pull = float(np.linalg.norm(gravity))
     if not pull > 0:
         return

@@ -67,7 +67,7 @@ def test_claims_hold_where_newtons_method_does_not_know_the_law(law, count, step
     path, own = tmp_path / "state.h5", sim.strategy
     for more in (steps, 5, 5, 5, 5):
         advance(sim, more, path)
-        tight, exact = one_step(sim, path, None, tol=1e-11, max_iter=10000)
+        tight, exact = one_step(sim, path, None, tol=1e-11, max_iter=30000)
         if tight["status"] == "converged":
             break
         sim.restore(path)
