@@ -8,6 +8,12 @@ RNG = np.random.default_rng(31)
 CLOSE = dict(rtol=1e-11, atol=1e-12)
 
 
+@pytest.fixture(autouse=True)
+def same_numbers_in_any_order():
+    """Each test draws the same numbers whichever tests ran before it: states that slip have no solution for one draw in seven."""
+    RNG.bit_generator.state = np.random.default_rng(31).bit_generator.state
+
+
 def some(*shape):
     return RNG.standard_normal(shape)
 
