@@ -94,6 +94,7 @@ protected:
   void advance_networks(Simulation& s, double h);
   // The report of the step, and the state of all bodies to the whole unless it is left with the ranks.
   void collect(Simulation& s);
+  bool has_parts_of(const Simulation& s) const { return !parts_.empty() && order_seen_ == s.scene.order_version(); }
   bool state_is_left() const { return !known_; } // the parts alone have it
   [[noreturn]] static void refuse(const std::string& what);
 
