@@ -171,8 +171,18 @@ void RankedSmooth::undo() {
 void RankedSmooth::begin_step(Part& part, double h) {
   Simulation& own = *part.simulation;
   of(part).keeps_pushes = true;
+  if (exchange_->ranks() > 1) of(part).keeps_pair = [this, &part](auto a, auto b) { return pushes_own(part, a, b); };
   if (!forces_known_) of(part).changed(own, true); // it computes the first forces then
   of(part).begin_step(own, h);
+}
+
+// Pairs of ghosts, or of a ghost and a body that is everywhere, are those of other ranks.
+bool RankedSmooth::pushes_own(const Part& part, std::int32_t one, std::int32_t two) const {
+  const auto roams_here = [&](std::int32_t contactor) {
+    const auto body = std::size_t(*part.simulation->scene.contactors.body[contactor]);
+    return part.own[body] && !everywhere_[std::size_t(part.bodies[body])];
+  };
+  return roams_here(one) || roams_here(two) || owns_contact(part, one, two);
 }
 
 // Pushes on own bodies, by the ids of the contactors that they meet, so that their sums depend on no list.

@@ -52,6 +52,7 @@ private:
   void undo() override;
   void keep_state(Part& part);
   void begin_step(Part& part, double h);
+  bool pushes_own(const Part& part, std::int32_t one, std::int32_t two) const;
   void put_in_order(const Part& part, const NeighbourList& list, Order& order) const;
   static void find_acting(const NeighbourList& list, Order& order);
   static void add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums);

@@ -240,6 +240,7 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   std::int64_t pairs = 0;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
+    if (keeps_pair && !keeps_pair(a, b)) continue;
     const int entry = s.laws.find(*c.material[a], *c.material[b]);
     if (entry < 0)
       throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +

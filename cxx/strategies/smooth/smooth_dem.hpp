@@ -3,6 +3,7 @@
 // the list, that of detection within tiles of bodies.
 #pragma once
 #include <array>
+#include <functional>
 
 #include "../../simulation/simulation.hpp"
 #include "../../simulation/strategy.hpp"
@@ -51,6 +52,8 @@ public:
 
   SmoothDemOptions settings;
   bool keeps_pushes = false; // forces of pairs are kept, and whoever asked for it adds them up on bodies
+  // Pairs of contactors that lists hold; empty: all that are near enough.
+  std::function<bool(std::int32_t, std::int32_t)> keeps_pair;
 
   // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
   // throws and does not restore bodies: go back to a checkpoint.
