@@ -75,14 +75,15 @@ contains
     if (present(terms)) terms(1) = terms(1) + kinetic(first, last, inverse_mass, velocity)
   end subroutine cairn_verlet_end_spheres
 
-  !> v = v + time (f/m + g), in lines of four bodies.
+  !> v = v + time (f/m + g), in lines of four bodies. The last line is filled up with bodies at rest: the same instructions move a
+  !> body wherever it stands, so that its bits do not depend on its place.
   pure subroutine kick(first, last, time, gravity, inverse_mass, force, velocity)
     integer(c_int64_t), intent(in) :: first, last
     real(c_double), intent(in)     :: time, gravity(3), inverse_mass(6, 0:*), force(6, 0:*)
     real(c_double), intent(inout)  :: velocity(6, 0:*)
-    real(c_double) :: weight(6), weights(24)
+    real(c_double) :: weight(6), weights(24), some(24, 3)
     integer(c_int64_t) :: i
-    integer :: k
+    integer :: k, left
     weight = [gravity, 0.0_c_double, 0.0_c_double, 0.0_c_double]
     do k = 0, 3
       weights(6*k + 1:6*k + 6) = weight
@@ -90,8 +91,18 @@ contains
     do i = first, last - 4, 4
       call kick_four(time, weights, inverse_mass(:, i:i + 3), force(:, i:i + 3), velocity(:, i:i + 3))
     end do
-    do i = last - mod(last - first, 4_c_int64_t), last - 1
-      velocity(:, i) = velocity(:, i) + time*(inverse_mass(:, i)*force(:, i) + merge(weight, 0*weight, inverse_mass(:, i) > 0))
+    left = int(mod(last - first, 4_c_int64_t))
+    if (left == 0) return
+    some = 0
+    do k = 0, left - 1
+      i = last - left + k
+      some(6*k + 1:6*k + 6, 1) = inverse_mass(:, i)
+      some(6*k + 1:6*k + 6, 2) = force(:, i)
+      some(6*k + 1:6*k + 6, 3) = velocity(:, i)
+    end do
+    call kick_four(time, weights, some(:, 1), some(:, 2), some(:, 3))
+    do k = 0, left - 1
+      velocity(:, last - left + k) = some(6*k + 1:6*k + 6, 3)
     end do
   end subroutine kick
 
