@@ -139,6 +139,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     def dt(self, value):
         self._stage.at_rest("dt")
         self._dt = _step_length(value)
+        self._check_same_arrays("dt", self._dt)
 
     @property
     def strategy(self):
@@ -164,6 +165,10 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         from .fluid import Running
 
         return Running(self, self._core)
+
+    def _check_same_arrays(self, of, *arrays):
+        if self._ranks is not None:
+            self._ranks.check_same_arrays(of, *arrays)
 
     def follow_rotations(self):
         """Stores rotations of bodies from now on even if no contact needs them, for readers of run files."""
@@ -456,6 +461,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         if self._fluid:
             self._fluid.refuse_inside(sets)
+        self._check_same_arrays("add", *(array for s in sets for array in (s.position, s.mass, s.velocity)))
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
@@ -491,6 +497,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         """
         self.between_steps("remove")
         ids = checks.body_ids(ids)
+        self._check_same_arrays("remove", ids)
         self._core.remove_bodies(ids)
         self._radii = None
         self._sets = living(self._sets, self._sets_seen, self._present())
