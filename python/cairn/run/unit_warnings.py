@@ -26,8 +26,8 @@ FASTEST = 0.1
 
 class UnitsWarning(UserWarning):
     """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa;
-    gravity points away from all walls; bodies or a cell grow by more than a tenth in a step; or densities, angles, steps or lengths
-    are probably those of other units than SI."""
+    gravity points away from all walls; bodies or a cell grow by more than a tenth in a step; or densities, angles, steps or
+    lengths are probably those of other units than SI."""
 
 
 def warn(simulation, above):
