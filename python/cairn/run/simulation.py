@@ -107,10 +107,10 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
-        unit_warnings.warn(self, 3)
-        unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
+        unit_warnings.warn(self, 3)
+        unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()
