@@ -75,15 +75,14 @@ contains
     if (present(terms)) terms(1) = terms(1) + kinetic(first, last, inverse_mass, velocity)
   end subroutine cairn_verlet_end_spheres
 
-  !> v = v + time (f/m + g), in lines of four bodies. The last line is filled up with bodies at rest: the same instructions move a
-  !> body wherever it stands, so that its bits do not depend on its place.
+  !> v = v + time (f/m + g), in lines of four bodies.
   pure subroutine kick(first, last, time, gravity, inverse_mass, force, velocity)
     integer(c_int64_t), intent(in) :: first, last
     real(c_double), intent(in)     :: time, gravity(3), inverse_mass(6, 0:*), force(6, 0:*)
     real(c_double), intent(inout)  :: velocity(6, 0:*)
-    real(c_double) :: weight(6), weights(24), some(24, 3)
+    real(c_double) :: weight(6), weights(24)
     integer(c_int64_t) :: i
-    integer :: k, left
+    integer :: k
     weight = [gravity, 0.0_c_double, 0.0_c_double, 0.0_c_double]
     do k = 0, 3
       weights(6*k + 1:6*k + 6) = weight
@@ -91,20 +90,26 @@ contains
     do i = first, last - 4, 4
       call kick_four(time, weights, inverse_mass(:, i:i + 3), force(:, i:i + 3), velocity(:, i:i + 3))
     end do
-    left = int(mod(last - first, 4_c_int64_t))
-    if (left == 0) return
-    some = 0
-    do k = 0, left - 1
-      i = last - left + k
-      some(6*k + 1:6*k + 6, 1) = inverse_mass(:, i)
-      some(6*k + 1:6*k + 6, 2) = force(:, i)
-      some(6*k + 1:6*k + 6, 3) = velocity(:, i)
-    end do
-    call kick_four(time, weights, some(:, 1), some(:, 2), some(:, 3))
-    do k = 0, left - 1
-      velocity(:, last - left + k) = some(6*k + 1:6*k + 6, 3)
-    end do
+    i = last - mod(last - first, 4_c_int64_t)
+    if (i < last) call kick_few(int(last - i), time, weights, inverse_mass(:, i:last - 1), force(:, i:last - 1), &
+                                velocity(:, i:last - 1))
   end subroutine kick
+
+  !> Less than four bodies go the way of four, so that no bit depends on which bodies stand beside each other.
+  pure subroutine kick_few(n, time, weight, inverse_mass, force, velocity)
+    integer, intent(in)           :: n !< bodies
+    real(c_double), intent(in)    :: time, weight(24), inverse_mass(6, n), force(6, n)
+    real(c_double), intent(inout) :: velocity(6, n)
+    real(c_double) :: inverse(6, 4), push(6, 4), v(6, 4)
+    inverse = 0
+    push = 0
+    v = 0
+    inverse(:, 1:n) = inverse_mass
+    push(:, 1:n) = force
+    v(:, 1:n) = velocity
+    call kick_four(time, weight, inverse, push, v)
+    velocity = v(:, 1:n)
+  end subroutine kick_few
 
   pure subroutine kick_four(time, weight, inverse_mass, force, velocity)
     real(c_double), intent(in)    :: time, weight(24), inverse_mass(24), force(24)
