@@ -1,5 +1,5 @@
-!> The fast way for contacts of spheres (smooth_spheres3) under laws that keep scalars and several springs, or that give moments, and
-!> for spheres beside the centres of their bodies.
+!> The fast way for contacts of spheres (smooth_spheres3) under laws that keep scalars and several springs, or that give moments,
+!> and for spheres beside the centres of their bodies.
 module smooth_states3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int8_t, c_double
   use smooth_spheres3, only: lanes, near_lanes, load_lanes, localize, wrenches, springs_in_space, push_bodies, &
