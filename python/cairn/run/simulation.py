@@ -219,7 +219,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         """Particles of the liquid: position, velocity, pressure, ...; see FluidView."""
         if self._fluid is None:
             raise ValueError("this scene has no fluid: give cn.fluid(...) to Scene.add")
-        from .fluid import FluidView
+        from .fluid_view import FluidView
 
         return FluidView(self, self._core, self._fluid)
 
@@ -389,6 +389,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
+        if self._fluid:
+            self._fluid.look(report)
         if self._networks:
             self._networks.look(report)
         for change in list(filter(None, [watch.look(self) for watch in self._watches])):  # all look before any change

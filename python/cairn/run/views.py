@@ -98,6 +98,8 @@ class BodyView(_View):
                     raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
+        if simulation._fluid and ("position" in ready or "rotation" in ready):
+            simulation._fluid.refuse_moved(ready.get("position"), ready.get("rotation"))
         for name, values in ready.items():
             self._core.assign_body(name, values)
 
