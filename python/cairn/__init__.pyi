@@ -39,6 +39,8 @@ from .model.bulk import BulkMaterial
 from .model.callbacks import BodyStep as BodyStep
 from .model.callbacks import CallbackBody as CallbackBody
 from .model.elastic import ElasticBody as ElasticBody
+from .model.fluid_ends import Inflow as Inflow
+from .model.fluid_ends import Outflow as Outflow
 from .model.fluids import FreeSlip as FreeSlip
 from .model.fluids import GrainDrag as GrainDrag
 from .model.fluids import NoSlip as NoSlip

@@ -74,7 +74,7 @@ class Reading:
         """Particles of the liquid: position, velocity, pressure, ...; see FluidView."""
         if self._fluid is None:
             raise ValueError("this scene has no fluid: give cn.fluid(...) to Scene.add")
-        from .fluid import FluidView
+        from .fluid_view import FluidView
 
         return FluidView(self, self._core, self._fluid)
 

@@ -250,6 +250,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
+        if self._fluid:
+            self._fluid.look(report)
         if self._networks:
             self._networks.look(report)
         for change in list(filter(None, [watch.look(self) for watch in self._watches])):  # all look before any change

@@ -99,6 +99,8 @@ class BodyView(_View):
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
         simulation._check_same_arrays("bodies.set", *ready.values())
+        if simulation._fluid and ("position" in ready or "rotation" in ready):
+            simulation._fluid.refuse_moved(ready.get("position"), ready.get("rotation"))
         for name, values in ready.items():
             self._core.assign_body(name, values)
 
