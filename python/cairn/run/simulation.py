@@ -14,10 +14,10 @@ from ..model.scene import Scene
 from ..model.scene_sets import checked_sets, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, driven_cell, first_overlaps, unit_warnings, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .given_values import GivenValues, three
-from .info import Info
+from .info import Info, Terms
 from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .restarts import Restarts
@@ -111,6 +111,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
         unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
+        scene_warnings.warn(self, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()
@@ -204,10 +205,10 @@ class Simulation(Reshaping, Restarts, Spelt):
         """Terms of the energy balance since the start [J]; closure is their residual, in_play its scale."""
         found = self._core.energy()
         if self.steps or not self.meshes:
-            return found
+            return Terms(found)
         from .reshape import before_first_step
 
-        return before_first_step(self, found)
+        return Terms(before_first_step(self, found))
 
     @property
     def bodies(self):
