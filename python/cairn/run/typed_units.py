@@ -49,10 +49,10 @@ def reaches(simulation):
     return radius
 
 
-def free_bodies(simulation):
-    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
+def free_bodies(simulation, radius=None):
+    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely. radius: those of all, if they are known."""
     driven, mass = core_of(simulation).scene.body("driven").ravel(), np.ravel(simulation.bodies.mass)
-    radius = reaches(simulation)
+    radius = reaches(simulation) if radius is None else radius
     free = np.isfinite(mass) & (mass > 0) & (radius > 0)
     if len(driven) == len(free):
         free &= driven == 0
@@ -92,13 +92,15 @@ def texts(simulation, gravity):
         A sentence for each, with field, value and remedy.
     """
     pull = float(np.linalg.norm(gravity))
-    found = [_friction(simulation), _rotations(simulation), _inertia(simulation), _yield(simulation), _damping(simulation),
-             _margin(simulation)]  # fmt: skip
+    found = [_friction(simulation), _rotations(simulation), _yield(simulation), _damping(simulation)]
+    radius = reaches(simulation)
+    free = free_bodies(simulation, radius)
+    found += [_inertia(simulation, radius), _margin(simulation, free)]
     if EARTH[0] <= pull <= EARTH[1]:
-        light = _densities(simulation)
+        light = _densities(simulation, radius)
         found += [light] if light else [_sound(simulation)]
     if pull > 0:
-        found += [_step(simulation, pull), _attraction(simulation, pull)]
+        found += [_step(simulation, pull, free), _attraction(simulation, pull, free)]
     return [text for text in found if text]
 
 
@@ -137,7 +139,7 @@ def _rotations(simulation):
     return None
 
 
-def _inertia(simulation):
+def _inertia(simulation, radius):
     """Text on a moment of inertia that exceeds that of all mass at the rim, as if mass and inertia were swapped."""
     bodies = simulation.bodies
     if not len(bodies):
@@ -146,7 +148,6 @@ def _inertia(simulation):
     some = np.isfinite(mass) & np.isfinite(most)
     if not np.any(some):
         return None
-    radius = reaches(simulation)
     rim = np.where(some, mass, 0.0) * radius**2
     above = np.flatnonzero(some & (radius > 0) & (most > rim * (1 + 1e-6)))
     if not len(above):
@@ -180,16 +181,16 @@ def _damping(simulation):
     return None
 
 
-def _margin(simulation):
+def _margin(simulation, free):
     """Text on a margin of detection far above the size of all bodies."""
-    margin, size = getattr(simulation.strategy, "margin", None), free_bodies(simulation)[1].max(initial=0.0)
+    margin, size = getattr(simulation.strategy, "margin", None), free[1].max(initial=0.0)
     if isinstance(margin, (int, float)) and size > 0 and WIDEST * size < margin < np.inf:
         told = f"margin of the strategy is {margin:g} m, {margin / size:.3g} times the radius of the largest body"
         return f"{told}: every body meets all others; give metres, {1e-3 * margin:g} for {margin:g} mm, or leave it out"
     return None
 
 
-def _densities(simulation):
+def _densities(simulation, radius):
     """Text on a density in g/cm3."""
     scene = simulation.scene
     for fluid in scene.fluids:
@@ -200,7 +201,6 @@ def _densities(simulation):
         if isinstance(density, (int, float, np.number)) and GRAMS[0] <= density <= KILONEWTONS[1]:
             return f"density of mesh {number} is {density:g} kg/m3, {_grams(density)}"
     ids, order = np.asarray(simulation.bodies.id), np.argsort(simulation.bodies.id)
-    radius = reaches(simulation)
     for s in simulation._sets[:MOST_SETS]:
         if s.mesh is not None or not s.contactors:
             continue
@@ -244,12 +244,12 @@ def _sound(simulation):
     return None
 
 
-def _step(simulation, pull):
+def _step(simulation, pull, free):
     """Text on a step in which bodies at rest fall by many times their size."""
     strategy = simulation._given.row
     if strategy != "nscd" or any(law.name == "joint" for *_, law in simulation._rules if law):
         return None
-    size, h = free_bodies(simulation)[1].max(initial=0.0), simulation.dt
+    size, h = free[1].max(initial=0.0), simulation.dt
     fall = pull * h * h
     if not size > 0 or not fall > FALL * size:
         return None
@@ -258,12 +258,12 @@ def _step(simulation, pull):
             f"of which a hundredth is a usual step")  # fmt: skip
 
 
-def _attraction(simulation, pull):
+def _attraction(simulation, pull, free):
     """Text on an attraction that is far below the weight of the lightest body."""
     asked = [(own, given, ATTRACTIONS[name]) for own, name, given in _laws(simulation) if name in ATTRACTIONS]
     if not asked:
         return None
-    mass, radius = free_bodies(simulation)
+    mass, radius = free
     if not len(mass):
         return None
     lightest = int(np.argmin(mass))
