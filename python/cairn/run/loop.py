@@ -16,6 +16,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
+from . import scene_warnings
 from .probes import Probe, Recorded
 from .views import core_of
 
@@ -519,4 +520,5 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         _tell(simulation, stop.signal, output)
         if command is not None:
             command.stopped = stop.signal
+    scene_warnings.warn_of_rest(simulation, simulation.steps - first, 4)
     return simulation.steps - first

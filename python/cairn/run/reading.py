@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import _core
 from . import views
-from .info import Info
+from .info import Info, Terms
 from .stages import Stages
 
 
@@ -59,10 +59,10 @@ class Reading:
         """Terms of the energy balance since the start [J]; closure is their residual, in_play its scale."""
         found = self._core.energy()
         if self.steps or not self.meshes:
-            return found
+            return Terms(found)
         from .reshape import before_first_step
 
-        return before_first_step(self, found)
+        return Terms(before_first_step(self, found))
 
     @property
     def bodies(self):

@@ -12,7 +12,7 @@ from ..model.scene import Scene
 from ..model.scene_sets import checked_sets, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, driven_cell, first_overlaps, unit_warnings, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .driven_cell import CellDriving
 from .given_values import GivenValues, three
@@ -111,6 +111,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
         unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
+        scene_warnings.warn(self, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()

@@ -14,8 +14,10 @@ from .views import core_of
 
 # gravity of the Earth, rounded to 10 too [m/s2]: metres and seconds are meant
 EARTH = (9.7, 10.05)
-# densities of solids in g/cm3, from ice and wood to lead; as kg/m3 they are those of gases and foams
+# densities of solids in g/cm3, from wood to lead, and weights in kN/m3, from brick to granite; as kg/m3 they are those of gases
+# and foams
 GRAMS = (0.4, 12.0)
+KILONEWTONS = (12.0, 30.0)
 # density of the lightest liquid, of hydrogen at 20 K [kg/m3]
 LIGHTEST_LIQUID = 71.0
 # speed of sound in solids, upper bound (Trachenko, Monserrat, Pickard & Brazhkin 2020, Science Advances 6, eabc8662) [m/s]
@@ -26,26 +28,42 @@ DEGREES = (11.0, 60.0)
 FALL = 10.0
 # attraction over the weight of the lightest body: below, it has no effect
 ATTRACTION = 1e-5
+# strain at which solids begin to yield, from annealed lead to rubber; a stress that no solid bears means: never [Pa]
+NEVER = 1e12
+SMALLEST_YIELD, LARGEST_YIELD = 1e-7, 10.0
+# margin of detection over the radius of the largest body
+WIDEST = 20.0
 # sets of bodies that are looked at: wrong units are in all of them
 MOST_SETS = 1000
 
 
-def free_bodies(simulation):
-    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
-    driven, contactors = core_of(simulation).scene.body("driven").ravel(), simulation.contactors
-    ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
-    owner = np.asarray(contactors.body)
-    reach = np.array(contactors.radius, float)
+def reaches(simulation):
+    """Farthest points of all rigid bodies from their centres (n,) [m], as simulation.bodies has them; 0 without contactors."""
+    contactors, ids = simulation.contactors, np.asarray(simulation.bodies.id)
+    owner, reach = np.asarray(contactors.body), np.array(contactors.radius, float)
     if len(contactors.offset):
         reach += np.linalg.norm(contactors.offset, axis=1)
     own = np.isin(owner, ids) & np.isfinite(reach)
-    radius = np.zeros(len(ids))
-    order = np.argsort(ids)
+    radius, order = np.zeros(len(ids)), np.argsort(ids)
     np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
+    return radius
+
+
+def free_bodies(simulation, radius=None):
+    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely. radius: those of all, if they are known."""
+    driven, mass = core_of(simulation).scene.body("driven").ravel(), np.ravel(simulation.bodies.mass)
+    radius = reaches(simulation) if radius is None else radius
     free = np.isfinite(mass) & (mass > 0) & (radius > 0)
     if len(driven) == len(free):
         free &= driven == 0
     return mass[free], radius[free]
+
+
+def materials_of(body):
+    """Materials of a body of cells; [None] of one without."""
+    given = (getattr(body, "given", None) or {}).get("material")
+    found = given.values() if isinstance(given, dict) else [given]
+    return [m for of in found for m in (of[0] if isinstance(of, (tuple, list)) else [of])]
 
 
 def young_of(body):
@@ -53,9 +71,7 @@ def young_of(body):
     given = getattr(body, "given", None) or {}
     if isinstance(given.get("young"), (int, float, np.number)):
         return float(given["young"]), False
-    given = given.get("material")
-    found = given.values() if isinstance(given, dict) else [given]
-    materials = [m for of in found for m in (of[0] if isinstance(of, (tuple, list)) else [of])]
+    materials = materials_of(body)
     young = [dict(zip(getattr(m, "parameter_names", ()), getattr(m, "values", ()))).get("young") for m in materials]
     return (None if None in young or not young else max(young)), True
 
@@ -76,12 +92,15 @@ def texts(simulation, gravity):
         A sentence for each, with field, value and remedy.
     """
     pull = float(np.linalg.norm(gravity))
-    found = [_friction(simulation), _rotations(simulation)]
+    found = [_friction(simulation), _rotations(simulation), _yield(simulation), _damping(simulation)]
+    radius = reaches(simulation)
+    free = free_bodies(simulation, radius)
+    found += [_inertia(simulation, radius), _margin(simulation, free)]
     if EARTH[0] <= pull <= EARTH[1]:
-        light = _densities(simulation)
+        light = _densities(simulation, radius)
         found += [light] if light else [_sound(simulation)]
     if pull > 0:
-        found += [_step(simulation, pull), _attraction(simulation, pull)]
+        found += [_step(simulation, pull, free), _attraction(simulation, pull, free)]
     return [text for text in found if text]
 
 
@@ -120,7 +139,58 @@ def _rotations(simulation):
     return None
 
 
-def _densities(simulation):
+def _inertia(simulation, radius):
+    """Text on a moment of inertia that exceeds that of all mass at the rim, as if mass and inertia were swapped."""
+    bodies = simulation.bodies
+    if not len(bodies):
+        return None
+    mass, most = np.ravel(bodies.mass), np.asarray(bodies.inertia, float).reshape(len(bodies), -1).max(axis=1, initial=0.0)
+    some = np.isfinite(mass) & np.isfinite(most)
+    if not np.any(some):
+        return None
+    rim = np.where(some, mass, 0.0) * radius**2
+    above = np.flatnonzero(some & (radius > 0) & (most > rim * (1 + 1e-6)))
+    if not len(above):
+        return None
+    k = above[0]
+    return (f"inertia of body {bodies.id[k]} is {most[k]:.4g} kg m2, more than {rim[k]:.4g}, its mass of {mass[k]:.4g} kg at its "
+            f"rim, {radius[k]:.4g} m away: are mass and inertia swapped, or in other units?")  # fmt: skip
+
+
+def _yield(simulation):
+    """Text on a material that yields at a strain no solid bears, as if its stress or its modulus were in MPa."""
+    for number, view in enumerate(simulation.meshes):
+        for material in materials_of(view._mesh.d.body):
+            given = dict(zip(getattr(material, "parameter_names", ()), getattr(material, "values", ())))
+            young, limit = given.get("young"), given.get("yield_stress", given.get("strength"))
+            if young and limit and limit < NEVER and not SMALLEST_YIELD < limit / young < LARGEST_YIELD:
+                name, least = "yield_stress" if "yield_stress" in given else "strength", min(limit, young)
+                told = f"{name} of mesh {number} is {limit:g} Pa and its young {young:g} Pa"
+                remedy = f"give both in pascals, {1e6 * least:g} for {least:g} MPa"
+                return f"{told}: it would yield at a strain of {limit / young:.2g}; {remedy}"
+    return None
+
+
+def _damping(simulation):
+    """Text on a damping ratio above the critical one, as if in percent."""
+    for number, view in enumerate(simulation.meshes):
+        ratio = view._mesh.d.modal_damping
+        if ratio is not None and np.max(ratio) > 1:
+            most = float(np.max(ratio))
+            return f"modal_damping of mesh {number} is {most:g}, above the critical 1: give {most / 100:g} for {most:g} %"
+    return None
+
+
+def _margin(simulation, free):
+    """Text on a margin of detection far above the size of all bodies."""
+    margin, size = getattr(simulation.strategy, "margin", None), free[1].max(initial=0.0)
+    if isinstance(margin, (int, float)) and size > 0 and WIDEST * size < margin < np.inf:
+        told = f"margin of the strategy is {margin:g} m, {margin / size:.3g} times the radius of the largest body"
+        return f"{told}: every body meets all others; give metres, {1e-3 * margin:g} for {margin:g} mm, or leave it out"
+    return None
+
+
+def _densities(simulation, radius):
     """Text on a density in g/cm3."""
     scene = simulation.scene
     for fluid in scene.fluids:
@@ -128,31 +198,27 @@ def _densities(simulation):
             return f"density of {fluid.name!r} is {fluid.density:g} kg/m3, and no liquid is as light: give kg/m3, 1000 for water"
     for number, view in enumerate(simulation.meshes):
         density = (getattr(view._mesh.d.body, "given", None) or {}).get("density")
-        if isinstance(density, (int, float, np.number)) and GRAMS[0] <= density <= GRAMS[1]:
+        if isinstance(density, (int, float, np.number)) and GRAMS[0] <= density <= KILONEWTONS[1]:
             return f"density of mesh {number} is {density:g} kg/m3, {_grams(density)}"
+    ids, order = np.asarray(simulation.bodies.id), np.argsort(simulation.bodies.id)
     for s in simulation._sets[:MOST_SETS]:
-        density = _of_set(s, scene.dim) if s.mesh is None else np.nan
-        if GRAMS[0] <= density <= GRAMS[1]:
+        if s.mesh is not None or not s.contactors:
+            continue
+        density = _of_set(s, radius[order[np.searchsorted(ids, s.own_ids, sorter=order)]], scene.dim)
+        if GRAMS[0] <= density <= KILONEWTONS[1]:
             return f"density of bodies of {s.contactors[0].material.name!r} is {density:.6g} kg/m3, {_grams(density)}"
     return None
 
 
-def _of_set(s, dim):
+def _of_set(s, radius, dim):
     """Density [kg/m3] of the lightest body of a set: of balls by their mass and volume, of others that of the material if their
-    masses suit it; NaN of held bodies."""
+    masses suit it; NaN of held bodies. radius: of the bodies [m]."""
     mass = np.ravel(s.mass)
-    free = np.flatnonzero(np.isfinite(mass))
-    if not len(free) or not s.contactors:
-        return np.nan
-    of, radius, depth = s.contactors[0], np.zeros(len(s)), s.depth or 1.0
-    for part in s.contactors:
-        reach = part.radius + (0.0 if part.offset is None else np.linalg.norm(part.offset, axis=1))
-        own = part.body < len(s)
-        np.maximum.at(radius, part.body[own], reach[own])
-    free = free[radius[free] > 0]
+    free = np.flatnonzero(np.isfinite(mass) & (radius > 0))
     if not len(free):
         return np.nan
-    bulk = float(np.min(mass[free] / ((2 * radius[free]) ** dim * depth)))
+    of = s.contactors[0]
+    bulk = float(np.min(mass[free] / ((2 * radius[free]) ** dim * (s.depth or 1.0))))
     if len(s.contactors) == 1 and of.shape in ("disk", "sphere") and of.offset is None:
         return bulk * (4 / np.pi if dim == 2 else 6 / np.pi)
     known = of.material.density
@@ -160,6 +226,8 @@ def _of_set(s, dim):
 
 
 def _grams(density):
+    if density > GRAMS[1]:
+        return f"as foams have it: give kg/m3, {density * 1e3 / 9.81:.4g} for a weight of {density:.6g} kN/m3"
     return f"as gases and foams have it: give kg/m3, {density * 1000:.6g} for {density:.6g} g/cm3"
 
 
@@ -176,12 +244,12 @@ def _sound(simulation):
     return None
 
 
-def _step(simulation, pull):
+def _step(simulation, pull, free):
     """Text on a step in which bodies at rest fall by many times their size."""
     strategy = simulation._given.row
     if strategy != "nscd" or any(law.name == "joint" for *_, law in simulation._rules if law):
         return None
-    size, h = free_bodies(simulation)[1].max(initial=0.0), simulation.dt
+    size, h = free[1].max(initial=0.0), simulation.dt
     fall = pull * h * h
     if not size > 0 or not fall > FALL * size:
         return None
@@ -190,12 +258,12 @@ def _step(simulation, pull):
             f"of which a hundredth is a usual step")  # fmt: skip
 
 
-def _attraction(simulation, pull):
+def _attraction(simulation, pull, free):
     """Text on an attraction that is far below the weight of the lightest body."""
     asked = [(own, given, ATTRACTIONS[name]) for own, name, given in _laws(simulation) if name in ATTRACTIONS]
     if not asked:
         return None
-    mass, radius = free_bodies(simulation)
+    mass, radius = free
     if not len(mass):
         return None
     lightest = int(np.argmin(mass))

@@ -169,11 +169,11 @@ def _walls(simulation, gravity):
     if not np.any(planes):
         return None
     normals, walls = Normals(placed), np.unique(placed.owner[planes])
-    others = np.setdiff1d(np.unique(placed.owner), walls)
-    if not len(others) or not np.all(normals.free[others]):
-        return None
     along = [float(normal @ gravity) for wall in walls for normal in normals.of(wall)[0]]
     if min(along) < 0 or max(along) <= 0.5 * np.linalg.norm(gravity):
+        return None
+    others = np.setdiff1d(placed.owner, walls)
+    if not len(others) or not np.all(normals.free[others]):
         return None
     text = ", ".join(f"{g:g}" for g in gravity)
     return f"gravity ({text}) pulls all bodies away from every wall, along its normal: turn its sign, or the normals"
