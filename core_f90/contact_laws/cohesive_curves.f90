@@ -23,8 +23,19 @@ contains
   pure real(c_double) function length(n, x)
     integer, intent(in)        :: n
     real(c_double), intent(in) :: x(n) !< any unit
-    length = maxval(abs(x))
-    if (n > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
+    integer :: i
+    real(c_double) :: square
+    length = abs(x(1))
+    if (n == 1) return
+    do i = 2, n
+      length = max(length, abs(x(i)))
+    end do
+    if (.not. length > 0) return
+    square = 0
+    do i = 1, n
+      square = square + (x(i)/length)**2
+    end do
+    length = length*sqrt(square)
   end function length
 
   !> Damage by a curve; it never decreases. The dissipation is that of the curve from the opening where beta begins to fall, in the

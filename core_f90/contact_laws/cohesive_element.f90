@@ -41,15 +41,15 @@ contains
         mu(i) = effective_friction(params(i, friction), params(i, power), beta(i))
         cycle
       end if
-      p = params(i, 1:own + 1)
       if (.not. state(i, s_beta) > 0) then
         spring(i, :) = 0
         pull(i, :) = 0
         beta(i) = 0
-        mu(i) = p(friction)
-        if (state(i, s_slip + c + slides_behind) > 0) mu(i) = min(p(friction), p(own))
+        mu(i) = params(i, friction)
+        if (state(i, s_slip + c + slides_behind) > 0) mu(i) = min(params(i, friction), params(i, own))
         cycle
       end if
+      p = params(i, 1:own + 1)
       v = u(i, :)
       call begun_at(n, c, i, .false., state, at)
       call allowed(c, own, damage, p, v, state(i, s_beta), at, beta(i))

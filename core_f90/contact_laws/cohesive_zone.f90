@@ -495,7 +495,14 @@ contains
     real(c_double), intent(in) :: exponent !< [-]
     real(c_double), intent(in) :: beta     !< [-]
     effective_friction = mu
-    if (beta > 0 .and. exponent > 0) effective_friction = mu*(1 - beta)**exponent
+    if (.not. (beta > 0 .and. exponent > 0)) return
+    if (beta >= 1) then ! most zones are sound: a power costs as much as their springs
+      effective_friction = 0
+    else if (exponent > 1 .or. exponent < 1) then
+      effective_friction = mu*(1 - beta)**exponent
+    else
+      effective_friction = mu*(1 - beta)
+    end if
   end function effective_friction
 
   pure real(c_double) function intensity(square, beta)

@@ -248,6 +248,19 @@ double SolidZones::slope(double step) {
   return sum;
 }
 
+// The same at its begin, from the impulses that it was found from.
+double SolidZones::slope_at_begin() const {
+  double sum = 0;
+  for (const SolidSystem::Contact& contact : solid_.contacts()) {
+    const cairn_batch& b = solid_.system.batches[std::size_t(contact.batch)];
+    if (!(at(b, b.bias, contact.lane, 0) < never())) continue;
+    const std::size_t n = std::size_t(b.count), c = std::size_t(contact.components);
+    const double* moving = &moving_[place_[std::size_t(contact.batch)] + std::size_t(contact.lane)];
+    for (std::size_t k = 0; k < c; ++k) sum -= moving[k * n] * solid_.known[contact.known + k];
+  }
+  return sum;
+}
+
 double SolidZones::step_length(double begin) {
   constexpr int most = 16;
   constexpr double level = 0.25;
@@ -366,7 +379,7 @@ struct Attempt {
   double softer; // factor of the penalty
 };
 constexpr Attempt attempts_of_rigid_bodies[] = {{false, 1}, {false, 0x1p-6}, {true, 1}, {true, 0x1p-6}};
-constexpr Attempt attempts_of_meshes[] = {{true, 1}, {false, 1}};
+constexpr Attempt attempts_of_meshes[] = {{true, 0.5}, {true, 1}, {false, 1}};
 
 std::span<const Attempt> attempts(bool meshes) {
   if (meshes) return attempts_of_meshes;
@@ -416,7 +429,7 @@ int SolidZones::go_by_multipliers(bool follows, double& error_square, double wan
     }
     ++pass;
     follow_step();
-    const double rise = begins ? 0 : slope(0), speed = solid_.system.speed();
+    const double rise = begins ? 0 : slope_at_begin(), speed = solid_.system.speed();
     const bool settled = begins || !(-rise > little * std::max(wanted_square, last) * speed * speed);
     const double step = settled ? 1 : step_length(rise);
     if (settled) {

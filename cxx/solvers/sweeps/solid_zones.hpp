@@ -30,6 +30,7 @@ private:
   void linearise(Stiffness by);
   void follow_step();
   double slope(double step);
+  double slope_at_begin() const;
   double step_length(double begin);
   void move(double step);
   void multiply();

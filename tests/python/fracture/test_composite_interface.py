@@ -232,11 +232,17 @@ def test_extremes_stay_finite(given):
     assert np.all(np.isfinite([energy["stored"], energy["released"]])) and energy["released"] >= 0
 
 
-def test_squat_wall_cracks_slides_and_crushes():
-    """Four courses of the shear wall of benchmarks/shear_wall.py, whose top slides at last; with a cap of 2 MPa it bears less."""
+def shear_wall():
+    """The module benchmarks/shear_wall.py."""
     spec = importlib.util.spec_from_file_location("shear_wall", Path(__file__).parents[3] / "benchmarks" / "shear_wall.py")
     wall = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(wall)
+    return wall
+
+
+def test_squat_wall_cracks_slides_and_crushes():
+    """Four courses of the shear wall of benchmarks/shear_wall.py, whose top slides at last; with a cap of 2 MPa it bears less."""
+    wall = shear_wall()
     peaks = []
     for joint in (wall.JOINT, wall.JOINT | dict(cap=2e6, cap_work=500.0)):
         sim, top = wall.build(1e-4, courses=4, halves=5, joint=joint)
@@ -248,3 +254,16 @@ def test_squat_wall_cracks_slides_and_crushes():
     assert peaks[0] < 1e-3 * area * (0.35e6 + 0.75 * 1e3 * rows[:, 2].max() / area) * 1.2
     assert peaks[1] < 0.85 * peaks[0]
     assert np.isclose(rows[-1, 1], 0.75 * rows[-1, 2], rtol=0.6)
+
+
+def test_wall_of_meshes_is_as_stiff_as_joints_and_bricks_in_series():
+    """Pressed by p, a wall of meshes of height H with five joints shortens by p (H/E + 5/k), and joints alone bear the load."""
+    wall = shear_wall()
+    sim, top = wall.build(1e-3, courses=4, halves=5, joint=wall.BARE_JOINT, crack=wall.STIFF_CRACK, cells=2)
+    before = sim.bodies.position[top][1]
+    wall.press(sim, 1e-4, cells=2)
+    contacts, height = sim.contacts, 4 * wall.COURSE
+    pressed = (contacts.force * contacts.normal).sum(axis=1)
+    assert pressed[contacts.beta == 0].sum() < 1e-3 * pressed.sum()
+    joints = (4 + 1) / wall.BARE_JOINT["normal_stiffness"]
+    assert np.isclose(before - sim.bodies.position[top][1], wall.PRESSURE * (height / wall.YOUNG + joints), rtol=0.05)
