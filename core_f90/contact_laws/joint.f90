@@ -260,8 +260,7 @@ contains
   end function place
 
   !> Factors W of the components that are blocked or dragged, by elimination without pivots: W is symmetric and at least
-  !> semidefinite, and a component that nothing moves carries nothing. Above the diagonal stands the upper factor,
-  !> below it the other.
+  !> semidefinite, and a component that nothing moves carries nothing. The upper factor stands above the diagonal, the other below.
   pure subroutine eliminate(c, mask, w, held, blocked, a)
     integer(c_int32_t), intent(in) :: c          !< components
     integer, intent(in)            :: mask       !< components that are blocked, as bits
