@@ -2,8 +2,8 @@
 
     mpirun -n 4 --oversubscribe python benchmarks/rank_bits.py > benchmarks/results/rank_bits.csv
 
-A line for each scene of the tests of ranks: processes; steps; contacts at the end; hash of places, velocities, contacts and energies;
-1 if all of it is as one rank has it.
+A line for each scene of the tests of ranks: processes; steps; contacts at the end; hash of places, velocities, contacts and
+energies; 1 if all of it is as one rank has it.
 """
 
 import csv
