@@ -43,6 +43,7 @@ def hasimoto(dx, share=0.05, **form):
     return {f"K at {share:g}": abs(drag / factor - 1)}, cpu, work
 
 
+# The ratios of speeds are remembered from the paper's table: to be checked against it.
 TEN_CATE = {  # density and viscosity of the oil, speed of a sphere without walls, the greatest one measured over that, time [s]
     "Re 1.5": (970.0, 0.373, 0.038, 0.947, 0.5),
     "Re 4.1": (965.0, 0.212, 0.060, 0.953, 0.6),
@@ -157,7 +158,7 @@ def gate(dx):
     return {"way": float(np.max(np.array(ways)[:, 0])) / GATE_WAY - 1}, time.process_time() - start, work
 
 
-GATE_WAY = 0.044  # [m]
+GATE_WAY = 0.044  # [m], as the paper's figure is remembered: to be checked against it
 
 
 def collapse(dx):
