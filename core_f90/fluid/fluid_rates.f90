@@ -29,8 +29,8 @@ contains
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: i, k
     integer :: j
-    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3), rates(3, 3), shape(3, 3)
-    real(c_double) :: e1, e2, a11, a12, a22, m11, m12, m22, mirrored
+    real(c_double) :: own(8), r(3), u(3), d, t, g, reach, divergence, spread, per_c2, moment(6), second(3, 3)
+    real(c_double) :: rates(3, 3), shape(3, 3), e1, e2, a11, a12, a22, m11, m12, m22, mirrored
     call open_fluid(f, last, v)
     ! Walls press with twice the pressure of a particle. Among grains the rate is the adjoint of that, with velocities that walls
     ! mirror: a particle whose share of grains rises as it leaves a wall is driven off by it otherwise.
@@ -39,6 +39,7 @@ contains
     period = v%period
     per = v%per
     per_c2 = 1/v%c**2
+    reach = 4*v%h**2
     do i = first + 1, last
       own = v%record(:, i)
       rates = 0
@@ -54,7 +55,9 @@ contains
         j = v%neighbour(k) + 1
         r = own(1:3) - v%record(1:3, j)
         if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
-        t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(r(1)**2 + r(2)**2 + r(3)**2)/v%h)
+        d = r(1)**2 + r(2)**2 + r(3)**2
+        if (d >= reach) cycle
+        t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(d)/v%h)
         g = -v%scale*t**3*v%record(7, j)
         u = own(4:6) - v%record(4:6, j)
         if (v%dim == 2) then
@@ -122,13 +125,14 @@ contains
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: i, k
     integer :: j, beside
-    real(c_double) :: own(8), other(8), r(3), u(3), a(3), s(3), push(3), d, t, g, p, spread, near, at(3)
+    real(c_double) :: own(8), other(8), r(3), u(3), a(3), s(3), push(3), d, t, g, p, reach, spread, near, at(3)
     call open_fluid(f, last, v)
     periodic = v%periodic
     period = v%period
     per = v%per
     near = max(0.0_c_double, 1 - 0.5_c_double*v%dx/v%h)
     near = near**4*(2*v%dx/v%h + 1)
+    reach = 4*v%h**2
     do i = first + 1, last
       own = v%record(:, i)
       own(8) = held_pressure(own(8), v%open(i))
@@ -141,7 +145,9 @@ contains
         other = v%record(:, j)
         r = own(1:3) - other(1:3)
         if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
-        d = sqrt(r(1)**2 + r(2)**2 + r(3)**2)
+        d = r(1)**2 + r(2)**2 + r(3)**2
+        if (d >= reach) cycle
+        d = sqrt(d)
         t = max(0.0_c_double, 1 - 0.5_c_double*d/v%h)
         g = -v%scale*t**3*other(7)
         u = own(4:6) - other(4:6)

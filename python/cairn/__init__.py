@@ -32,6 +32,7 @@ from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, str
 from .plugs.plug import plug
 from .post.load import load
 from .run.probes import Probe
+from .run.scene_warnings import SceneWarning
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
@@ -142,6 +143,7 @@ __all__ = [
     "TunnellingWarning",
     "TurnedWarning",
     "UnitsWarning",
+    "SceneWarning",
     "UnjoinedWarning",
     "box",
     "boxes",

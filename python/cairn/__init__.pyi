@@ -93,6 +93,7 @@ from .run import precice as precice
 from .run import soe as soe
 from .run.equilibrium import find_equilibrium as find_equilibrium
 from .run.probes import Probe as Probe
+from .run.scene_warnings import SceneWarning as SceneWarning
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import JointWarning as JointWarning
