@@ -1,4 +1,4 @@
-"""Warnings of a liquid after steps, once in a run each, and what is refused of bodies that are put elsewhere."""
+"""Warnings of a liquid after steps, once in a run each."""
 
 from __future__ import annotations
 
