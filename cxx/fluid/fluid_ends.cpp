@@ -37,7 +37,7 @@ void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::
   passed_.assign(2, 0.0);
 }
 
-// Particles in buffers keep their velocity, and what is behind a buffer is no free surface.
+// Particles in buffers keep their velocity, and the back of a buffer is no free surface.
 void Fluid::hold_ends() {
   for (std::size_t i = 0; i < end_.size(); ++i) {
     if (end_[i] == 0) continue;

@@ -17,7 +17,7 @@ void each_tile(std::int64_t n, F&& f) {
 }
 } // namespace
 
-// Volume of what is no spray over that of its mass, for particles as packed last.
+// The volume of the liquid without spray over that of its mass, for particles as packed last.
 void Fluid::measure_volume(const Scene& scene) {
   const std::int64_t n = count();
   fill_.resize(std::size_t(n));

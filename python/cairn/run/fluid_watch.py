@@ -1,4 +1,4 @@
-"""Warnings of a liquid after steps, once in a run each, and what is refused of bodies that are put elsewhere."""
+"""Warnings of a liquid after steps, once in a run each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 
 from .fluid_gaps import FluidWarning, gaps
 
-SWELLS, SHRINKS = 0.05, 0.1  # change of volume; surfaces that are not flat seem to lose some
+AT_START = 0.1  # difference of volumes that is told after the first step; edges of small blocks seem some percent larger
+SWELLS, SHRINKS = 0.05, 0.1  # change of volume since then; surfaces that are not flat seem to lose some
 EVERY = 16  # steps between looks at gaps, which take as long as a step of few particles
 
 
@@ -16,7 +17,7 @@ class FluidWatch:
     """Looks at the liquid of a simulation after steps."""
 
     def __init__(self, running):
-        self._running, self._told, self._steps = running, set(), 0
+        self._running, self._told, self._steps, self._most = running, set(), 0, 1 + AT_START
 
     def knows(self, name):
         """Leaves out a warning that was given at the start.
@@ -40,7 +41,10 @@ class FluidWatch:
         """
         self._steps += 1
         volume = info["volume"]
-        if "volume" not in self._told and not 1 - SHRINKS < volume < 1 + SWELLS:
+        wrong = not 1 - SHRINKS < volume < self._most
+        if self._steps == 1:
+            self._most = max(1.0, volume) + SWELLS
+        if wrong and "volume" not in self._told:
             self._told.add("volume")
             incompressible = self._running.settings["incompressible"]
             slower = "a smaller dt, or leave out incompressible"
