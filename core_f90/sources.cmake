@@ -73,6 +73,7 @@ set(CAIRN_CORE_SOURCES
   fluid/fluid_rates.f90
   fluid/fluid_view.f90
   integrators/energy.f90
+  integrators/free_turns.f90
   integrators/linear_scheme.f90
   integrators/rotation.f90
   integrators/verlet_spheres.f90

@@ -249,6 +249,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
   ranks/growth.cpp
+  ranks/meetings.cpp
   ranks/meshes_over_ranks.cpp
   ranks/mpi_ranks.cpp
   ranks/part.cpp

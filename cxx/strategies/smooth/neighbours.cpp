@@ -191,8 +191,10 @@ void SmoothDem::make_list(Simulation& s) {
   read_laws(s);
   records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
   spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && !s.scene.cell.any();
+  clumps_ = records_ && !spheres_alone_ && !centred_ && !s.scene.cell.any();
+  if (clumps_) offset_.resize(4 * c.count);
   if (records_) {
-    record_.resize(12 * b.count);
+    record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
     body_radius_.assign(b.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k)
       if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];

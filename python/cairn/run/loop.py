@@ -502,7 +502,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                 # half a step of tolerance, since time is a rounded sum of steps
                 ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
                 ended = ended or (while_ is not None and not while_(simulation))
-                if ended if ranks is None else ranks.any(ended):  # one rank ends the run of all
+                if ended if ranks is None else ranks.any(ended, "run"):  # one rank ends the run of all
                     break
                 info = _stepped(simulation, first, time_error_every)
                 recorder.record()

@@ -98,6 +98,7 @@ class BodyView(_View):
                     raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
+        simulation._check_same_arrays("bodies.set", *ready.values())
         for name, values in ready.items():
             self._core.assign_body(name, values)
 
