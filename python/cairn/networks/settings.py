@@ -50,7 +50,7 @@ def _wires(wires):
     for row in rows:
         if len(row) != 3:
             raise ValueError(f"wires holds {row!r}: give (body, body, conductance)")
-        if any(not isinstance(end, (int, np.integer)) or isinstance(end, bool) for end in row[:2]):
+        if any(not isinstance(end, (int, float, np.number)) or end != np.floor(end) for end in row[:2]):  # a file has floats
             raise ValueError(f"wires holds {row!r}: give the numbers of two bodies, as Scene.add returned, and a conductance")
         if not checks.number("conductance of a wire", row[2], finite=False) >= 0:
             raise ValueError(f"conductance of a wire is {row[2]}: give a value >= 0")

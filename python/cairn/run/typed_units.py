@@ -43,6 +43,8 @@ def reaches(simulation):
     owner, reach = np.asarray(contactors.body), np.array(contactors.radius, float)
     if len(contactors.offset):
         reach += np.linalg.norm(contactors.offset, axis=1)
+    if len(contactors.direction):
+        reach += np.abs(contactors.direction[:, -1])  # half lengths
     own = np.isin(owner, ids) & np.isfinite(reach)
     radius, order = np.zeros(len(ids)), np.argsort(ids)
     np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
