@@ -142,21 +142,25 @@ def _rotations(simulation):
 
 
 def _inertia(simulation, radius):
-    """Text on a moment of inertia that exceeds that of all mass at the rim, as if mass and inertia were swapped."""
-    bodies = simulation.bodies
-    if not len(bodies):
+    """Text on a clump of balls whose moment of inertia exceeds that of all its mass at the rim, as if both were swapped. Bodies
+    of LMGC90 may have any: their gyration radii are given beside their contactors."""
+    if getattr(simulation.scene, "legacy", None) is not None:
         return None
-    mass, most = np.ravel(bodies.mass), np.asarray(bodies.inertia, float).reshape(len(bodies), -1).max(axis=1, initial=0.0)
-    some = np.isfinite(mass) & np.isfinite(most)
-    if not np.any(some):
-        return None
-    rim = np.where(some, mass, 0.0) * radius**2
-    above = np.flatnonzero(some & (radius > 0) & (most > rim * (1 + 1e-6)))
-    if not len(above):
-        return None
-    k = above[0]
-    return (f"inertia of body {bodies.id[k]} is {most[k]:.4g} kg m2, more than {rim[k]:.4g}, its mass of {mass[k]:.4g} kg at its "
-            f"rim, {radius[k]:.4g} m away: are mass and inertia swapped, or in other units?")  # fmt: skip
+    ids, order = np.asarray(simulation.bodies.id), np.argsort(simulation.bodies.id)
+    for s in simulation._sets[:MOST_SETS]:
+        balls = [part.shape in ("disk", "sphere") and part.offset is not None for part in s.contactors]
+        if s.mesh is not None or not balls or not all(balls):
+            continue
+        mass, most = np.ravel(s.mass), np.asarray(s.inertia, float).reshape(len(s), -1).max(axis=1)
+        reach = radius[order[np.searchsorted(ids, s.own_ids, sorter=order)]]
+        some = np.isfinite(mass) & np.isfinite(most) & (reach > 0)
+        rim = np.where(some, mass, 0.0) * reach**2
+        above = np.flatnonzero(some & (most > rim * (1 + 1e-6)))
+        if len(above):
+            k = above[0]
+            told = f"inertia of body {s.ids[k]} is {most[k]:.4g} kg m2, more than {rim[k]:.4g}"
+            return f"{told}, its mass of {mass[k]:.4g} kg at its rim: are mass and inertia swapped, or in other units?"
+    return None
 
 
 def _yield(simulation):
@@ -238,7 +242,7 @@ def _sound(simulation):
     for number, view in enumerate(simulation.meshes):
         body = view._mesh.d.body
         young, density = young_of(body)[0], (getattr(body, "given", None) or {}).get("density")
-        if young and isinstance(density, (int, float, np.number)) and density > 0:
+        if young and isinstance(density, (int, float, np.number)) and density > GRAMS[0]:  # lighter ones stand for none
             speed = float(np.sqrt(young / density))
             if speed > FASTEST_SOUND:
                 told = f"young of mesh {number} is {young:g} Pa and its density {density:g} kg/m3"
