@@ -276,7 +276,7 @@ def main():
         held = [row for row in held if row[0] != name] + rows
         held.sort(key=lambda row: list(CASES).index(row[0]) if row[0] in CASES else len(CASES))
         with open(given.output, "w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([COLUMNS, *held])
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *held])
 
 
 if __name__ == "__main__":

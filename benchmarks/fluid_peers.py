@@ -155,7 +155,7 @@ def main():
             for row in rows:
                 best[row[:3]] = min(best.get(row[:3], row), row, key=lambda r: r[-1])
     with open(given.output, "w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
+        out = csv.writer(file, lineterminator="\n")
         out.writerow(COLUMNS)
         for (code, form, smoothing), row in best.items():
             neighbours, n, one, rate, second = row[3:]
