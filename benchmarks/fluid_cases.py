@@ -1,35 +1,19 @@
-"""Cases of a meshless liquid with known numbers, at three spacings: errors, orders and costs as CSV.
+"""Cases of a meshless liquid with known numbers, at two or three spacings: errors, orders and costs as CSV.
 
-python benchmarks/fluid_cases.py [case ...] [--output fluid_cases.csv] [--coarse]
+    python benchmarks/fluid_cases.py [case ...] [--full]
+
+Rows of cases that were not run stay in the file, benchmarks/results/fluid_cases.csv.
 """
 
 import argparse
 import csv
 import time
+from pathlib import Path
 
 import cairn as cn
+import fluid_cases_bodies as bodies
 import numpy as np
-
-ROCK = cn.Material("rock", density=2600.0)
-
-
-def tank(low, high, width, dx, gravity, lid=False, **options):
-    scene = cn.Scene(dim=2, gravity=(0.0, -gravity))
-    walls = [cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((width, 0), (-1, 0), ROCK)]
-    bed = scene.add(*walls)[0]
-    scene.add(cn.fluid([low, high], dx, **options))
-    return scene, bed
-
-
-def advanced(scene, h, end, look=None):
-    """Runs to a time; (simulation, [look(simulation)] of each step, CPU seconds, particles times sub-steps)."""
-    sim, seen, work, start = cn.Simulation(scene, dt=h), [], 0, time.process_time()
-    while sim.time < end - 0.5 * h:
-        sim.step()
-        work += len(sim.fluid) * max(1, sim.fluid.info["sub_steps"])
-        if look:
-            seen.append(look(sim))
-    return sim, seen, time.process_time() - start, work
+from fluid_scenes import ROCK, advanced, tank
 
 
 def hydrostatics(dx, **form):
@@ -100,13 +84,14 @@ KOSHIZUKA = ((0.769, 1.252), (1.153, 1.505), (1.537, 1.892), (1.935, 2.241), (2.
 MARTIN = ((0.83, 1.22), (1.22, 1.47), (2.00, 2.29), (2.55, 3.00))
 
 
-def dam_break(dx):
+def dam_break(dx, **form):
     """Front x/a against t sqrt(2 g / a) of a column twice as high as wide; the mean difference from experiments."""
-    scene, _ = tank((0, 0), (1, 2), 4.0, dx, 1.0)
+    scene, _ = tank((0, 0), (1, 2), 4.0, dx, 1.0, **form)
     scene.interact("fluid", "*", cn.FreeSlip())
     front = lambda sim: np.quantile(sim.fluid.position[:, 0], 0.999) + 0.5 * dx  # noqa: E731
-    sim, seen, cpu, work = advanced(scene, 0.02, 1.95, front)
-    time_of = 0.02 * np.sqrt(2.0) * np.arange(1, len(seen) + 1)
+    step = 0.4 * dx if form else 0.02
+    sim, seen, cpu, work = advanced(scene, step, 1.95, front)
+    time_of = step * np.sqrt(2.0) * np.arange(1, len(seen) + 1)
     out = {}
     for name, table in (("Koshizuka & Oka", KOSHIZUKA), ("Martin & Moyce", MARTIN)):
         at, x = np.array(table).T
@@ -240,33 +225,58 @@ CASES = {
     "Taylor-Green, incompressible": (incompressible(taylor_green), (0.05, 0.025, 0.0125)),
     "Taylor-Green, Re 1000, incompressible": (incompressible(taylor_green_1000), (0.05, 0.025, 0.0125)),
     "standing wave, incompressible": (incompressible(standing_wave), (0.1, 0.05, 0.025)),
+    "dam break, incompressible": (incompressible(dam_break), (0.1, 0.05, 0.025)),
     "elastic plate": (elastic_plate, (0.1, 0.05, 0.025)),
+    "hydrostatics in space": (bodies.hydrostatics_in_space, (0.1, 0.05, 0.025)),
+    "hydrostatics in space, incompressible": (incompressible(bodies.hydrostatics_in_space), (0.1, 0.05, 0.025)),
+    "array of spheres": (bodies.hasimoto, (1 / 12, 1 / 16, 1 / 24)),
+    "array of spheres, incompressible": (incompressible(bodies.hasimoto), (1 / 12, 1 / 16, 1 / 24)),
+    "wedge": (bodies.wedge, (0.05, 0.025, 0.0125)),
+    "wedge, incompressible": (incompressible(bodies.wedge), (0.05, 0.025, 0.0125)),
+    "gate": (bodies.gate, (0.005, 0.0025, 0.00125)),
+    "collapse in water": (bodies.collapse, (0.0432, 0.0216, 0.0108)),
+    "SPHERIC 2": (bodies.spheric_2, (0.55 / 10, 0.55 / 15, 0.55 / 20)),
+    **{f"settling sphere, {which}": (bodies.ten_cate(which), (0.005, 0.004, 0.0025)) for which in bodies.TEN_CATE},
 }
+
+
+RESULTS = Path(__file__).resolve().parent / "results" / "fluid_cases.csv"
+COLUMNS = ["case", "what", "spacing [m]", "relative error", "order", "CPU [s]", "us a particle and sub-step"]
+
+
+def ran(name, full):
+    """Rows of a case."""
+    case, spacings = CASES[name]
+    before, rows = {}, []
+    for dx in spacings[: 3 if full else 2]:
+        errors, cpu, work = case(dx)
+        for what, error in errors.items():
+            last = before.get(what)
+            order = np.log(abs(last[1] / error)) / np.log(last[0] / dx) if last and error else np.nan
+            rows.append([name, what, f"{dx:.4g}", f"{error:.3e}", f"{order:.2f}", f"{cpu:.1f}", f"{1e6 * cpu / work:.2f}"])
+            print(*rows[-1], sep=", ", flush=True)
+            before[what] = (dx, error)
+    return rows
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("cases", nargs="*", help=", ".join(CASES))
-    parser.add_argument("--output", default="fluid_cases.csv")
-    parser.add_argument("--coarse", action="store_true", help="leave out the finest spacing")
+    parser.add_argument("--output", type=Path, default=RESULTS)
+    parser.add_argument("--full", action="store_true", help="the third spacing too")
     given = parser.parse_args()
-    rows = []
-    for name, (case, spacings) in CASES.items():
-        if given.cases and name not in given.cases:
-            continue
-        before = {}
-        for dx in spacings[: 2 if given.coarse else 3]:
-            errors, cpu, work = case(dx)
-            for what, error in errors.items():
-                last = before.get(what)
-                order = np.log(abs(last[1] / error)) / np.log(last[0] / dx) if last and error else np.nan
-                rows.append([name, what, dx, f"{error:.3e}", f"{order:.2f}", f"{cpu:.1f}", f"{1e6 * cpu / work:.2f}"])
-                print(*rows[-1], sep=", ", flush=True)
-                before[what] = (dx, error)
-    with open(given.output, "w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        out.writerow(["case", "what", "spacing [m]", "relative error", "order", "CPU [s]", "us a particle and sub-step"])
-        out.writerows(rows)
+    names = given.cases or list(CASES)
+    if unknown := [name for name in names if name not in CASES]:
+        parser.error(f"there is no case {unknown[0]!r}: give some of {', '.join(CASES)}")
+    for name in names:
+        rows = ran(name, given.full)
+        held = []
+        if given.output.exists():
+            held = list(csv.reader(given.output.open(encoding="utf-8")))[1:]
+        held = [row for row in held if row[0] != name] + rows
+        held.sort(key=lambda row: list(CASES).index(row[0]) if row[0] in CASES else len(CASES))
+        with open(given.output, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows([COLUMNS, *held])
 
 
 if __name__ == "__main__":

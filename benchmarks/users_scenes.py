@@ -114,10 +114,10 @@ def biaxial(small, solver, cache=None):
         grains = lambda sand: cn.polygons(rocks, sand, position=places, rotation=turns)
         scene, right, top = plates(grains, sides, 0.0, 0.1 * stress, 10 * mass)
         sim = cn.Simulation(scene, 5e-4)
-        # the walls come to rest one after the other
+        # the walls come to rest one after the other; a pack that still moves would be too loose
         box = lambda s: np.array([s.bodies.position[right, 0], s.bodies.position[top, 1]])
         moves = lambda s: s.time < 0.25 or s.energy["kinetic"] > 1e-5 * stress * np.prod(box(s))
-        sim.run(while_=moves, until=0.45, progress=False)
+        sim.run(while_=moves, until=2.0, progress=False)
         places, turns, sides = sim.bodies.position[:count].copy(), sim.bodies.rotation[:count].copy(), box(sim)
         if file:
             np.savez(file, places=places, turns=turns, sides=sides)

@@ -24,6 +24,7 @@ cairn::FluidSettings settings_of(const py::dict& d) {
   take("drift", s.drift);
   take("courant", s.courant);
   take("depth", s.depth);
+  take("surface_tension", s.surface_tension);
   take("threads", s.threads);
   take("incompressible", s.incompressible);
   take("filter", s.filter);
@@ -63,6 +64,31 @@ cairn::FluidGrains grains_of(const py::dict& d) {
   if (s.diameter.size() != s.body.size() || s.volume.size() != s.body.size() || s.law.size() != s.body.size())
     throw cairn::Error("grains hold arrays of different lengths: give one row for each");
   return s;
+}
+
+// Open ends: lanes of inflows, a row (6 numbers low and high, axis, sign, pressure) for each outflow.
+void set_ends(cairn::Fluid& fluid, const py::dict& d) {
+  cairn::FluidLanes l;
+  l.axis = numbers<std::int32_t>(d, "axis");
+  l.sign = numbers<double>(d, "sign");
+  l.face = numbers<double>(d, "face");
+  l.length = numbers<double>(d, "length");
+  l.speed = numbers<double>(d, "speed");
+  const std::size_t n = l.axis.size();
+  if (l.sign.size() != n || l.face.size() != n || l.length.size() != n || l.speed.size() != n)
+    throw cairn::Error("lanes of inflows hold arrays of different lengths: give one row for each");
+  const std::vector<double> rows = numbers<double>(d, "outflow");
+  if (rows.size() % 9 != 0) throw cairn::Error("an outflow has 9 numbers: give low, high, axis, sign and pressure");
+  std::vector<cairn::FluidOutflow> outflows(rows.size() / 9);
+  for (std::size_t k = 0; k < outflows.size(); ++k) {
+    const double* row = &rows[9 * k];
+    std::copy_n(row, 3, outflows[k].low.begin());
+    std::copy_n(row + 3, 3, outflows[k].high.begin());
+    outflows[k].axis = int(row[6]);
+    outflows[k].sign = row[7];
+    outflows[k].pressure = row[8];
+  }
+  fluid.set_ends(std::move(l), std::move(outflows), numbers<std::int32_t>(d, "lane"));
 }
 
 // Points below sides of meshes, and the measure of the side at the foot of each.
@@ -118,6 +144,7 @@ py::object field(Simulation& s, const std::string& name) {
   if (name == "pressure") return line(f.pressure());
   if (name == "density") return line(f.density());
   if (name == "open") return line(f.at_surface());
+  if (name == "end") return line(f.ends());
   if (name == "mass") return line(f.masses());
   if (name == "porosity") return line(f.porosity());
   throw py::key_error("there is no field " + name + " of a fluid");
@@ -137,6 +164,10 @@ py::dict report(Simulation& s) {
   out["misfit"] = f.report.misfit;
   out["residual"] = f.report.residual;
   out["drag_loss"] = f.report.drag_loss;
+  out["volume"] = f.report.volume;
+  out["came_in"] = f.passed()[0];
+  out["left"] = f.passed()[1];
+  out["surface_energy"] = f.surface_energy();
   out["bytes"] = f.bytes();
   return out;
 }
@@ -160,6 +191,8 @@ void bind_fluid(py::module_& m) {
     fluid_of(s).set_surfaces(surface_of(points), surface_of(planes), grains_of(grains));
     fluid_of(s).set_skins(std::move(points_of_meshes), std::move(size));
   });
+  m.def("set_fluid_ends", [](Simulation& s, const py::dict& ends) { set_ends(fluid_of(s), ends); });
+  m.def("fluid_count", [](Simulation& s) { return fluid_of(s).count(); });
   m.def("fluid_field", &field);
   m.def("fluid_report", &report);
   m.def("fluid_mesh_forces",

@@ -1,6 +1,7 @@
 // Networks: graphs of conductances by themselves, and those of a simulation.
 #include "networks/balance_terms.hpp"
 #include "networks/network.hpp"
+#include "networks/unknowns.hpp"
 
 #include "arrays.hpp"
 #include "networks.hpp"
@@ -207,6 +208,17 @@ void set_source(Simulation& s, const std::string& kind, std::size_t which, const
   source.value.assign(value.data(), value.data() + value.size());
 }
 
+// Powers that kept the temperatures of bodies and nodes in the last step [W], 0 of those that nothing holds.
+py::array_t<double> held_power(Simulation& s, const Input<std::int64_t>& ids) {
+  py::array_t<double> out(ids.size());
+  for (py::ssize_t i = 0; i < ids.size(); ++i) {
+    const std::int32_t unknown = cairn::unknown_of_id(s.scene, ids.data()[i]);
+    if (unknown < 0) throw cairn::Error("there is no body or node " + std::to_string(ids.data()[i]));
+    out.mutable_data()[i] = slot(s, "thermal")->held_power(std::size_t(unknown));
+  }
+  return out;
+}
+
 py::dict report_of(const Network& n) {
   const cairn::NetworkReport& r = n.report;
   const bool electrical = n.kind == Network::Kind::electrical;
@@ -273,6 +285,7 @@ void bind_networks(py::module_& m) {
   auto simulation = py::reinterpret_borrow<py::class_<Simulation>>(m.attr("Simulation"));
   simulation.def("set_network", &set_network)
       .def("set_source", &set_source)
+      .def("held_power", &held_power)
       .def("forget_networks", [](Simulation& s) { s.networks.reset(); })
       .def("network_reports", [](const Simulation& s) {
         py::dict out;

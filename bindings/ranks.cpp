@@ -1,5 +1,6 @@
 #include "ranks/exact_sum.hpp"
 #include "ranks/growth.hpp"
+#include "ranks/meetings.hpp"
 #include "ranks/over_ranks.hpp"
 
 #include "alone.hpp"
@@ -53,6 +54,7 @@ void bind_ranks(py::module_& m) {
              for (std::size_t i = 0; i < values.size(); ++i) unlike.push_back(both[i] != -both[values.size() + i]);
              return unlike;
            })
+      .def("meet", [](cairn::Exchange& e, const std::string& call) { e.meet(call); })
       .def("abort", [](cairn::Exchange& e, int code) { e.abort(code); });
   m.def("virtual_ranks", [](int ranks) { return std::shared_ptr<cairn::Exchange>(cairn::virtual_ranks(ranks)); });
   m.def(
@@ -68,7 +70,8 @@ void bind_ranks(py::module_& m) {
   });
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });
   m.def("leave_state_with_ranks", [](Simulation& s, bool leave) { ranked(s).leave_state(leave); });
-  m.def("any_rank", [](Simulation& s, bool value) { return ranked(s).any(s, value); });
+  m.def("end_ranks", [] { cairn::Meetings::all().end(); }); // at the end of the program
+  m.def("any_rank", [](Simulation& s, bool value, const std::string& call) { return ranked(s).any(value, call); });
   m.def("hold_whole", [](Simulation& s) { // arrays of it are shown without a copy
     if (auto* found = dynamic_cast<cairn::OverRanks*>(&s.strategy())) found->hold_whole();
   });

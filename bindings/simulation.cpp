@@ -207,7 +207,7 @@ py::array contact_field(Simulation& s, const std::string& name) {
 }
 
 py::dict contact_rows(Simulation& s) {
-  stages_of(s);
+  stages_of(s, "the problem of a step");
   if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
   const cairn::ContactRows rows = s.interactions.rows();
   py::dict out;
@@ -234,7 +234,7 @@ py::array body_array(Simulation& s, const std::string& name) {
 
 // W (blocks, dim, dim) by rows of contacts; None: no joint is in the step.
 py::object jointed_problem(Simulation& s) {
-  stages_of(s);
+  stages_of(s, "the problem of a step");
   if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
   if (!s.interactions.jointed()) return py::none();
   const cairn::FrictionProblem p = s.interactions.jointed_problem(s.scene.bodies);
@@ -253,7 +253,7 @@ py::object jointed_problem(Simulation& s) {
 // Impulses of all candidates, local, and how they were found.
 void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict& found) {
   const std::int64_t n = s.candidates.count;
-  stages_of(s);
+  stages_of(s, "give_impulses");
   if (!s.contacts_known) throw cairn::Error("there are no contacts at hand: prepare them first");
   if (impulses.size() != n * s.scene.dim)
     throw cairn::Error("impulses holds " + std::to_string(impulses.size()) + " numbers: " + std::to_string(n) +
@@ -313,7 +313,7 @@ void bind_stage(py::class_<Simulation>& simulation, const char* name) {
   simulation.def(name, [name](Simulation& s) {
     const cairn::StepAlone alone(s);
     const py::gil_scoped_release release;
-    cairn::Nscd& nscd = stages_of(s);
+    cairn::Nscd& nscd = stages_of(s, name);
     const cairn::Threads threads(nscd.settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
     s.timed(name, [&] { (nscd.*stage)(s); });
   });
@@ -435,9 +435,9 @@ void bind_simulation(py::module_& m) {
                (*held)(h);
              };
            })
-      .def("begin_step", [](Simulation& s, double h) { stages_of(s).begin_step(s, h); })
+      .def("begin_step", [](Simulation& s, double h) { stages_of(s, "begin_step").begin_step(s, h); })
       .def("give_impulses", &give_impulses)
-      .def("undo_step", [](Simulation& s) { stages_of(s).undo_step(s); })
+      .def("undo_step", [](Simulation& s) { stages_of(s, "undo_step").undo_step(s); })
       .def("report",
            [](Simulation& s) {
              py::dict report = report_of(s.report);

@@ -71,8 +71,10 @@ set(CAIRN_CORE_SOURCES
   fluid/fluid_grains.f90
   fluid/fluid_pressure.f90
   fluid/fluid_rates.f90
+  fluid/fluid_surface.f90
   fluid/fluid_view.f90
   integrators/energy.f90
+  integrators/free_turns.f90
   integrators/linear_scheme.f90
   integrators/rotation.f90
   integrators/verlet_spheres.f90

@@ -170,9 +170,11 @@ set(CAIRN_CXX_SOURCES
   couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
+  fluid/fluid_ends.cpp
   fluid/fluid_grains.cpp
   fluid/fluid_implicit.cpp
   fluid/fluid_skins.cpp
+  fluid/fluid_surface.cpp
   fluid/pressure_solver.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp
@@ -249,6 +251,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
   ranks/growth.cpp
+  ranks/meetings.cpp
   ranks/meshes_over_ranks.cpp
   ranks/mpi_ranks.cpp
   ranks/part.cpp

@@ -73,35 +73,46 @@ contains
     real(c_double), intent(in)    :: state(n, states)   !< see prepare
     real(c_double), intent(inout) :: r(n, c)            !< impulse [N s], then moment [N m s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    real(c_double) :: block(c, c), of_free(c), of_unit(c), q, s, held, across
-    integer :: i, k, f
+    real(c_double) :: block(c, c), of_free(c), of_unit(c), pivots(c, c), q, s, across
+    integer :: i, k, f, mask, held, blocked(c)
     do i = 1, n
       r(i, :) = 0
       if (present(status)) status(i) = merge(3, 0, state(i, s_held) > 0)
       if (.not. state(i, s_held) > 0) cycle
       block = w(i, :, :)
-      held = params(i, p_blocked)
+      mask = nint(params(i, p_blocked))
       do k = 2, min(c, 3)
         across = drag_across(c, k, params(i, p_spans), state(i, s_held), state(i, s_across))
         if (.not. across > 0) cycle
         block(k, k) = block(k, k) + 1/across
-        held = ibset(nint(held), k - 1)
+        mask = ibset(mask, k - 1)
       end do
-      call hold(c, held, block, -u_free(i, :), of_free)
+      call eliminate(c, mask, block, held, blocked, pivots)
+      call hold(c, held, blocked, pivots, -u_free(i, :), of_free)
       f = nint(params(i, p_free))
       if (f > 0) then
-        call hold(c, held, block, -w(i, :, f), of_unit)
-        q = u_free(i, f) + dot_product(w(i, f, :), of_free)
-        s = w(i, f, f) + dot_product(w(i, f, :), of_unit)
-        if (s > 16*epsilon(s)*w(i, f, f)) then
-          s = along_coordinate(q, s, params(i, :), params(i, own + 1), state(i, :))
-          of_free = of_free + s*of_unit
-          of_free(f) = s
+        if (acts(params(i, :), state(i, :))) then
+          call hold(c, held, blocked, pivots, -w(i, :, f), of_unit)
+          q = u_free(i, f) + dot_product(w(i, f, :), of_free)
+          s = w(i, f, f) + dot_product(w(i, f, :), of_unit)
+          if (s > 16*epsilon(s)*w(i, f, f)) then
+            s = along_coordinate(q, s, params(i, :), params(i, own + 1), state(i, :))
+            of_free = of_free + s*of_unit
+            of_free(f) = s
+          end if
         end if
       end if
       r(i, :) = of_free
     end do
   end subroutine cairn_law_joint_solve
+
+  !> False if the coordinate is free: without a motor, limits and a spring its impulse is none.
+  pure logical function acts(p, state)
+    real(c_double), intent(in) :: p(own)        !< parameters
+    real(c_double), intent(in) :: state(states) !< see prepare
+    acts = p(p_effort) > 0 .or. p(p_highest) < huge(p) .or. p(p_lowest) > -huge(p) .or. abs(state(s_drag)) > 0 .or. &
+           abs(state(s_pull)) > 0
+  end function acts
 
   !> Impulse along the coordinate: of the motor, the limits and the spring.
   pure real(c_double) function along_coordinate(q, s, p, h, state) result(r)
@@ -156,7 +167,8 @@ contains
         if (blocks(params(i, p_blocked), k)) then
           f(i, k) = u(i, k)/w(i, k, k)
         else if (k == nint(params(i, p_free))) then
-          f(i, k) = r(i, k) - along_coordinate(u(i, k) - w(i, k, k)*r(i, k), w(i, k, k), params(i, :), params(i, own + 1), &
+          if (acts(params(i, :), state(i, :))) &
+            f(i, k) = r(i, k) - along_coordinate(u(i, k) - w(i, k, k)*r(i, k), w(i, k, k), params(i, :), params(i, own + 1), &
                                                state(i, :))
         end if
       end do
@@ -247,33 +259,56 @@ contains
     if (c == 3 .and. k == 3) place = s_error + 3
   end function place
 
-  !> w r = q in the components that are blocked or dragged, the others of r none; by elimination without pivots: W is symmetric
-  !> and at least semidefinite, and a component that nothing moves carries nothing.
-  pure subroutine hold(c, mask, w, q, r)
-    integer(c_int32_t), intent(in) :: c       !< components
-    real(c_double), intent(in)     :: mask    !< which are blocked
-    real(c_double), intent(in)     :: w(c, c) !< [1/kg]
-    real(c_double), intent(in)     :: q(c)    !< [m/s]
-    real(c_double), intent(out)    :: r(c)    !< [N s]
-    real(c_double) :: a(c, c)
+  !> Factors W of the components that are blocked or dragged, by elimination without pivots: W is symmetric and at least
+  !> semidefinite, and a component that nothing moves carries nothing. The upper factor stands above the diagonal, the other below.
+  pure subroutine eliminate(c, mask, w, held, blocked, a)
+    integer(c_int32_t), intent(in) :: c          !< components
+    integer, intent(in)            :: mask       !< components that are blocked, as bits
+    real(c_double), intent(in)     :: w(c, c)    !< [1/kg]
+    integer, intent(out)           :: held       !< how many are blocked
+    integer, intent(out)           :: blocked(c) !< their numbers, the first `held`
+    real(c_double), intent(out)    :: a(c, c)    !< the first `held` rows and columns; pivot 0: carries nothing [1/kg]
     integer :: k, l
-    a = w
-    r = q
+    held = 0
     do k = 1, c
-      if (.not. blocks(mask, k) .or. .not. a(k, k) > 16*epsilon(w)*w(k, k)) then
-        a(k, :) = 0
-        a(:, k) = 0
-        r(k) = 0
+      if (.not. btest(mask, k - 1)) cycle
+      held = held + 1
+      blocked(held) = k
+    end do
+    a(:held, :held) = w(blocked(:held), blocked(:held))
+    do k = 1, held
+      if (.not. a(k, k) > 16*epsilon(w)*w(blocked(k), blocked(k))) then
+        a(k, :held) = 0
+        a(:held, k) = 0
         cycle
       end if
-      do l = k + 1, c
-        r(l) = r(l) - a(l, k)/a(k, k)*r(k)
-        a(l, k + 1:) = a(l, k + 1:) - a(l, k)/a(k, k)*a(k, k + 1:)
+      do l = k + 1, held
+        a(l, k) = a(l, k)/a(k, k)
+        a(l, k + 1:held) = a(l, k + 1:held) - a(l, k)*a(k, k + 1:held)
       end do
     end do
-    do k = c, 1, -1
-      if (.not. a(k, k) > 0) cycle
-      r(k) = (r(k) - dot_product(a(k, k + 1:), r(k + 1:)))/a(k, k)
+  end subroutine eliminate
+
+  !> w r = q in the components that are blocked or dragged, the others of r none.
+  pure subroutine hold(c, held, blocked, a, q, r)
+    integer(c_int32_t), intent(in) :: c                !< components
+    integer, intent(in)            :: held, blocked(c) !< see eliminate
+    real(c_double), intent(in)     :: a(c, c)          !< see eliminate
+    real(c_double), intent(in)     :: q(c)             !< [m/s]
+    real(c_double), intent(out)    :: r(c)             !< [N s]
+    real(c_double) :: x(c)
+    integer :: k, l
+    r = 0
+    x(:held) = q(blocked(:held))
+    do k = 1, held
+      if (.not. a(k, k) > 0) x(k) = 0
+      do l = k + 1, held
+        x(l) = x(l) - a(l, k)*x(k)
+      end do
+    end do
+    do k = held, 1, -1
+      if (a(k, k) > 0) x(k) = (x(k) - dot_product(a(k, k + 1:held), x(k + 1:held)))/a(k, k)
+      r(blocked(k)) = x(k)
     end do
   end subroutine hold
 end module joint

@@ -48,26 +48,23 @@ contains
 
   !> Rows of particles first to last - 1 at their places: gradients of the kernel times volumes, and for each body beside the
   !> sums over its points.
-  subroutine cairn_fluid_fill_rows(f, given, first, last, crowd, bare) bind(c)
+  subroutine cairn_fluid_fill_rows(f, given, first, last, bare) bind(c)
     type(cairn_fluid), intent(in) :: f
     type(cairn_fluid_rows), intent(in) :: given
     integer(c_int64_t), value :: first, last
-    real(c_double), intent(inout) :: crowd(0:*)     !< sum of volumes times the kernel, walls too [-]
-    integer(c_int8_t), intent(inout) :: bare(0:*)   !< 2 at a free surface, 1 beside one, 0 within
+    integer(c_int8_t), intent(inout) :: bare(0:*) !< 2 at a free surface, 1 beside one, 0 within
     type(fluid) :: v
     type(rows) :: to
     type(wall_points) :: w
     integer(c_int64_t) :: i, k, n
     integer :: j, beside
-    real(c_double) :: r(3), d, t, g, spread, inside, peak, second(3, 3), shape(3, 3)
+    real(c_double) :: r(3), d, t, g, spread, second(3, 3), shape(3, 3)
     call open_fluid(f, last, v)
     call open_rows(given, last, to)
-    peak = v%scale*v%h**2/5
     do i = first + 1, last
       n = to%first(i)
       second = 0
       spread = 0
-      inside = given%volume*peak
       beside = 0
       do k = v%first(i) + 1, v%first(i + 1)
         j = v%neighbour(k) + 1
@@ -83,7 +80,6 @@ contains
         to%pair(to%dim + 1, n) = -g
         spread = spread - g*d**2
         call add_square(second, -g, r)
-        inside = inside + given%volume*peak*t**4*(1 + 2*d/v%h)
         beside = max(beside, int(v%open(j)))
       end do
       to%used(i) = int(n - to%first(i), c_int32_t)
@@ -93,9 +89,7 @@ contains
         t = max(0.0_c_double, 1 - 0.5_c_double*d/v%h)
         spread = spread + v%scale*t**3*w%volume(k)*d**2
         call add_square(second, v%scale*t**3*w%volume(k), w%r(:, k))
-        inside = inside + w%volume(k)*peak*t**4*(1 + 2*d/v%h)
       end do
-      crowd(i - 1) = inside
       bare(i - 1) = merge(2_c_int8_t, merge(1_c_int8_t, 0_c_int8_t, beside == 2), spread < open_share*v%dim)
       call invert(v%dim, second, bare(i - 1) == 0, shape)
       if (v%dim == 2) then

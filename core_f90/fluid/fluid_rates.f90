@@ -16,7 +16,55 @@ module fluid_rates
   real(c_double), parameter :: barrier = 0.05_c_double !< of rho c^2, over a spacing
   ! Reynolds number of the spacing, times the limiter, below which viscosity does what the limiter would.
   real(c_double), parameter :: enough = 8
+  integer, parameter :: most_near = 128 !< of particles whose sums are taken at once
+
+  !> Particles within reach of one: places and velocities of that one less theirs, squares of distances, volumes and pressures.
+  type :: near_particles
+    integer :: count = 0
+    real(c_double), dimension(most_near + 1) :: r1, r2, r3, d2, u1, u2, u3, volume, pressure
+  end type near_particles
 contains
+
+  !> Puts particles within reach from place k + 1 of the list on into a block, until it is full; k: the place of the last one.
+  subroutine gather(v, own, last, k, near, held, beside)
+    type(fluid), intent(in) :: v
+    real(c_double), intent(in) :: own(8)
+    integer(c_int64_t), intent(in) :: last
+    integer(c_int64_t), intent(inout) :: k
+    type(near_particles), intent(inout) :: near
+    logical, intent(in) :: held          !< pressures as a free surface holds them
+    integer, intent(inout) :: beside     !< greatest `open` of these particles
+    real(c_double) :: r(3), d2, reach
+    integer :: j, n, place(most_near + 1)
+    reach = 4*v%h**2
+    n = 1
+    do while (k < last .and. n <= most_near)
+      k = k + 1
+      place(n) = v%neighbour(k) + 1
+      r = own(1:3) - v%record(1:3, place(n))
+      if (v%periodic) r = r - v%period*int(r*v%per + sign(0.5_c_double, r))
+      d2 = r(1)**2 + r(2)**2 + r(3)**2
+      near%r1(n) = r(1)
+      near%r2(n) = r(2)
+      near%r3(n) = r(3)
+      near%d2(n) = d2
+      n = n + merge(1, 0, d2 < reach) ! no jump: what is beyond reach is overwritten
+    end do
+    near%count = n - 1
+    do n = 1, near%count
+      j = place(n)
+      near%u1(n) = own(4) - v%record(4, j)
+      near%u2(n) = own(5) - v%record(5, j)
+      near%u3(n) = own(6) - v%record(6, j)
+      near%volume(n) = v%record(7, j)
+      near%pressure(n) = v%record(8, j)
+    end do
+    if (.not. held) return
+    do n = 1, near%count
+      near%pressure(n) = held_pressure(near%pressure(n), v%open(place(n)))
+      beside = max(beside, int(v%open(place(n))))
+    end do
+  end subroutine gather
 
   !> Rate of density of particles first to last - 1.
   subroutine cairn_fluid_density_rate(f, first, last, rate) bind(c)
@@ -25,58 +73,32 @@ contains
     real(c_double), intent(inout) :: rate(0:*) !< [kg/(m3 s)]
     type(fluid) :: v
     type(wall_points) :: w
-    logical :: periodic
-    real(c_double) :: period(3), per(3)
+    type(near_particles) :: near
     integer(c_int64_t) :: i, k
-    integer :: j
-    real(c_double) :: own(8), r(3), u(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3), rates(3, 3), shape(3, 3)
-    real(c_double) :: e1, e2, a11, a12, a22, m11, m12, m22, mirrored
+    integer :: j, beside
+    real(c_double) :: own(8), r(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3)
+    real(c_double) :: rates(3, 3), shape(3, 3), mirrored
     call open_fluid(f, last, v)
     ! Walls press with twice the pressure of a particle. Among grains the rate is the adjoint of that, with velocities that walls
     ! mirror: a particle whose share of grains rises as it leaves a wall is driven off by it otherwise.
     mirrored = merge(2, 1, v%grains)
-    periodic = v%periodic
-    period = v%period
-    per = v%per
     per_c2 = 1/v%c**2
+    beside = 0
     do i = first + 1, last
       own = v%record(:, i)
       rates = 0
       moment = 0
       spread = 0
-      a11 = 0
-      a12 = 0
-      a22 = 0
-      m11 = 0
-      m12 = 0
-      m22 = 0
-      do k = v%first(i) + 1, v%first(i + 1)
-        j = v%neighbour(k) + 1
-        r = own(1:3) - v%record(1:3, j)
-        if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
-        t = max(0.0_c_double, 1 - 0.5_c_double*sqrt(r(1)**2 + r(2)**2 + r(3)**2)/v%h)
-        g = -v%scale*t**3*v%record(7, j)
-        u = own(4:6) - v%record(4:6, j)
+      k = v%first(i)
+      do while (k < v%first(i + 1))
+        call gather(v, own, v%first(i + 1), k, near, .false., beside)
         if (v%dim == 2) then
-          e1 = g*r(1)
-          e2 = g*r(2)
-          a11 = a11 + e1*u(1)
-          a22 = a22 + e2*u(2)
-          a12 = a12 + (e2*u(1) + e1*u(2))
-          m11 = m11 - e1*r(1)
-          m22 = m22 - e2*r(2)
-          m12 = m12 - e1*r(2)
+          call add_rates_2d(v, near, own(8), rates, moment, spread)
         else
-          call add_rates(g, u, r, rates, moment)
+          call add_rates_3d(v, near, own(8), rates, moment, spread)
         end if
-        spread = spread - g*((v%record(8, j) - own(8)) + v%density*(v%resting(1)*r(1) + v%resting(2)*r(2) + v%resting(3)*r(3)))
       end do
       call wall_points_of(v, i, w)
-      if (v%dim == 2) then
-        rates(1:2, 1) = [a11, 0.5_c_double*a12]
-        rates(1:2, 2) = [0.5_c_double*a12, a22]
-        moment(1:4) = [m11, m12, 0.0_c_double, m22]
-      end if
       second = reshape([moment(1:3), moment(2), moment(4:5), moment(3), moment(5:6)], [3, 3])
       do k = 1, w%count
         r = w%r(:, k)
@@ -95,18 +117,98 @@ contains
     end do
   end subroutine cairn_fluid_density_rate
 
-  !> Adds g u r' to rates, and - g r r', as xx xy xz yy yz zz, to a moment.
-  pure subroutine add_rates(g, u, r, rates, moment)
-    real(c_double), intent(in) :: g, u(3), r(3)
-    real(c_double), intent(inout) :: rates(3, 3), moment(6)
-    integer :: l
-    do l = 1, 3
-      rates(:, l) = rates(:, l) + (g*r(l))*u
+  !> Adds the sums over particles in the plane: g u r', whose symmetric part alone acts, - g r r' as xx xy xz yy yz zz, and the
+  !> diffusion of pressures.
+  pure subroutine add_rates_2d(v, near, p, rates, moment, spread)
+    type(fluid), intent(in) :: v
+    type(near_particles), intent(in) :: near
+    real(c_double), intent(in) :: p
+    real(c_double), intent(inout) :: rates(3, 3), moment(6), spread
+    real(c_double) :: g, e1, e2, a11, a12, a22, m11, m12, m22, sum_of
+    integer :: k
+    a11 = 0
+    a12 = 0
+    a22 = 0
+    m11 = 0
+    m12 = 0
+    m22 = 0
+    sum_of = 0
+    !$omp simd reduction(+: a11, a12, a22, m11, m12, m22, sum_of) private(g, e1, e2)
+    do k = 1, near%count
+      g = -v%scale*near%volume(k)*(1 - 0.5_c_double*sqrt(near%d2(k))/v%h)**3
+      e1 = g*near%r1(k)
+      e2 = g*near%r2(k)
+      a11 = a11 + e1*near%u1(k)
+      a22 = a22 + e2*near%u2(k)
+      a12 = a12 + (e2*near%u1(k) + e1*near%u2(k))
+      m11 = m11 - e1*near%r1(k)
+      m22 = m22 - e2*near%r2(k)
+      m12 = m12 - e1*near%r2(k)
+      sum_of = sum_of - g*((near%pressure(k) - p) + v%density*(v%resting(1)*near%r1(k) + v%resting(2)*near%r2(k)))
     end do
-    moment(1:3) = moment(1:3) - (g*r(1))*r
-    moment(4:5) = moment(4:5) - (g*r(2))*r(2:3)
-    moment(6) = moment(6) - (g*r(3))*r(3)
-  end subroutine add_rates
+    rates(1, 1) = rates(1, 1) + a11
+    rates(2, 2) = rates(2, 2) + a22
+    rates(1, 2) = rates(1, 2) + 0.5_c_double*a12
+    rates(2, 1) = rates(1, 2)
+    moment(1) = moment(1) + m11
+    moment(2) = moment(2) + m12
+    moment(4) = moment(4) + m22
+    spread = spread + sum_of
+  end subroutine add_rates_2d
+
+  !> Adds the sums over particles in space: g u r', - g r r' as xx xy xz yy yz zz, and the diffusion of pressures.
+  pure subroutine add_rates_3d(v, near, p, rates, moment, spread)
+    type(fluid), intent(in) :: v
+    type(near_particles), intent(in) :: near
+    real(c_double), intent(in) :: p
+    real(c_double), intent(inout) :: rates(3, 3), moment(6), spread
+    real(c_double) :: g, e1, e2, e3, a11, a12, a13, a21, a22, a23, a31, a32, a33, m11, m12, m13, m22, m23, m33, sum_of
+    integer :: k
+    a11 = 0
+    a12 = 0
+    a13 = 0
+    a21 = 0
+    a22 = 0
+    a23 = 0
+    a31 = 0
+    a32 = 0
+    a33 = 0
+    m11 = 0
+    m12 = 0
+    m13 = 0
+    m22 = 0
+    m23 = 0
+    m33 = 0
+    sum_of = 0
+    !$omp simd reduction(+: a11, a12, a13, a21, a22, a23, a31, a32, a33, m11, m12, m13, m22, m23, m33, sum_of) &
+    !$omp private(g, e1, e2, e3)
+    do k = 1, near%count
+      g = -v%scale*near%volume(k)*(1 - 0.5_c_double*sqrt(near%d2(k))/v%h)**3
+      e1 = g*near%r1(k)
+      e2 = g*near%r2(k)
+      e3 = g*near%r3(k)
+      a11 = a11 + e1*near%u1(k)
+      a21 = a21 + e1*near%u2(k)
+      a31 = a31 + e1*near%u3(k)
+      a12 = a12 + e2*near%u1(k)
+      a22 = a22 + e2*near%u2(k)
+      a32 = a32 + e2*near%u3(k)
+      a13 = a13 + e3*near%u1(k)
+      a23 = a23 + e3*near%u2(k)
+      a33 = a33 + e3*near%u3(k)
+      m11 = m11 - e1*near%r1(k)
+      m12 = m12 - e1*near%r2(k)
+      m13 = m13 - e1*near%r3(k)
+      m22 = m22 - e2*near%r2(k)
+      m23 = m23 - e2*near%r3(k)
+      m33 = m33 - e3*near%r3(k)
+      sum_of = sum_of - g*((near%pressure(k) - p) &
+                           + v%density*(v%resting(1)*near%r1(k) + v%resting(2)*near%r2(k) + v%resting(3)*near%r3(k)))
+    end do
+    rates = rates + reshape([a11, a21, a31, a12, a22, a32, a13, a23, a33], [3, 3])
+    moment = moment + [m11, m12, m13, m22, m23, m33]
+    spread = spread + sum_of
+  end subroutine add_rates_3d
 
   !> Accelerations of particles first to last - 1, the drift that keeps them evenly spread, and what presses on half-spaces.
   subroutine cairn_fluid_acceleration(f, first, last, acceleration, drift, bare, on_planes) bind(c)
@@ -118,17 +220,13 @@ contains
     real(c_double), intent(inout) :: on_planes(6, *)      !< force, torque about the body's centre, added [N, N m]
     type(fluid) :: v
     type(wall_points) :: w
-    logical :: periodic
-    real(c_double) :: period(3), per(3)
+    type(near_particles) :: near
     integer(c_int64_t) :: i, k
     integer :: j, beside
-    real(c_double) :: own(8), other(8), r(3), u(3), a(3), s(3), push(3), d, t, g, p, spread, near, at(3)
+    real(c_double) :: own(8), a(3), s(3), push(3), g, peak, spread, at(3)
     call open_fluid(f, last, v)
-    periodic = v%periodic
-    period = v%period
-    per = v%per
-    near = max(0.0_c_double, 1 - 0.5_c_double*v%dx/v%h)
-    near = near**4*(2*v%dx/v%h + 1)
+    peak = max(0.0_c_double, 1 - 0.5_c_double*v%dx/v%h)
+    peak = peak**4*(2*v%dx/v%h + 1)
     do i = first + 1, last
       own = v%record(:, i)
       own(8) = held_pressure(own(8), v%open(i))
@@ -136,20 +234,10 @@ contains
       s = 0
       spread = 0
       beside = 0
-      do k = v%first(i) + 1, v%first(i + 1)
-        j = v%neighbour(k) + 1
-        other = v%record(:, j)
-        r = own(1:3) - other(1:3)
-        if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
-        d = sqrt(r(1)**2 + r(2)**2 + r(3)**2)
-        t = max(0.0_c_double, 1 - 0.5_c_double*d/v%h)
-        g = -v%scale*t**3*other(7)
-        u = own(4:6) - other(4:6)
-        p = own(8) + held_pressure(other(8), v%open(j)) + approach(v, u(1)*r(1) + u(2)*r(2) + u(3)*r(3), d)
-        a = a + g*(2*v%viscosity*u - p*r)
-        s = s - g*(1 + 0.2_c_double*(t**4*(2*d/v%h + 1)/near)**4)*r
-        spread = spread - g*d**2
-        if (t > 0) beside = max(beside, int(v%open(j)))
+      k = v%first(i)
+      do while (k < v%first(i + 1))
+        call gather(v, own, v%first(i + 1), k, near, .true., beside)
+        call add_forces(v, near, own(8), peak, a, s, spread)
       end do
       call wall_points_of(v, i, w)
       do k = 1, w%count
@@ -170,6 +258,43 @@ contains
       drift(:, i - 1) = merge(s, 0*s, bare(i - 1) == 0 .and. w%count == 0) ! shear along walls would go with it
     end do
   end subroutine cairn_fluid_acceleration
+
+  !> Adds the sums over particles: accelerations by pressure and viscosity over density, the slope of the concentration, and
+  !> the divergence of places.
+  pure subroutine add_forces(v, near, p, peak, a, s, spread)
+    type(fluid), intent(in) :: v
+    type(near_particles), intent(in) :: near
+    real(c_double), intent(in) :: p, peak !< the kernel at a spacing
+    real(c_double), intent(inout) :: a(3), s(3), spread
+    real(c_double) :: a1, a2, a3, s1, s2, s3, sum_of, d, t, g, f, c, both
+    integer :: k
+    a1 = 0
+    a2 = 0
+    a3 = 0
+    s1 = 0
+    s2 = 0
+    s3 = 0
+    sum_of = 0
+    both = 2*v%viscosity
+    !$omp simd reduction(+: a1, a2, a3, s1, s2, s3, sum_of) private(d, t, g, f, c)
+    do k = 1, near%count
+      d = sqrt(near%d2(k))
+      t = 1 - 0.5_c_double*d/v%h
+      g = -v%scale*near%volume(k)*t**3
+      f = p + near%pressure(k) + approach(v, near%u1(k)*near%r1(k) + near%u2(k)*near%r2(k) + near%u3(k)*near%r3(k), d)
+      c = 1 + 0.2_c_double*(t**4*(2*d/v%h + 1)/peak)**4
+      a1 = a1 + g*(both*near%u1(k) - f*near%r1(k))
+      a2 = a2 + g*(both*near%u2(k) - f*near%r2(k))
+      a3 = a3 + g*(both*near%u3(k) - f*near%r3(k))
+      s1 = s1 - g*c*near%r1(k)
+      s2 = s2 - g*c*near%r2(k)
+      s3 = s3 - g*c*near%r3(k)
+      sum_of = sum_of - g*near%d2(k)
+    end do
+    a = a + [a1, a2, a3]
+    s = s + [s1, s2, s3]
+    spread = spread + sum_of
+  end subroutine add_forces
 
   !> Forces of the fluid on points first to last - 1 of surfaces.
   subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force) bind(c)

@@ -146,8 +146,9 @@ contains
     integer(c_int64_t), intent(in) :: i
     integer, intent(in) :: p
     type(wall_points), intent(inout) :: w
-    real(c_double) :: n(3), t(3), s(3), r(3), at(3), high, deep, reach
-    integer :: layer, k, l, most, other, depth_layers
+    real(c_double) :: n(3), t(3), s(3), r(3), at(3), high, deep, reach, across
+    integer :: layer, k, l, most, other, depth_layers, beside
+    logical :: turns
     n = f%plane(4:6, p)
     r = f%record(1:3, i) - f%plane(1:3, p)
     high = dot_product(r, n)
@@ -164,24 +165,31 @@ contains
       t = t/sqrt(sum(t**2))
       s = [n(2)*t(3) - n(3)*t(2), n(3)*t(1) - n(1)*t(3), n(1)*t(2) - n(2)*t(1)]
     end if
+    do beside = p - 1, 1, -1 ! the last half-space before it whose points may be its own
+      if (dot_product(f%record(1:3, i) - f%plane(1:3, beside), f%plane(4:6, beside)) < 1.001_c_double*reach) exit
+    end do
+    turns = any(abs(f%plane(13:15, p)) > 0)
     depth_layers = ceiling(reach/f%dx)
     most = int(reach/f%dx)
     do layer = 1, depth_layers
       deep = (layer - 0.5_c_double)*f%dx
       if (high + deep >= reach) exit
+      across = (1.001_c_double*reach**2 - (high + deep)**2)/f%dx**2 ! a bound: the distance itself decides
       do l = merge(-most, 0, f%dim == 3), merge(most, 0, f%dim == 3)
         do k = -most, most
+          if (k*k + l*l > across) cycle
           r = (high + deep)*n + k*f%dx*t + l*f%dx*s
           if (sum(r**2) >= reach**2) cycle
           at = f%record(1:3, i) - r
-          do other = 1, p - 1
+          do other = 1, beside
             if (dot_product(at - f%plane(1:3, other), f%plane(4:6, other)) < 0) exit
           end do
-          if (other < p .or. w%count == most_wall_points) cycle
+          if (other <= beside .or. w%count == most_wall_points) cycle
           w%count = w%count + 1
           w%r(:, w%count) = r
           at = at - f%plane(7:9, p)
-          w%velocity(:, w%count) = f%plane(10:12, p) + cross(f%plane(13:15, p), at)
+          w%velocity(:, w%count) = f%plane(10:12, p)
+          if (turns) w%velocity(:, w%count) = f%plane(10:12, p) + cross(f%plane(13:15, p), at)
           w%normal(:, w%count) = n
           w%depth(w%count) = deep
           w%volume(w%count) = f%dx**f%dim

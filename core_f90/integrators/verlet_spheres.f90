@@ -90,10 +90,26 @@ contains
     do i = first, last - 4, 4
       call kick_four(time, weights, inverse_mass(:, i:i + 3), force(:, i:i + 3), velocity(:, i:i + 3))
     end do
-    do i = last - mod(last - first, 4_c_int64_t), last - 1
-      velocity(:, i) = velocity(:, i) + time*(inverse_mass(:, i)*force(:, i) + merge(weight, 0*weight, inverse_mass(:, i) > 0))
-    end do
+    i = last - mod(last - first, 4_c_int64_t)
+    if (i < last) call kick_few(int(last - i), time, weights, inverse_mass(:, i:last - 1), force(:, i:last - 1), &
+                                velocity(:, i:last - 1))
   end subroutine kick
+
+  !> Less than four bodies go the way of four, so that no bit depends on which bodies stand beside each other.
+  pure subroutine kick_few(n, time, weight, inverse_mass, force, velocity)
+    integer, intent(in)           :: n !< bodies
+    real(c_double), intent(in)    :: time, weight(24), inverse_mass(6, n), force(6, n)
+    real(c_double), intent(inout) :: velocity(6, n)
+    real(c_double) :: inverse(6, 4), push(6, 4), v(6, 4)
+    inverse = 0
+    push = 0
+    v = 0
+    inverse(:, 1:n) = inverse_mass
+    push(:, 1:n) = force
+    v(:, 1:n) = velocity
+    call kick_four(time, weight, inverse, push, v)
+    velocity = v(:, 1:n)
+  end subroutine kick_few
 
   pure subroutine kick_four(time, weight, inverse_mass, force, velocity)
     real(c_double), intent(in)    :: time, weight(24), inverse_mass(24), force(24)

@@ -3,6 +3,7 @@
 module verlet_uneven
   use, intrinsic :: iso_c_binding, only: c_int64_t, c_double, c_int8_t
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use free_turns, only: some, turn_freely, turns_little
   use rotation, only: cairn_rotate, cairn_momentum_update
   implicit none
   private
@@ -27,33 +28,82 @@ contains
     real(c_double), intent(in), optional :: force(6, 0:*)      !< mean over the step [N, N m]
     real(c_double), intent(in), optional :: damping(0:*)       !< per unit of mass [1/s]
     integer(c_int8_t), intent(in), optional :: driven(0:*)     !< bits 3 to 5: driven spins, all or none
-    real(c_double) :: torque(3), momentum(3, 1), q(4, 1), v(6, 1), old(6, 1), moments(3, 1)
-    integer(c_int64_t) :: i, k, failed
-    do k = 1, n
-      i = body(k)
-      turned(1:4, k) = rotation(:, i)
-      turned(5:7, k) = velocity(4:6, i)
-      if (is_driven(driven, i)) cycle
-      torque = contact_force(4:6, i)
-      if (present(force)) torque = torque + force(4:6, i)
-      if (present(damping)) torque = torque - damping(i)*angular_momentum(:, i)
-      angular_momentum(:, i) = angular_momentum(:, i) + 0.5_c_double*h*torque
-      momentum(:, 1) = angular_momentum(:, i)
-      moments(:, 1) = inertia(:, i)
-      q(:, 1) = rotation(:, i)
-      v(:, 1) = velocity(:, i)
-      old = v
-      call cairn_rotate(1_c_int64_t, 0.5_c_double*h, moments, v, q, momentum, unsolved=failed)
-      call cairn_momentum_update(1_c_int64_t, 0, moments, q, old, v, momentum)
-      velocity(4:6, i) = v(4:6, 1)
-      turned(5:7, k) = v(4:6, 1)
-      if (failed > 0) unsolved = i
-      call cairn_rotate(1_c_int64_t, 0.5_c_double*h, moments, v, q, momentum, unsolved=failed)
-      turned(1:4, k) = q(:, 1)
-      if (failed > 0) unsolved = i
-      fastest = max(fastest, sum((momentum(:, 1)/minval(moments))**2))
+    real(c_double) :: torque(3)
+    integer(c_int64_t) :: i, k, first, who(some)
+    integer :: m
+    do first = 1, n, some
+      m = 0
+      do k = first, min(first + some - 1, n)
+        i = body(k)
+        turned(1:4, k) = rotation(:, i)
+        turned(5:7, k) = velocity(4:6, i)
+        if (is_driven(driven, i)) cycle
+        torque = contact_force(4:6, i)
+        if (present(force)) torque = torque + force(4:6, i)
+        if (present(damping)) torque = torque - damping(i)*angular_momentum(:, i)
+        angular_momentum(:, i) = angular_momentum(:, i) + 0.5_c_double*h*torque
+        fastest = max(fastest, sum((angular_momentum(:, i)/minval(inertia(:, i)))**2))
+        if (turns_little(0.5_c_double*h, inertia(:, i), angular_momentum(:, i))) then
+          m = m + 1
+          who(m) = k
+        else
+          call turn_alone(i, h, inertia(:, i), angular_momentum(:, i), velocity(:, i), turned(:, k), unsolved)
+        end if
+      end do
+      if (m > 0) call turn_together(m, who, n, body, h, inertia, angular_momentum, velocity, turned, unsolved)
     end do
   end subroutine cairn_uneven_begin
+
+  !> Orientation at the end of the step and spin in its middle of a body that turns far in a step.
+  pure subroutine turn_alone(i, h, inertia, momentum, velocity, turned, unsolved)
+    integer(c_int64_t), intent(in)    :: i !< body
+    real(c_double), intent(in)        :: h, inertia(3), momentum(3)
+    real(c_double), intent(inout)     :: velocity(6), turned(7)
+    integer(c_int64_t), intent(inout) :: unsolved
+    real(c_double) :: moved(3, 1), q(4, 1), v(6, 1), old(6, 1), moments(3, 1)
+    integer(c_int64_t) :: failed
+    moved(:, 1) = momentum
+    moments(:, 1) = inertia
+    q(:, 1) = turned(1:4)
+    v(:, 1) = velocity
+    old = v
+    call cairn_rotate(1_c_int64_t, 0.5_c_double*h, moments, v, q, moved, unsolved=failed)
+    call cairn_momentum_update(1_c_int64_t, 0, moments, q, old, v, moved)
+    velocity(4:6) = v(4:6, 1)
+    turned(5:7) = v(4:6, 1)
+    if (failed > 0) unsolved = i
+    call cairn_rotate(1_c_int64_t, 0.5_c_double*h, moments, v, q, moved, unsolved=failed)
+    turned(1:4) = q(:, 1)
+    if (failed > 0) unsolved = i
+  end subroutine turn_alone
+
+  !> The same of those that turn little, side by side; bodies that are none fill up.
+  pure subroutine turn_together(m, who, n, body, h, inertia, angular_momentum, velocity, turned, unsolved)
+    integer, intent(in)               :: m
+    integer(c_int64_t), intent(in)    :: who(some), n, body(n)
+    real(c_double), intent(in)        :: h, inertia(3, 0:*), angular_momentum(3, 0:*)
+    real(c_double), intent(inout)     :: velocity(6, 0:*), turned(7, n)
+    integer(c_int64_t), intent(inout) :: unsolved
+    real(c_double) :: moments(some, 3), momentum(some, 3), q(some, 4), spin(some, 3)
+    integer :: j, failed(some), again(some)
+    moments(m + 1:, :) = 1
+    momentum(m + 1:, :) = 0
+    q(m + 1:, 1) = 1
+    q(m + 1:, 2:) = 0
+    do j = 1, m
+      moments(j, :) = inertia(:, body(who(j)))
+      momentum(j, :) = angular_momentum(:, body(who(j)))
+      q(j, :) = turned(1:4, who(j))
+    end do
+    call turn_freely(0.5_c_double*h, moments, momentum, q, spin, failed)
+    call turn_freely(0.5_c_double*h, moments, momentum, q, spin, again)
+    do j = 1, m
+      turned(1:4, who(j)) = q(j, :)
+      turned(5:7, who(j)) = spin(j, :)
+      velocity(4:6, body(who(j))) = spin(j, :)
+      if (failed(j) + again(j) > 0) unsolved = body(who(j))
+    end do
+  end subroutine turn_together
 
   !> Momentum and spin at the end of the step; terms of the energy if they are asked for.
   pure subroutine cairn_uneven_end(n, body, h, inertia, contact_force, rotation, turned, velocity, angular_momentum, wrong, &

@@ -1,12 +1,13 @@
 !> The fast way for contacts of spheres that are centred on their bodies: smooth_contacts3 does the same for all shapes.
 !> A sphere is one record of 12 numbers: x y z r, velocity (3), 0, spin (3), inverse mass (0 if it is held). What a contact needs of
-!> two spheres are the differences of all and the sums of the last four.
+!> two spheres are the differences of all and the sums of the last four. Spheres beside the centres of their bodies, as those of
+!> clumps, have the velocity of their own centre, so that contacts see no difference; forces alone return to the body.
 module smooth_spheres3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_int8_t, c_double
   implicit none
   private
-  public :: cairn_sphere_records, cairn_sphere_gather, cairn_sphere_scatter, near_lanes, load_lanes, localize, wrenches, &
-            springs_in_space, push_bodies
+  public :: cairn_sphere_records, cairn_clump_records, cairn_sphere_gather, cairn_sphere_scatter, near_lanes, load_lanes, &
+            localize, wrenches, springs_in_space, push_bodies, add_offset_moments
 
   integer, parameter, public :: lanes = 128
   ! Between these squares of distances neither digits nor range are lost; beyond, the general way is taken.
@@ -32,6 +33,36 @@ contains
       record(12, i) = inverse_mass(1, i)
     end do
   end subroutine cairn_sphere_records
+
+  !> Records of spheres that stand beside the centres of their bodies, one a contactor, and their offsets in space axes.
+  pure subroutine cairn_clump_records(first, last, body, centre, radius, grain, position, velocity, record, offset) bind(c)
+    integer(c_int64_t), value      :: first, last       !< contactors first to last - 1
+    integer(c_int32_t), intent(in) :: body(0:*)         !< body that carries the contactor
+    real(c_double), intent(in)     :: centre(3, 0:*)    !< of contactors [m]
+    real(c_double), intent(in)     :: radius(0:*)       !< of contactors [m]
+    real(c_double), intent(in)     :: grain(2, 0:*)     !< of contactors: curvature [1/m], inverse mass, 0 if held [1/kg]
+    real(c_double), intent(in)     :: position(3, 0:*)  !< of bodies [m]
+    real(c_double), intent(in)     :: velocity(6, 0:*)  !< of bodies [m/s, rad/s]
+    real(c_double), intent(inout)  :: record(12, 0:*)   !< of contactors
+    real(c_double), intent(inout)  :: offset(4, 0:*)    !< from the centre of the body to that of the contactor [m], 0
+    real(c_double) :: o(3), w(3)
+    integer(c_int64_t) :: i, k
+    do i = first, last - 1
+      k = body(i)
+      o = centre(:, i) - position(:, k)
+      w = velocity(4:6, k)
+      record(1:3, i) = centre(:, i)
+      record(4, i) = radius(i)
+      record(5, i) = velocity(1, k) + (w(2)*o(3) - w(3)*o(2))
+      record(6, i) = velocity(2, k) + (w(3)*o(1) - w(1)*o(3))
+      record(7, i) = velocity(3, k) + (w(1)*o(2) - w(2)*o(1))
+      record(8, i) = 0
+      record(9:11, i) = w
+      record(12, i) = grain(2, i)
+      offset(1:3, i) = o
+      offset(4, i) = 0
+    end do
+  end subroutine cairn_clump_records
 
   !> Lanes of the pairs closer than the reach of their law, with all that the law and the scatter need of them.
   pure subroutine cairn_sphere_gather(n, body_a, body_b, record, reach, h, stored, active, lane, count, filled, frame, arm, u, &
@@ -251,6 +282,35 @@ contains
       on_b(4, i) = -arm(i, 2)*cx; on_b(5, i) = -arm(i, 2)*cy; on_b(6, i) = -arm(i, 2)*cz
     end do
   end subroutine wrenches
+
+  !> Moments about the centres of the bodies, in place of those about the centres of the spheres.
+  pure subroutine add_offset_moments(n, m, lane, a, b, offset, on_a, on_b)
+    integer(c_int32_t), intent(in) :: n                !< pairs
+    integer(c_int32_t), intent(in) :: m                !< lanes
+    integer(c_int32_t), intent(in) :: lane(m)          !< pair of each, from 1
+    integer(c_int32_t), intent(in) :: a(n), b(n)       !< contactors, from 0
+    real(c_double), intent(in)     :: offset(4, 0:*)   !< of contactors from their bodies, in space axes [m]
+    real(c_double), intent(inout)  :: on_a(6, lanes), on_b(6, lanes) !< in space axes [N, N m]
+    real(c_double) :: of_a(4, lanes), of_b(4, lanes)
+    integer :: i, k, ia, ib
+    do i = 1, m
+      ia = a(lane(i)); ib = b(lane(i))
+      !$omp simd simdlen(4)
+      do k = 1, 4
+        of_a(k, i) = offset(k, ia)
+        of_b(k, i) = offset(k, ib)
+      end do
+    end do
+    !$omp simd
+    do i = 1, m
+      on_a(4, i) = on_a(4, i) + (of_a(2, i)*on_a(3, i) - of_a(3, i)*on_a(2, i))
+      on_a(5, i) = on_a(5, i) + (of_a(3, i)*on_a(1, i) - of_a(1, i)*on_a(3, i))
+      on_a(6, i) = on_a(6, i) + (of_a(1, i)*on_a(2, i) - of_a(2, i)*on_a(1, i))
+      on_b(4, i) = on_b(4, i) + (of_b(2, i)*on_b(3, i) - of_b(3, i)*on_b(2, i))
+      on_b(5, i) = on_b(5, i) + (of_b(3, i)*on_b(1, i) - of_b(1, i)*on_b(3, i))
+      on_b(6, i) = on_b(6, i) + (of_b(1, i)*on_b(2, i) - of_b(2, i)*on_b(1, i))
+    end do
+  end subroutine add_offset_moments
 
   !> A tangential vector of the state of each lane in space axes.
   pure subroutine springs_in_space(m, frame, state, spring)

@@ -1,7 +1,9 @@
-!> The fast way for contacts of spheres (smooth_spheres3) under laws that keep scalars and several springs, or that give moments.
+!> The fast way for contacts of spheres (smooth_spheres3) under laws that keep scalars and several springs, or that give moments,
+!> and for spheres beside the centres of their bodies.
 module smooth_states3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int8_t, c_double
-  use smooth_spheres3, only: lanes, near_lanes, load_lanes, localize, wrenches, springs_in_space, push_bodies
+  use smooth_spheres3, only: lanes, near_lanes, load_lanes, localize, wrenches, springs_in_space, push_bodies, &
+                             add_offset_moments
   implicit none
   private
   public :: cairn_sphere_gather_states, cairn_sphere_scatter_states
@@ -146,7 +148,8 @@ contains
   !> Forces and moments of the lanes onto their bodies, states back into space axes. What acts on a body of another tile goes to
   !> other.
   pure subroutine cairn_sphere_scatter_states(n, count, m, lane, body_a, body_b, frame, arm, f, scalars, vectors, states, state, &
-                                              stored, lane_force, force, other, moment, lane_moment) bind(c)
+                                              stored, lane_force, force, other, moment, lane_moment, a, b, offset) &
+    bind(c)
     integer(c_int32_t), value      :: n                 !< pairs
     integer(c_int32_t), value      :: count             !< lanes that count
     integer(c_int32_t), value      :: m                 !< lanes
@@ -164,9 +167,13 @@ contains
     real(c_double), intent(inout), optional :: other(6, n) !< on B, if it is of another tile
     real(c_double), intent(in), optional    :: moment(m, 3) !< on A along n, t, s [N m]
     real(c_double), intent(inout), optional :: lane_moment(3, n) !< on A in space axes [N m]
+    integer(c_int32_t), intent(in), optional :: a(n), b(n) !< contactors, from 0
+    real(c_double), intent(in), optional :: offset(4, 0:*) !< of contactors from their bodies, in space axes [m], 0
     real(c_double) :: on_a(6, lanes), on_b(6, lanes), space(3, lanes)
     integer :: i, k, l
     call wrenches(m, frame, arm, f, on_a, on_b)
+    if (present(a) .and. present(b) .and. present(offset)) & ! else spheres stand at the centres of their bodies
+      call add_offset_moments(n, m, lane, a, b, offset, on_a, on_b)
     if (present(moment) .and. present(lane_moment)) &
       call add_moments(n, count, m, lane, frame, moment, on_a, on_b, lane_moment)
     call store_scalars(n, count, m, lane, scalars, states, state, stored)

@@ -98,7 +98,7 @@ inline void require(const void* pointer, const char* name) {
 }
 
 // The simulation, refused while it makes a step that `call` would find half done; gives_loads: but for its function
-// of cairn_simulation_before_parts.
+// of cairn_simulation_before_parts. Over ranks, all make the call.
 inline cairn_simulation& between_steps(cairn_simulation* simulation, const char* call, bool gives_loads = false) {
   require(simulation, "simulation");
   const int work = simulation->work;
@@ -106,6 +106,7 @@ inline cairn_simulation& between_steps(cairn_simulation* simulation, const char*
     throw Error(std::string(call) +
                 " stands between steps, and one is being made, which called this function: call it once "
                 "cairn_simulation_step has returned");
+  if (work == cairn_simulation::nothing) simulation->simulation.strategy().meet(call);
   return *simulation;
 }
 

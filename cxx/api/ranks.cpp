@@ -16,9 +16,9 @@ void give_to(cairn_simulation* simulation, const char* call, std::shared_ptr<cai
   s.strategy().check_laws(s);
 }
 
-cairn::OverRanks& ranked(cairn_simulation* simulation, const char* call) {
-  if (auto* found = dynamic_cast<cairn::OverRanks*>(&between_steps(simulation, call).simulation.strategy()))
-    return *found;
+cairn::OverRanks& ranked(cairn_simulation* simulation) {
+  require(simulation, "simulation");
+  if (auto* found = dynamic_cast<cairn::OverRanks*>(&simulation->simulation.strategy())) return *found;
   throw Error("the simulation does not run over ranks: call cairn_simulation_over_mpi");
 }
 
@@ -43,14 +43,15 @@ int32_t cairn_simulation_over_ranks(cairn_simulation* simulation, int32_t ranks,
 
 int32_t cairn_simulation_ranks(cairn_simulation* simulation, int32_t* rank, int32_t* ranks, cairn_error* error) {
   return guarded(error, [&] {
-    const auto& exchange = ranked(simulation, "cairn_simulation_ranks").shared_exchange();
+    const auto& exchange = ranked(simulation).shared_exchange();
     if (rank) *rank = exchange->local().front();
     if (ranks) *ranks = exchange->ranks();
   });
 }
 
 int32_t cairn_simulation_gather(cairn_simulation* simulation, cairn_error* error) {
-  return guarded(error, [&] { ranked(simulation, "cairn_simulation_gather").gather(simulation->simulation); });
+  return guarded(error,
+                 [&] { ranked(simulation).gather(between_steps(simulation, "cairn_simulation_gather").simulation); });
 }
 
 } // extern "C"

@@ -166,10 +166,15 @@ bool JointDrift::bends(const cairn_batch& b, int lane) const {
          turns(b.mapped_b != 0, b.moves_b != 0, b.body_b[lane]);
 }
 
-// f(batch, lane, component, miss) by the records, which hold the velocities of a solution.
-template <class F>
-void JointDrift::each_miss(F&& f) const {
-  for (const cairn_batch& b : system_.batches) {
+// Finds the errors of blocked components by the records, which hold the velocities of a solution: position errors of
+// joints, small beside the relative speed of their bodies, in any frame of the scene; below the rounding of positions
+// and velocities there is nothing to correct.
+JointMiss JointDrift::largest_miss(double least) {
+  JointMiss found;
+  Speeds speeds;
+  missed_.clear();
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
     if (!law_infos()[b.law].joins) continue;
     const bool of_mesh = b.mapped_a || b.mapped_b;
     for (int lane = 0; lane < b.contacts; ++lane) {
@@ -180,46 +185,48 @@ void JointDrift::each_miss(F&& f) const {
       double error[6];
       pose_ahead(b, lane, in_.h, pose);
       frames_.errors(b, lane, pose, error);
+      const std::size_t first = missed_.size();
       for (int c = 0; c < (of_mesh ? in_.dim() : b.components); ++c)
-        if (blocked >> c & 1) f(b, lane, c, error[in_.dim() == 2 && c == 2 ? 3 : c]);
+        if (blocked >> c & 1) missed_.push_back({k, lane, c, error[in_.dim() == 2 && c == 2 ? 3 : c], 0});
+      if (missed_.size() == first) continue;
+      add_speeds(b, lane, speeds);
+      const double length = length_of_joint(b, lane, anchors_.of(i));
+      for (std::size_t n = first; n < missed_.size(); ++n) {
+        const bool moves = missed_[n].component < in_.dim();
+        const double miss = std::abs(missed_[n].error), share = miss / (moves ? length : 1);
+        if (moves) found.gap = std::max(found.gap, miss);
+        if (found.contact < 0 || share > found.error) found.error = share, found.contact = i;
+      }
+      found.swing = std::max(found.swing, swing_of(b, lane, length));
     }
   }
+  found.small = found.gap / in_.h <= std::max(least * speeds.fastest, speeds.rounding);
+  return found;
 }
 
-// Position errors of joints, small beside the relative speed of their bodies, in any frame of the scene; below the
-// rounding of positions and velocities there is nothing to correct.
-JointMiss JointDrift::largest_miss(double least) const {
-  JointMiss found;
-  double fastest = 0, rounding = 0;
-  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    const std::int64_t i = system_.candidate[b.first + lane];
-    const Anchor& anchor = anchors_.of(i);
-    double one[6], two[6], at_a[3], at_b[3], apart = 0, whole = 0, place = 0;
-    velocity_of_end(b, false, lane, one);
-    velocity_of_end(b, true, lane, two);
-    in_.carrier_at(in_.candidates->contactor_a[i], at_a);
-    in_.carrier_at(in_.candidates->contactor_b[i], at_b);
-    for (int k = 0; k < in_.dim(); ++k) {
-      apart = std::hypot(apart, one[k] - two[k]);
-      whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
-      place = std::max({place, std::abs(at_a[k]), std::abs(at_b[k])});
-    }
-    rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / in_.h + whole));
-    for (const auto& [x, arm] :
-         {std::pair{&one[0], anchor.a}, std::pair{&two[0], anchor.b}}) { // how fast an end turns about its body
-      double spin = 0, length = 0;
-      for (int k = in_.dim(); k < 3 * in_.dim() - 3; ++k) spin = std::hypot(spin, x[k]);
-      for (int k = 0; k < in_.dim(); ++k) length = std::hypot(length, arm[k]);
-      apart = std::max(apart, spin * length);
-    }
-    fastest = std::max(fastest, apart);
-    const double length = length_of_joint(b, lane, anchor), error = std::abs(miss) / (c < in_.dim() ? length : 1);
-    if (c < in_.dim()) found.gap = std::max(found.gap, std::abs(miss));
-    if (found.contact < 0 || error > found.error) found.error = error, found.contact = i;
-    found.swing = std::max(found.swing, swing_of(b, lane, length));
-  });
-  found.small = found.gap / in_.h <= std::max(least * fastest, rounding);
-  return found;
+// Adds a joint to the largest relative speed of ends and to the rounding of their places and velocities.
+void JointDrift::add_speeds(const cairn_batch& b, int lane, Speeds& speeds) const {
+  const std::int64_t i = system_.candidate[b.first + lane];
+  const Anchor& anchor = anchors_.of(i);
+  double one[6], two[6], at_a[3], at_b[3], apart = 0, whole = 0, place = 0;
+  velocity_of_end(b, false, lane, one);
+  velocity_of_end(b, true, lane, two);
+  in_.carrier_at(in_.candidates->contactor_a[i], at_a);
+  in_.carrier_at(in_.candidates->contactor_b[i], at_b);
+  for (int k = 0; k < in_.dim(); ++k) {
+    apart = std::hypot(apart, one[k] - two[k]);
+    whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
+    place = std::max({place, std::abs(at_a[k]), std::abs(at_b[k])});
+  }
+  speeds.rounding = std::max(speeds.rounding, std::numeric_limits<double>::epsilon() * (place / in_.h + whole));
+  for (const auto& [x, arm] :
+       {std::pair{&one[0], anchor.a}, std::pair{&two[0], anchor.b}}) { // how fast an end turns about its body
+    double spin = 0, length = 0;
+    for (int k = in_.dim(); k < 3 * in_.dim() - 3; ++k) spin = std::hypot(spin, x[k]);
+    for (int k = 0; k < in_.dim(); ++k) length = std::hypot(length, arm[k]);
+    apart = std::max(apart, spin * length);
+  }
+  speeds.fastest = std::max(speeds.fastest, apart);
 }
 
 // How far from the middles of its bodies a joint holds them, or apart; at the middle of both, how far these reach.
@@ -250,23 +257,18 @@ double JointDrift::swing_of(const cairn_batch& b, int lane, double length) const
 }
 
 void JointDrift::keep() {
-  std::size_t n = 0;
-  each_miss([&](const cairn_batch&, int, int, double) { ++n; });
-  fit(biases_, n);
-  fit(misses_, n);
-  n = 0;
-  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    biases_[n] = b.bias[c * b.count + lane];
-    misses_[n++] = miss;
-  });
+  kept_.swap(missed_);
+  missed_.clear();
+  for (Missed& one : kept_) one.bias = *bias_of(one);
 }
 
 void JointDrift::correct(double share) {
-  std::size_t n = 0;
-  each_miss([&](const cairn_batch& b, int lane, int c, double) {
-    b.bias[c * b.count + lane] = biases_[n] + share * misses_[n] / in_.h;
-    ++n;
-  });
+  for (const Missed& one : kept_) *bias_of(one) = one.bias + share * one.error / in_.h;
+}
+
+double* JointDrift::bias_of(const Missed& one) const {
+  const cairn_batch& b = system_.batches[one.batch];
+  return &b.bias[one.component * b.count + one.lane];
 }
 
 // Eases joints whose blocked direction is nearly orthogonal to all possible motions of their bodies, such as a weight

@@ -15,7 +15,8 @@ public:
       : in_(in), classes_(classes), anchors_(anchors), frames_(frames), ropes_(ropes), system_(system) {}
   // Once a solution is there; small: no more than `least` of the speed of joints.
   JointMiss miss(const Bodies& bodies, double least);
-  // Stores the biases for the next solution and the present errors; then sets biases that correct a share of these.
+  // Stores the errors that miss() found last and the biases for the next solution; then sets biases that correct a
+  // share of these errors.
   void keep();
   void correct(double share);
   bool ease(const Bodies& bodies, bool settled);
@@ -27,12 +28,20 @@ public:
   double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;
 
 private:
+  struct Missed { // a blocked component
+    std::size_t batch;
+    int lane, component;
+    double error, bias; // [m or rad], [m/s or rad/s]
+  };
+  struct Speeds {
+    double fastest = 0, rounding = 0; // [m/s]
+  };
   void velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const;
   void velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const;
   bool bends(const cairn_batch& b, int lane) const;
-  template <class F>
-  void each_miss(F&& f) const;
-  JointMiss largest_miss(double least) const;
+  JointMiss largest_miss(double least);
+  void add_speeds(const cairn_batch& b, int lane, Speeds& speeds) const;
+  double* bias_of(const Missed& one) const;
   double far_ahead(std::int64_t i, double time) const;
   double swing_of(const cairn_batch& b, int lane, double length) const;
   bool any_spans() const;
@@ -46,7 +55,7 @@ private:
   const AnchorFrames& frames_;
   const Ropes& ropes_;
   ContactSystem& system_;
-  std::vector<double> biases_, misses_; // in the order of each_miss [m/s], [m]
+  std::vector<Missed> missed_, kept_; // by the last velocities, and those that keep() stored
 };
 
 } // namespace cairn

@@ -83,6 +83,7 @@ void Network::remember_shapes(const Scene& scene, const Network* before) {
 const double* Network::seen(const double* at_begin) const { return parts_->loads.seen(at_begin); }
 void Network::expect(std::vector<double> end) { parts_->loads.expect(std::move(end)); }
 void Network::changed() { parts_->rows.order = -1; }
+double Network::held_power(std::size_t unknown) const { return parts_->heat.held_power(unknown); }
 
 std::int64_t Network::bytes() const {
   std::int64_t sum = parts_->rows.bytes() + parts_->spots.bytes() + parts_->films.bytes() + parts_->branches.bytes() +

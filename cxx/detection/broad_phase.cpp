@@ -20,6 +20,7 @@ constexpr std::int64_t cells_at_once = 2048;
 void BroadPhase::begin() {
   for (auto* array : {&item_x_, &item_reach_}) *array = {};
   for (auto* array : {&bounded_, &item_contactor_, &item_lattice_, &ghost_of_, &place_}) *array = {};
+  triangle_ = {};
   lists_.resize(std::max<std::size_t>(lists_.size(), omp_get_max_threads()));
   for (PairList& list : lists_) list.begin();
 }
@@ -115,10 +116,24 @@ void BroadPhase::admit(PairList& list, std::int64_t added) const {
   list.count += kept;
 }
 
+// Items that are triangles, which meet no triangles (pairs.def); null if there are none.
+const std::int8_t* BroadPhase::triangles() {
+  if (!scene_.contactors->hull.active || scene_.dim == 2) return nullptr;
+  triangle_.make_room(*scene_.scratch, items_);
+  const std::int16_t* shape = scene_.contactors->shape.values.data();
+  const std::int32_t* contactor = scene_.any_periodic ? item_contactor_.begin() : bounded_.begin();
+  bool any = false;
+  for (std::int64_t i = 0; i < items_; ++i) {
+    triangle_[i] = shape[contactor[i]] == std::int16_t(Shape::facet);
+    any = any || triangle_[i];
+  }
+  return any ? triangle_.begin() : nullptr;
+}
+
 void BroadPhase::search_grid() {
   const bool direct = !scene_.any_periodic && items_ == scene_.contactors->count;
   grid_.build(scene_.dim, items_, direct ? scene_.centre.data() : item_x_.data(),
-              direct ? scene_.reach.data() : item_reach_.data(), *scene_.scratch);
+              direct ? scene_.reach.data() : item_reach_.data(), *scene_.scratch, triangles());
   const std::int64_t chunks = (grid_.cells() + cells_at_once - 1) / cells_at_once;
 #pragma omp parallel for schedule(dynamic) if (chunks > 1)
   for (std::int64_t c = 0; c < chunks; ++c) {

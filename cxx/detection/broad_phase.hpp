@@ -26,6 +26,7 @@ private:
   void make_items();
   void make_ghosts();
   void search_grid();
+  const std::int8_t* triangles();
   void search_walls(double wall_skin);
   void admit(PairList& list, std::int64_t added) const;
   void order_pairs(OrderedPairs& out);
@@ -37,6 +38,7 @@ private:
   std::int64_t items_ = 0, real_items_ = 0;
   ScratchArray<double> item_x_, item_reach_;
   ScratchArray<std::int32_t> item_contactor_, item_lattice_, ghost_of_;
+  ScratchArray<std::int8_t> triangle_;
   DetectionGrid grid_;
   std::vector<PairList> lists_; // of the threads
   ScratchArray<std::int32_t> place_;

@@ -25,7 +25,8 @@ int level_of(double reach, double unit) {
 
 } // namespace
 
-void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch) {
+void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch,
+                          const std::int8_t* apart) {
   dim_ = dim;
   n_ = n;
   cells_ = 0;
@@ -37,7 +38,7 @@ void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double
   cell_key_ = scratch.take<std::int64_t>(n + 1);
   sorted_ = scratch.take<double>(n * (dim + 1));
   choose_unit(reach);
-  assign_levels(x, reach);
+  assign_levels(x, reach, apart);
   while (!lay_out(x)) {
     ++coarsening_; // wider cells hold more than they need, and still all they must
   }
@@ -80,13 +81,16 @@ void DetectionGrid::choose_unit(const double* reach) {
   levels_.lowest = std::max(level_of(smallest, unit_), levels_.highest - most_levels + 1);
 }
 
-void DetectionGrid::assign_levels(const double* x, const double* reach) {
+void DetectionGrid::assign_levels(const double* x, const double* reach, const std::int8_t* apart) {
   const std::size_t count = levels_.count();
   levels_.items.assign(count, 0);
   levels_.low.assign(3 * count, std::numeric_limits<double>::infinity());
   levels_.high.assign(3 * count, -std::numeric_limits<double>::infinity());
   cairn_grid_level(0, n_, reach, unit_, levels_.lowest, levels_.highest, level_, levels_.items.data());
   cairn_grid_box(dim_, 0, n_, x, level_, levels_.lowest, levels_.highest, levels_.low.data(), levels_.high.data());
+  levels_.apart.assign(count, apart ? 1 : 0);
+  for (std::int64_t i = 0; apart && i < n_; ++i)
+    if (!apart[i]) levels_.apart[std::size_t(level_[i] - levels_.lowest)] = 0;
 }
 
 bool DetectionGrid::lay_out(const double* x) {
@@ -155,7 +159,7 @@ std::int64_t DetectionGrid::search(std::int64_t first, std::int64_t last, Array<
                       levels_.first_cell.data(), levels_.inverse_cell.data(), levels_.origin.data(),
                       levels_.extent.data(), levels_.stride.data(), levels_.first_key.data(),
                       levels_.table_first.data(), levels_.table_size.data(), table_.data(), table_place_.data(),
-                      capacity, hits.data(), &found, &needed);
+                      levels_.apart.data(), capacity, hits.data(), &found, &needed);
     if (needed <= capacity) return found;
     hits.resize(2 * (needed + needed / 4 + 1024));
   }

@@ -7,8 +7,10 @@ namespace cairn {
 
 class DetectionGrid {
 public:
-  // x (dim, n) and reach (n) [m], finite, reach >= 0. Valid as long as the memory from the scratch.
-  void build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch);
+  // x (dim, n) and reach (n) [m], finite, reach >= 0. Valid as long as the memory from the scratch. Pairs of two items
+  // that stand apart (n, if given) are of no use; levels that have no other items are not searched for them.
+  void build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch,
+             const std::int8_t* apart = nullptr);
 
   std::int64_t cells() const { return cells_; }
   const std::int32_t* order() const { return order_; } // item at each place of the sorted order
@@ -24,10 +26,11 @@ private:
     std::int32_t lowest = 0, highest = 0;
     std::vector<double> inverse_cell, low, high;
     std::vector<std::int64_t> items, origin, extent, stride, first_key, table_first, table_size, first_cell;
+    std::vector<std::int8_t> apart;
     std::size_t count() const { return std::size_t(highest - lowest + 1); }
   };
   void choose_unit(const double* reach);
-  void assign_levels(const double* x, const double* reach);
+  void assign_levels(const double* x, const double* reach, const std::int8_t* apart);
   bool lay_out(const double* x); // false: the keys do not fit their bits
   void pack_axis(std::size_t level, int axis, const double* x);
 

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -30,18 +31,24 @@ void flush_all() {
   std::fflush(stderr);
 }
 
-// Before the handlers of the libraries that the parent has open, which are the parent's to end.
-#ifdef __GLIBC__
-void leave(int code, void*) {
+// A run-time error of Fortran within an OPEN or a READ holds the lock of its unit, for which the flush would wait
+// without end: the process ends after a fifth of a second then.
+volatile std::sig_atomic_t exit_code;
+void flush_and_leave(int code) {
+  const itimerval soon = {{0, 0}, {0, 200000}};
+  exit_code = code;
+  std::signal(SIGALRM, [](int) { _exit(exit_code); });
+  setitimer(ITIMER_REAL, &soon, nullptr);
   flush_all();
   _exit(code);
 }
+
+// Before the handlers of the libraries that the parent has open, which are the parent's to end.
+#ifdef __GLIBC__
+void leave(int code, void*) { flush_and_leave(code); }
 void leave_at_exit() { on_exit(leave, nullptr); }
 #else
-void leave() {
-  flush_all();
-  _exit(1);
-}
+void leave() { flush_and_leave(1); }
 void leave_at_exit() { std::atexit(leave); }
 #endif
 

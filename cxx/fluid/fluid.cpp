@@ -168,6 +168,7 @@ void Fluid::renew_list() {
     reorder(number_, order, 1);
     reorder(open_, order, 1);
     if (settings.incompressible) reorder(pressure_, order, 1);
+    if (ends_) reorder(end_, order, 1);
     if (granular_) {
       reorder(mass_, order, 1);
       reorder(solid_, order, 1);
@@ -273,7 +274,9 @@ void Fluid::find_forces(const Scene& scene) {
   for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
     cairn_fluid_on_points(&f, tile * t, std::min(tile * (t + 1), points), list_.first_of_point.data(),
                           list_.particle.data(), on_points_.data());
+  if (settings.surface_tension > 0) pull_surface(scene);
   open_.swap(open_new_);
+  if (ends_) hold_ends();
   add_surface_forces();
   if (granular_) push_grains(scene);
 }
@@ -301,6 +304,7 @@ void Fluid::sub_step(const Scene& scene, double dt) {
     rho += dt * rate_[std::size_t(i)];
     if (open_[std::size_t(i)] == 2) rho = std::max(rho, solid_.empty() ? least : least * (1 - solid_[std::size_t(i)]));
   }
+  if (ends_) fill_ends(scene);
   find_forces(scene);
   accelerate(dt);
   if (granular_) drag_grains(scene, 0.5 * dt);
@@ -331,6 +335,9 @@ double Fluid::stable_step(const Scene& scene) const {
   if (settings.viscosity > 0)
     dt = std::min(dt, 0.125 * h * h * settings.density / settings.viscosity * (granular_ ? least_porosity() : 1));
   if (pull > 0) dt = std::min(dt, 0.25 * std::sqrt(h / std::sqrt(pull)));
+  if (settings.surface_tension > 0) // of the shortest waves along a surface (Morris 2000)
+    dt =
+        std::min(dt, 0.25 * std::sqrt(settings.density * h * h * h / (2 * std::acos(-1.0) * settings.surface_tension)));
   // A body lighter than the liquid about it follows that as on a spring of its compressibility.
   for (const Body& b : bodies_) {
     if (b.at < 0 || b.surface == 0) continue;
@@ -398,6 +405,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
     }
     report.speed = std::sqrt(speed);
     report.compression = compression;
+    measure_volume(scene);
   } catch (...) {
     restore_before();
     throw;
@@ -419,6 +427,8 @@ void Fluid::keep_before() {
   before_.pressure = pressure_;
   before_.norm = norm_;
   before_.mass = mass_;
+  before_.end = end_;
+  before_.passed = passed_;
   before_.solid = solid_;
   before_.skins = skins_.state;
 }
@@ -437,6 +447,8 @@ void Fluid::restore_before() {
   pressure_ = before_.pressure;
   norm_ = before_.norm;
   mass_ = before_.mass;
+  end_ = before_.end;
+  passed_ = before_.passed;
   solid_ = before_.solid;
   skins_.state = before_.skins;
   list_known_ = false;
@@ -450,6 +462,8 @@ void Fluid::undo(Scene& scene) {
 void Fluid::state_restored() {
   known_ = list_.at.size() == position_.size() && !position_.empty();
   list_known_ = false;
+  rate_.clear();
+  raised_ = 0;
 }
 
 std::vector<double> Fluid::in_order(const std::vector<double>& values, int components) const {

@@ -26,6 +26,7 @@ struct FluidSettings {
   double drift = 4;                                                // of particles towards an even spread [-]
   double courant = 0.25;                                           // sub-step over h / (c + v)
   double depth = 1;                                                // of a plane scene [m]
+  double surface_tension = 0;                                      // [N/m]
   int threads = 0;                                                 // 0: those of the program
   // The incompressible form takes the step of the bodies; a sound speed is its compressibility, 0: none.
   bool incompressible = false;
@@ -54,6 +55,20 @@ struct FluidGrains {
   std::int64_t count() const { return std::int64_t(body.size()); }
 };
 
+// Rows of particles that come in, one behind the other, in a buffer before the liquid (n each).
+struct FluidLanes {
+  std::vector<std::int32_t> axis;          // along which they move
+  std::vector<double> sign;                // 1: up the axis, -1: down
+  std::vector<double> face, length, speed; // end of the buffer times the sign [m], length of it [m], [m/s]
+};
+
+// A box in which particles leave, along an axis. pressure: NaN keeps that with which each came [Pa].
+struct FluidOutflow {
+  std::array<double, 3> low{}, high{};
+  int axis = 0;
+  double sign = 1, pressure = 0;
+};
+
 class Fluid {
 public:
   Fluid(int dim, const FluidSettings& settings);
@@ -67,6 +82,11 @@ public:
   // Sides of deformable bodies, for the weakly compressible form; size: (n) measure of each at the start.
   void set_skins(FluidSkin points, std::vector<double> size);
   bool meets_meshes() const { return !skins_.empty(); }
+  // Open ends, for the weakly compressible form; lane_of: number of the lane of each particle, -1: in the liquid.
+  void set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of);
+  bool has_ends() const { return ends_ != nullptr; }
+  std::array<double, 2> passed() const;   // masses that came in and left since the start [kg]
+  std::vector<std::int32_t> ends() const; // 1 and more: in that lane of an inflow, -1 and less: in that outflow (n)
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
 
@@ -95,6 +115,7 @@ public:
   // On the nodes of a mesh, by the id of its first one (dim, nodes) [N]; empty: the liquid does not meet it.
   std::vector<double> forces_on_mesh(std::int64_t first_node) const { return skins_.forces(first_node); }
   double stable_step(const Scene& scene) const; // of a sub-step [s]
+  double surface_energy() const;                // of surface tension [J]
 
   struct Report {
     int sub_steps = 0;      // of the last step
@@ -108,6 +129,7 @@ public:
     double neighbours = 0;  // mean number listed
     std::int64_t surface_points = 0;
     double drag_loss = 0; // of energy by drag of grains, in the last step [J]
+    double volume = 1;    // of the liquid over that of its mass at rest
   };
   Report report;
   std::int64_t bytes() const;
@@ -129,6 +151,10 @@ public:
     if (!mass_.empty()) {
       f("mass", mass_);
       f("solid", solid_);
+    }
+    if (ends_) {
+      f("end", end_);
+      f("passed", passed_);
     }
     if (!skins_.empty()) {
       f("mesh_force", skins_.state.force);
@@ -194,6 +220,10 @@ private:
   double inverse_of_body(std::size_t body, const double* impulse, double* change) const;
   double scale_of_speed(const Scene& scene) const;
 
+  void measure_volume(const Scene& scene); // see fluid_surface.cpp
+  void pull_surface(const Scene& scene);
+  double color_of_lattice() const;
+
   struct Granular;                     // see fluid_grains.cpp
   std::shared_ptr<Granular> granular_; // of this alone
   void set_grains(FluidGrains grains, const std::vector<std::int32_t>& body);
@@ -210,6 +240,15 @@ private:
   void drag_grains(const Scene& scene, double dt);
   cairn_fluid_grains grains() const;
 
+  struct Ends; // see fluid_ends.cpp
+  static constexpr std::int32_t gone = INT32_MIN;
+  std::shared_ptr<Ends> ends_; // of this alone
+  void hold_ends();
+  void fill_ends(const Scene& scene);
+  void pass_ends(double h);
+  void add_particle(const double* place, const double* velocity, double density, std::int32_t end);
+  void drop_gone();
+
   FluidSkins skins_;
   double burden_ = 0, burden_step_ = 0; // of meshes by the liquid at their sides, and the step that it is of [-], [s]
   std::int64_t all_points() const { return points_.count() + skins_.count(); }
@@ -221,21 +260,25 @@ private:
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
   std::vector<Body> bodies_;
   std::vector<double> position_, velocity_, density_, acceleration_, drift_, record_, surface_, plane_, rate_;
-  std::vector<double> on_points_, on_planes_;
+  std::vector<double> on_points_, on_planes_, fill_, color_, normal_, curvature_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
-  std::vector<double> mass_, solid_;                                   // beside grains (n)
-  std::vector<double> pressure_, norm_;                                // of the incompressible form (n), (1)
+  std::vector<std::int32_t> end_;       // see ends (n), none without open ends
+  std::vector<double> passed_;          // particles that came in and left since the start (2)
+  std::vector<double> mass_, solid_;    // beside grains (n)
+  std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
-  double fastest_ = 0;  // at the begin of the step [m/s]
-  double raised_ = 0;   // of all pressures where there is no free surface [Pa]
-  bool closed_ = false; // no particle is at a free surface
+  double lattice_color_ = 0; // see color_of_lattice
+  double fastest_ = 0;       // at the begin of the step [m/s]
+  double raised_ = 0;        // of all pressures where there is no free surface [Pa]
+  bool closed_ = false;      // no particle is at a free surface
   bool known_ = false, list_known_ = false, added_ = false;
 
   struct Before { // of a step that may be undone
     std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm, mass, solid;
-    std::vector<std::int32_t> number;
+    std::vector<double> passed;
+    std::vector<std::int32_t> number, end;
     std::vector<std::int8_t> open;
     FluidSkins::State skins;
     bool known = false;

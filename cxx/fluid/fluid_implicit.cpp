@@ -12,7 +12,7 @@
 namespace cairn {
 
 namespace {
-constexpr double loose = 0.6;        // sum of the kernel below which particles at a free surface may come nearer
+constexpr double loose = 0.9;        // fill below which particles at a free surface may come nearer
 constexpr double most_way = 2;       // of a particle in a step, over the spacing
 constexpr double most_shears = 1000; // sub-steps of viscosity
 
@@ -28,7 +28,7 @@ struct Fluid::Implicit {
   PressureSolver solver;
   std::vector<std::int64_t> first_wall;
   std::vector<std::int32_t> used, near, used_wall, wall_body;
-  std::vector<double> pair, wall, centre, crowd, shape, load;
+  std::vector<double> pair, wall, centre, shape, load;
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
@@ -94,7 +94,6 @@ void Fluid::lay_rows(const Scene& scene) {
   s.wall.resize(std::size_t(cairn_fluid_wall_record * s.first_wall.back()));
   s.centre.resize(3 * bodies_.size());
   for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].position, 3, &s.centre[3 * k]);
-  s.crowd.resize(std::size_t(n));
   s.shape.resize(std::size_t(3 * (dim_ - 1) * n));
   s.load.resize(s.shape.size());
   open_new_.resize(std::size_t(n));
@@ -103,7 +102,7 @@ void Fluid::lay_rows(const Scene& scene) {
     const cairn_fluid f = view(scene);
     const cairn_fluid_rows r = rows();
     each_tile(n, [&](std::int64_t first, std::int64_t last) {
-      cairn_fluid_fill_rows(&f, &r, first, last, s.crowd.data(), open_new_.data());
+      cairn_fluid_fill_rows(&f, &r, first, last, open_new_.data());
     });
     open_.swap(open_new_);
   }
@@ -214,6 +213,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   if (known_ && !list_known_) renew_as_listed();
   if (list_is_old()) renew_list();
   lay_rows(scene);
+  measure_volume(scene);
   known_ = true;
   const std::size_t n = std::size_t(count()), bodies = std::max<std::size_t>(1, bodies_.size());
   closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
@@ -281,7 +281,7 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
     const double excess = rho / settings.density - 1;
     double wanted = (excess > 0 || closed_ ? settings.correction : 1.0) * excess / h;
     if (settings.sound_speed > 0) wanted = excess / h;
-    if (!closed_ && open_[i] == 2) wanted = -std::max(0.0, 1 - s.crowd[i] / loose) / h;
+    if (!closed_ && open_[i] == 2) wanted = -std::max(0.0, 1 - fill_[i] / loose) / h;
     s.beside[i] = -wanted - filter * (s.beside[i] + s.bent[i]);
     double whole[3] = {}, square = 0, bent = 0;
     const std::size_t wide = std::size_t(dim_ + 1);

@@ -19,6 +19,10 @@ public:
   // Temperatures of the unknowns at both ends of the last step [K].
   const std::vector<double>& begin() const { return begin_; }
   const std::vector<double>& end() const { return now_; }
+  // Power that kept an unknown at its temperature in the last step [W]; 0 where nothing holds it.
+  double held_power(std::size_t unknown) const {
+    return unknown < source_.size() && held_[unknown] ? -source_[unknown] : 0;
+  }
   std::int64_t bytes() const;
 
 private:

@@ -36,6 +36,8 @@ public:
   const double* seen(const double* at_begin) const;
   void expect(std::vector<double> end);
   void changed(); // sources or branches
+  // Power that kept the temperature of a body or node in the last step [W]; 0 where nothing holds it.
+  double held_power(std::size_t unknown) const;
   std::int64_t bytes() const;
 
 private:

@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cairn {
@@ -52,6 +54,19 @@ public:
   virtual void largest(std::span<double> values) = 0;
   // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
+
+  // Each call that all ranks make begins with a meeting. `call`: its name, and behind a line's end what has to be alike
+  // in it. Throws Error on all of them, with ranks and calls, if one makes another call, or has ended its program.
+  // Gives whether `value` is true on one of them.
+  virtual bool meet(std::string_view call, bool value = false) {
+    (void)call;
+    return value;
+  }
+  // What all ranks have to do together that one of them may ask for alone: the others do it where they meet next.
+  enum Wish { state = 1, contacts = 2, workspace = 3 };
+  virtual void ask(Wish wish) { serve(wish); }
+  std::function<void(int wish)> serve;
+
   // Ends all processes at once.
   [[noreturn]] virtual void abort(int code) = 0;
 

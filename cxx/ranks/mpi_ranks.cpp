@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "../base/call.hpp"
-#include "exchange.hpp"
+#include "meetings.hpp"
 #include "mpi/cairn_mpi.h"
 
 namespace cairn {
@@ -37,7 +37,11 @@ public:
       throw Error("MPI cannot be opened for ranks, code " + std::to_string(code) +
                   ": give a communicator of it, the same to all simulations of a process");
     local_ = {rank};
+    number_ = Meetings::all().add(*this, calls_);
   }
+  ~MpiRanks() override { Meetings::all().remove(number_); }
+  MpiRanks(const MpiRanks&) = delete;
+  MpiRanks& operator=(const MpiRanks&) = delete;
   std::string name() const override { return "mpi"; }
   int ranks() const override { return ranks_; }
 
@@ -102,6 +106,15 @@ public:
     return out;
   }
 
+  bool meet(std::string_view call, bool value) override {
+    ++traffic.sums;
+    return Meetings::all().meet(number_, call, value);
+  }
+  void ask(Wish wish) override {
+    ++traffic.sums;
+    Meetings::all().ask(number_, wish);
+  }
+
   [[noreturn]] void abort(int code) override {
     calls_.abort(code);
     std::_Exit(code);
@@ -118,6 +131,7 @@ private:
 
   const cairn_mpi_calls& calls_;
   std::int32_t ranks_ = 1;
+  int number_ = 0; // of its simulation
   std::vector<cairn_mpi_message> sent_, received_;
 };
 

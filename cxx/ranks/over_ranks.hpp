@@ -19,6 +19,7 @@ enum class Rhythm { colour, sweep };
 class OverRanks : public Strategy {
 public:
   OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange, Rhythm rhythm = Rhythm::colour);
+  ~OverRanks() override;
 
   std::vector<Option> options() override { return model_->options(); }
   void check_options() const override { model_->check_options(); }
@@ -28,6 +29,7 @@ public:
   void check_scene(const Simulation& s) const override; // names all that does not run over ranks
   void check_laws(const Simulation& s) const override;
   void changed(Simulation& s, bool places) override;
+  void meet(std::string_view call) const override { exchange_->meet(call); }
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;
   void view(Simulation& s) override;
@@ -43,16 +45,15 @@ public:
   // From now on steps leave the state of bodies with their ranks until somebody reads it, and its memory in the whole
   // is released meanwhile; false: all ranks receive it after each step.
   void leave_state(bool leave) { leaves_state_ = leave; }
-  // The state of all bodies becomes that of the last step, with `workspace` what a step leaves besides. Where steps
-  // leave it with the ranks, one rank may call it alone: the others serve it in their next call of any(), fetch(),
-  // gather() or step().
+  // The state of all bodies becomes that of the last step, with `workspace` what a step leaves besides. One rank may
+  // call it alone: the others serve it in the next call that all make.
   void fetch(Simulation& s, bool workspace = false);
   // Loads and drives of the whole are about to be written: they stay from now on, and need no state. All ranks call it.
   void write_loads(Simulation& s);
   // Somebody holds pointers to arrays of the whole: its memory stays.
   void hold_whole() { held_ = true; }
-  // True if a value is true on one rank. All ranks call it.
-  bool any(Simulation& s, bool value);
+  // True if a value is true on one rank. All ranks call it, within the call of that name.
+  bool any(bool value, std::string_view call) { return exchange_->meet(call, value); }
   std::int64_t gathers() const { return gathers_; } // of the state, so far
   const std::shared_ptr<Exchange>& shared_exchange() const { return exchange_; }
   Rhythm rhythm() const { return rhythm_; }
@@ -93,6 +94,7 @@ protected:
   void advance_networks(Simulation& s, double h);
   // The report of the step, and the state of all bodies to the whole unless it is left with the ranks.
   void collect(Simulation& s);
+  bool has_parts_of(const Simulation& s) const { return !parts_.empty() && order_seen_ == s.scene.order_version(); }
   bool state_is_left() const { return !known_; } // the parts alone have it
   [[noreturn]] static void refuse(const std::string& what);
 
@@ -138,7 +140,10 @@ private:
   void show(Simulation& s);
   bool reads_state(const Simulation& s) const; // at the end of a step, or at the begin of the next one
   void gather_state(Simulation& s, bool workspace);
-  int largest_wish(int wish, bool& value);
+  void gather_contacts(Simulation& s);
+  void view_own(Simulation& s);
+  void serve(Simulation& s, int wish);
+  void ask(Simulation& s, Exchange::Wish wish);
 
   std::int64_t order_seen_ = -1;
   std::vector<const MeshBody*> meshes_seen_; // at the last partition
@@ -156,6 +161,8 @@ private:
   // Contacts that can be read: by the order of their keys.
   struct Shown;
   std::shared_ptr<Shown> shown_;
+  bool all_shown_ = false; // also those of other processes
+  bool serves_ = false;    // what another rank asks for alone
 };
 
 // The strategy over ranks; throws Error naming it if it does not run over them.

@@ -503,7 +503,7 @@ void OverRanks::restore(Simulation& s, ContactMemory memory) {
   mesh_rank_ = -1;
   known_ = true;
   anew_ = true;
-  s.contacts_known = false;
+  s.contacts_known = all_shown_ = false;
   shown_.reset();
 }
 

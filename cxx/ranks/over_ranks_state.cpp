@@ -14,22 +14,20 @@ bool OverRanks::reads_state(const Simulation& s) const {
          (s.probes && s.probes->reads_bodies(s.steps));
 }
 
-// The largest of what ranks wish, and whether a value is true on one of them.
-int OverRanks::largest_wish(int wish, bool& value) {
-  double told[] = {value ? 1.0 : 0.0, double(wish)};
-  exchange_->largest(told);
-  value = told[0] > 0;
-  return int(told[1]);
+OverRanks::~OverRanks() {
+  if (serves_) exchange_->serve = nullptr;
 }
 
-bool OverRanks::any(Simulation& s, bool value) {
-  if (exchange_->whole()) return value;
-  for (;;) {
-    bool on_one = value;
-    const int wish = largest_wish(0, on_one);
-    if (wish == 0) return on_one;
-    gather_state(s, wish > 1);
-  }
+// All ranks call it together.
+void OverRanks::serve(Simulation& s, int wish) {
+  gather_state(s, wish == Exchange::workspace);
+  if (wish == Exchange::contacts) gather_contacts(s);
+}
+
+void OverRanks::ask(Simulation& s, Exchange::Wish wish) {
+  exchange_->serve = [this, &s](int asked) { serve(s, asked); };
+  serves_ = true;
+  exchange_->ask(wish);
 }
 
 void OverRanks::fetch(Simulation& s, bool workspace) {
@@ -38,9 +36,7 @@ void OverRanks::fetch(Simulation& s, bool workspace) {
     return;
   }
   if (known_ && (!workspace || workspace_known_)) return;
-  bool none = false;
-  const int wish = workspace ? 2 : 1;
-  gather_state(s, (exchange_->whole() ? wish : largest_wish(wish, none)) > 1);
+  ask(s, workspace ? Exchange::workspace : Exchange::state);
 }
 
 void OverRanks::write_loads(Simulation& s) {
@@ -121,7 +117,7 @@ void OverRanks::collect(Simulation& s) {
   last_.messages -= before_.messages;
   last_.bytes -= before_.bytes;
   last_.sums -= before_.sums;
-  if (s.probes && s.probes->reads_contacts()) gather(s);
+  if (s.probes && s.probes->reads_contacts()) gather_contacts(s);
 }
 
 } // namespace cairn

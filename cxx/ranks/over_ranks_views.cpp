@@ -72,14 +72,17 @@ void OverRanks::check_laws(const Simulation& s) const {
 }
 
 void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
+  exchange_->serve = [this, &s](int wish) { serve(s, wish); };
+  serves_ = true;
+  exchange_->meet("step");
   check_scene(s);
   check_laws(s);
   s.apply_controls(h, end_share, true);
   before_ = exchange_->traffic;
   shown_.reset();
+  all_shown_ = false;
   s.contacts_known = false;
   s.candidates.count = 0;
-  if (leaves_state_ || !known_) any(s, false); // serves ranks that read the state alone
   if (s.steps > 0 && s.steps % renumber_every == 0) {
     fetch(s);
     s.scene.renumber();
@@ -102,6 +105,8 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   const bool any = !parts_.empty() || has_pending_;
   model_ = same.model_->fresh();
   name = model_->name + " over ranks";
+  if (serves_) exchange_->serve = nullptr;
+  serves_ = false;
   exchange_ = same.exchange_;
   rhythm_ = same.rhythm_;
   restore(s, std::move(kept));
@@ -116,7 +121,7 @@ void OverRanks::bring_parts(const Simulation& s) {
 
 void OverRanks::changed(Simulation& s, bool places) {
   taken_ = false;
-  s.contacts_known = false;
+  s.contacts_known = all_shown_ = false;
   shown_.reset();
   for (Part& part : parts_) {
     part.simulation->laws = s.laws;
@@ -142,8 +147,13 @@ bool OverRanks::lacks_bodies(const Simulation& s) const {
   return false;
 }
 
-// Contacts of the ranks of this process, unless those of all were gathered.
 void OverRanks::view(Simulation& s) {
+  if (exchange_->whole() || parts_.empty()) return view_own(s);
+  if (!s.contacts_known || !all_shown_) ask(s, Exchange::contacts);
+}
+
+// Contacts of the ranks of this process.
+void OverRanks::view_own(Simulation& s) {
   if (s.contacts_known) return;
   if (lacks_bodies(s)) {
     s.candidates.count = 0;
@@ -220,11 +230,22 @@ void OverRanks::show(Simulation& s) {
 }
 
 void OverRanks::gather(Simulation& s) {
+  exchange_->meet("gather");
   fetch(s);
-  if (exchange_->whole()) return view(s);
+  gather_contacts(s);
+}
+
+// Of all ranks, on each.
+void OverRanks::gather_contacts(Simulation& s) {
+  if (exchange_->whole()) return view_own(s);
+  double lacks[] = {lacks_bodies(s) ? 1.0 : 0.0};
+  exchange_->largest(lacks);
   s.contacts_known = false;
+  s.candidates.count = 0;
   shown_.reset();
-  view(s);
+  all_shown_ = true;
+  if (lacks[0] > 0) return;
+  view_own(s);
   Packer mine;
   mine.put_all(std::span<const ContactKey>(shown_->key));
   mine.put_all(std::span<const std::int32_t>(shown_->status));
@@ -244,7 +265,8 @@ void OverRanks::gather(Simulation& s) {
 
 void OverRanks::advance_networks(Simulation& s, double h) {
   if (!s.networks) return;
-  gather(s);
+  fetch(s);
+  gather_contacts(s);
   s.advance_networks(h);
 }
 

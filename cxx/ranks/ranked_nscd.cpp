@@ -249,12 +249,15 @@ void RankedNscd::choose_colours() {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     const Candidates& c = parts_[l].simulation->candidates;
     const Field<std::int64_t>& id = parts_[l].simulation->scene.contactors.id;
-    std::vector<ContactKey> key;
-    key.reserve(std::size_t(c.count));
-    for (std::size_t k = 0; k < std::size_t(c.count); ++k)
-      key.push_back({*id[c.contactor_a[k]], *id[c.contactor_b[k]], c.feature[k], c.image[k]});
-    if (key != shares_[l].key) changed[0] = 1;
-    shares_[l].key = std::move(key);
+    std::vector<ContactKey>& known = shares_[l].key;
+    if (known.size() != std::size_t(c.count)) changed[0] = 1;
+    known.resize(std::size_t(c.count));
+    for (std::size_t k = 0; k < known.size(); ++k) {
+      const ContactKey key = {*id[c.contactor_a[k]], *id[c.contactor_b[k]], c.feature[k], c.image[k]};
+      if (known[k] == key) continue;
+      known[k] = key;
+      changed[0] = 1;
+    }
   }
   exchange_->largest(changed);
   if (changed[0] > 0) colour_anew();

@@ -44,6 +44,7 @@ void RankedSmooth::check_scene(const Simulation& s) const {
   if (s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none)
     refuse("contacts of SmoothDEM heat bodies by friction (give friction=None to the network)");
   OverRanks::check_scene(s);
+  if (has_parts_of(s)) return; // of which contactors were seen
   for (std::int64_t k = 0; k < s.scene.contactors.count; ++k)
     if (const ShapeInfo& shape = info(Shape(*s.scene.contactors.shape[k])); shape.bounded && !shape.ball())
       refuse(std::string("contactor ") + std::to_string(*s.scene.contactors.id[k]) + " is a " + shape.name +
@@ -170,8 +171,18 @@ void RankedSmooth::undo() {
 void RankedSmooth::begin_step(Part& part, double h) {
   Simulation& own = *part.simulation;
   of(part).keeps_pushes = true;
+  if (exchange_->ranks() > 1) of(part).keeps_pair = [this, &part](auto a, auto b) { return pushes_own(part, a, b); };
   if (!forces_known_) of(part).changed(own, true); // it computes the first forces then
   of(part).begin_step(own, h);
+}
+
+// Pairs of ghosts, or of a ghost and a body that is everywhere, are those of other ranks.
+bool RankedSmooth::pushes_own(const Part& part, std::int32_t one, std::int32_t two) const {
+  const auto roams_here = [&](std::int32_t contactor) {
+    const auto body = std::size_t(*part.simulation->scene.contactors.body[contactor]);
+    return part.own[body] && !everywhere_[std::size_t(part.bodies[body])];
+  };
+  return roams_here(one) || roams_here(two) || owns_contact(part, one, two);
 }
 
 // Pushes on own bodies, by the ids of the contactors that they meet, so that their sums depend on no list.
@@ -185,7 +196,9 @@ void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Ord
       const std::int64_t p = batch.first + i;
       const std::int32_t a = list.a[p], b = list.b[p];
       const bool owned = owns_contact(part, a, b);
-      if (owned) order.owned.push_back(std::int32_t(p));
+      if (owned && (order.owned.empty() || order.owned.back().last != p))
+        order.owned.push_back({std::int32_t(p), std::int32_t(p)});
+      if (owned) ++order.owned.back().last;
       for (const bool first : {true, false}) {
         const std::int32_t body = (first ? list.body_a : list.body_b)[p];
         const auto push = std::int32_t(2 * batch.first + (first ? 0 : batch.count) + i);
@@ -217,18 +230,28 @@ void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Ord
   order.known = !twins;
 }
 
+// Most pairs of a list are apart: a byte tells it, where their pushes are noughts far away in memory.
+void RankedSmooth::find_acting(const NeighbourList& list, Order& order) {
+  order.acts.resize(2 * std::size_t(list.pairs));
+  for (const NeighbourList::Batch& batch : list.batches)
+    for (const std::int64_t side : {0, 1})
+      std::copy_n(list.active.begin() + batch.first, batch.count,
+                  order.acts.begin() + 2 * batch.first + side * batch.count);
+}
+
 // Forces of own pairs with images times the shifts of these, for the stress of the cell: (9) sums [N m]; then their
 // effective masses [kg].
 void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums) {
   const int dim = s.scene.dim;
-  for (const std::int32_t p : order.owned) {
-    if (!list.active[p] || list.image[p] == own_image) continue;
-    double shift[3];
-    image_shift(s.scene.cell, list.image[p], shift);
-    for (int j = 0; j < dim; ++j)
-      for (int k = 0; k < dim; ++k) sums[k + 3 * j].add(-list.force[std::int64_t(p) * dim + k] * shift[j]);
-    sums[9].add(list.across[std::size_t(p)]);
-  }
+  for (const Order::Pairs& of : order.owned)
+    for (std::int32_t p = of.first; p < of.last; ++p) {
+      if (!list.active[p] || list.image[p] == own_image) continue;
+      double shift[3];
+      image_shift(s.scene.cell, list.image[p], shift);
+      for (int j = 0; j < dim; ++j)
+        for (int k = 0; k < dim; ++k) sums[k + 3 * j].add(-list.force[std::int64_t(p) * dim + k] * shift[j]);
+      sums[9].add(list.across[std::size_t(p)]);
+    }
 }
 
 // Adds forces and moments of pairs to own bodies, and those of own pairs to the exact sums of bodies that are
@@ -245,9 +268,12 @@ void RankedSmooth::add_forces(Part& part, std::array<Order, 2>& orders, std::vec
     Order& order = orders[k];
     if (!order.known || order.list != of(part).lists_made() || k > 0) put_in_order(part, list, order);
     order.list = of(part).lists_made();
-    own += std::ranges::count_if(order.owned, [&](std::int32_t p) { return list.active[p] != 0; });
+    find_acting(list, order);
+    for (const Order::Pairs& of : order.owned)
+      own += of.last - of.first - std::count(list.active.begin() + of.first, list.active.begin() + of.last, 0);
     if (s.scene.cell.any()) add_stress(s, list, order, &on_all[on_all.size() - of_cell]);
     for (const Order::OnAll& one : order.on_all) {
+      if (!order.acts[std::size_t(one.push)]) continue;
       ExactSum* sum = &on_all[std::size_t(place[std::size_t(part.bodies[std::size_t(one.body)])]) * nd];
       for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.push[std::size_t(one.push) * nd + c]);
     }
@@ -259,6 +285,7 @@ void RankedSmooth::add_forces(Part& part, std::array<Order, 2>& orders, std::vec
       double sum[6] = {};
       for (std::size_t c = 0; k > 0 && c < nd; ++c) sum[c] = total[body][c];
       for (std::int64_t i = order.first[std::size_t(body)]; i < order.first[std::size_t(body) + 1]; ++i) {
+        if (!order.acts[std::size_t(order.push[std::size_t(i)])]) continue;
         const double* push = &list.push[std::size_t(order.push[std::size_t(i)]) * nd];
         for (std::size_t c = 0; c < nd; ++c) sum[c] += push[c];
       }

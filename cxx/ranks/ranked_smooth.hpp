@@ -31,11 +31,15 @@ private:
     bool known = false;              // and stays until the next list
     std::vector<std::int64_t> first; // of each own body
     std::vector<std::int32_t> push;  // of them
+    std::vector<std::int8_t> acts;   // of each push of the list: its pair is in contact
     struct OnAll {
       std::int32_t push, body;
     };
-    std::vector<OnAll> on_all;       // of own pairs on bodies that are everywhere
-    std::vector<std::int32_t> owned; // pairs
+    std::vector<OnAll> on_all; // of own pairs on bodies that are everywhere
+    struct Pairs {
+      std::int32_t first, last;
+    };
+    std::vector<Pairs> owned; // from the first one to before the last one
   };
   struct Push { // on a body, by the ids of the contactor that it meets and of its own
     std::int64_t other, own;
@@ -48,7 +52,9 @@ private:
   void undo() override;
   void keep_state(Part& part);
   void begin_step(Part& part, double h);
+  bool pushes_own(const Part& part, std::int32_t one, std::int32_t two) const;
   void put_in_order(const Part& part, const NeighbourList& list, Order& order) const;
+  static void find_acting(const NeighbourList& list, Order& order);
   static void add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums);
   void add_forces(Part& part, std::array<Order, 2>& orders, std::vector<ExactSum>& on_all,
                   const std::vector<std::int32_t>& place);

@@ -117,6 +117,26 @@ bool Probes::reads_bodies(std::int64_t step) const {
   });
 }
 
+// Marks the contactors of bodies whose contact forces are asked for, and clears these forces.
+void Probes::mark_contactors(const Simulation& s) {
+  const Field<std::int32_t>& body = s.scene.contactors.body;
+  const auto asked = [](const Probe& p) { return p.kind == Kind::contact_force; };
+  const bool all =
+      std::any_of(probes_.begin(), probes_.end(), [&](const Probe& p) { return asked(p) && p.ids.empty(); });
+  of_body_.assign(std::size_t(s.scene.bodies.count), all ? 1 : 0);
+  for (const Probe& probe : probes_)
+    for (const std::int64_t id : probe.ids)
+      if (const std::int32_t found = asked(probe) ? s.scene.find_body(id) : -1; found >= 0)
+        of_body_[std::size_t(found)] = 1;
+  fit(of_contactor_, std::size_t(s.scene.contactors.count));
+  for (std::int64_t k = 0; k < s.scene.contactors.count; ++k)
+    of_contactor_[std::size_t(k)] = *body[k] >= 0 ? of_body_[std::size_t(*body[k])] : 0;
+  const auto dim = std::size_t(s.scene.dim);
+  fit(contact_force_, dim * of_body_.size());
+  for (std::size_t b = 0; b < of_body_.size(); ++b)
+    if (of_body_[b]) std::fill_n(&contact_force_[dim * b], dim, 0.0);
+}
+
 void Probes::find_contact_forces(Simulation& s) {
   if (forces_of_ == s.steps) return;
   forces_of_ = s.steps;
@@ -124,17 +144,19 @@ void Probes::find_contact_forces(Simulation& s) {
   const int dim = s.scene.dim;
   const bool by_impulse = has_contact_field(s, "impulse");
   fit(impulse_, std::size_t(dim * n));
-  contact_force_.assign(std::size_t(dim * s.scene.bodies.count), 0.0);
+  mark_contactors(s);
   if (n == 0) return;
   read_contact_field(s, contact_field_info(by_impulse ? "impulse" : "force"), impulse_.data());
   const double over = by_impulse ? 1 / s.report.h : 1;
   for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t a = *s.scene.contactors.body[s.candidates.contactor_a[i]],
-                       b = *s.scene.contactors.body[s.candidates.contactor_b[i]];
+    const auto a = std::size_t(s.candidates.contactor_a[i]), b = std::size_t(s.candidates.contactor_b[i]);
+    if (!(of_contactor_[a] | of_contactor_[b])) continue;
+    double* const on_a = of_contactor_[a] ? &contact_force_[std::size_t(dim * *s.scene.contactors.body[a])] : nullptr;
+    double* const on_b = of_contactor_[b] ? &contact_force_[std::size_t(dim * *s.scene.contactors.body[b])] : nullptr;
     for (int k = 0; k < dim; ++k) {
       const double force = over * impulse_[std::size_t(dim * i + k)];
-      if (a >= 0) contact_force_[std::size_t(dim * a + k)] += force;
-      if (b >= 0) contact_force_[std::size_t(dim * b + k)] -= force;
+      if (on_a) on_a[k] += force;
+      if (on_b) on_b[k] -= force;
     }
   }
 }

@@ -45,11 +45,13 @@ private:
   };
   double value_of(Simulation& s, const Probe& probe);
   const double* body_value(const Simulation& s, const Probe& probe, std::int32_t body) const;
+  void mark_contactors(const Simulation& s);
   void find_contact_forces(Simulation& s);
 
   std::vector<Probe> probes_;
-  std::vector<double> impulse_, contact_force_; // (dim, contacts), (dim, bodies)
-  std::int64_t forces_of_ = -1;                 // the step
+  std::vector<double> impulse_, contact_force_;      // (dim, contacts), (dim, bodies): of bodies that are asked for
+  std::vector<std::uint8_t> of_body_, of_contactor_; // 1: asked for
+  std::int64_t forces_of_ = -1;                      // the step
 };
 
 } // namespace cairn

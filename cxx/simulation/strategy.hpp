@@ -57,6 +57,8 @@ public:
   // Bodies, laws or numbers changed from outside; places: so did positions or velocities, and forces are not those of
   // the last step.
   virtual void changed(Simulation&, bool places) { (void)places; }
+  // `call` is made of the simulation: over ranks, all have to make it. Throws Error with the calls if they do not.
+  virtual void meet(std::string_view call) const { (void)call; }
   // Contact memory between steps, for a checkpoint.
   virtual ContactMemory memory(const Simulation& s) const = 0;
   virtual void restore(Simulation& s, ContactMemory memory) = 0;

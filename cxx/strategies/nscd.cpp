@@ -192,9 +192,10 @@ void Nscd::restore(Simulation& s, ContactMemory memory) {
   s.interactions.restore(std::move(memory));
 }
 
-Nscd& stages_of(Simulation& s) {
+Nscd& stages_of(Simulation& s, const std::string& call) {
   if (auto* nscd = dynamic_cast<Nscd*>(&s.strategy())) return *nscd;
-  throw Error("the strategy " + s.strategy().name + " has no stages of NSCD");
+  throw Error(call + " needs the stages of NSCD, which the strategy " + s.strategy().name +
+              " has not: give the scene to a simulation of NSCD, without ranks");
 }
 
 Simulation::Simulation(Scene s, LawTable l, const NscdOptions& options)

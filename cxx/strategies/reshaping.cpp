@@ -186,7 +186,7 @@ PassedContacts::PassedContacts(Simulation& s, double h, std::span<const std::int
 
 std::vector<PassedContacts::Seen> PassedContacts::look(Simulation& s, std::span<const std::int64_t> of) const {
   const std::vector<std::int64_t> ids = sorted(of);
-  Nscd& nscd = stages_of(s);
+  Nscd& nscd = stages_of(s, "a change of bodies that passes their contacts on");
   std::vector<Seen> out;
   const Threads threads(nscd.settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
   nscd.begin_step(s, h_);

@@ -32,6 +32,7 @@ from .options.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, str
 from .plugs.plug import plug
 from .post.load import load
 from .run.probes import Probe
+from .run.scene_warnings import SceneWarning
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
@@ -55,6 +56,8 @@ _LATER = {
     "fluid": "model.fluids",
     "FreeSlip": "model.fluids",
     "GrainDrag": "model.fluids",
+    "Inflow": "model.fluid_ends",
+    "Outflow": "model.fluid_ends",
     "NoSlip": "model.fluids",
     "bars": "model.frames",
     "beams": "model.frames",
@@ -115,12 +118,14 @@ __all__ = [
     "GranularElement",
     "Harmonic",
     "Hinge",
+    "Inflow",
     "Law",
     "LinearBody",
     "Material",
     "MissingLawWarning",
     "Motor",
     "NoSlip",
+    "Outflow",
     "OverlapWarning",
     "Periodic",
     "Pivot",
@@ -138,6 +143,7 @@ __all__ = [
     "TunnellingWarning",
     "TurnedWarning",
     "UnitsWarning",
+    "SceneWarning",
     "UnjoinedWarning",
     "box",
     "boxes",

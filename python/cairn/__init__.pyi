@@ -39,6 +39,8 @@ from .model.bulk import BulkMaterial
 from .model.callbacks import BodyStep as BodyStep
 from .model.callbacks import CallbackBody as CallbackBody
 from .model.elastic import ElasticBody as ElasticBody
+from .model.fluid_ends import Inflow as Inflow
+from .model.fluid_ends import Outflow as Outflow
 from .model.fluids import FreeSlip as FreeSlip
 from .model.fluids import GrainDrag as GrainDrag
 from .model.fluids import NoSlip as NoSlip
@@ -91,6 +93,7 @@ from .run import precice as precice
 from .run import soe as soe
 from .run.equilibrium import find_equilibrium as find_equilibrium
 from .run.probes import Probe as Probe
+from .run.scene_warnings import SceneWarning as SceneWarning
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import JointWarning as JointWarning

@@ -91,7 +91,7 @@ TEST_P(Step, AllocatesNothing) {
     s.step(1e-3);
     // a solve that did not converge reports by a single string
     const bool said =
-        !s.report.solve.hint.empty() || s.report.projection_error > stages_of(s).settings.solver.tolerance;
+        !s.report.solve.hint.empty() || s.report.projection_error > stages_of(s, "the test").settings.solver.tolerance;
     EXPECT_LE(allocations - before, said ? 1 : 0) << "step " << s.report.step;
   }
 }

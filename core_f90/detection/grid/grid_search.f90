@@ -2,7 +2,7 @@
 !> test of distance runs over long loops; and since cells are visited in order, the row beside moves along with them: no
 !> table of cells, no hashing, nothing that grows with the domain.
 module grid_search
-  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
+  use, intrinsic :: iso_c_binding, only: c_double, c_int8_t, c_int32_t, c_int64_t
   use grid_levels, only: cell_coordinate, packed_coordinate
   implicit none
   private
@@ -65,10 +65,11 @@ contains
   end subroutine cairn_grid_gather
 
   !> Pairs of items whose spheres of reach meet, each once, of which one stands in cells first to last-1: the finer of the
-  !> two, or the earlier. `found` is their number; they are in `hits` unless its capacity is below `needed`.
+  !> two, or the earlier. `found` is their number; they are in `hits` unless its capacity is below `needed`. Items of levels that
+  !> stand apart are not paired among themselves.
   subroutine cairn_grid_search(dim, n, sorted, cells, first, last, cell_key, cell_start, levels, level_cell, inverse_cell, &
                                   origin, extent, stride, first_key, table_first, table_size, table, table_place, &
-                                  capacity, hits, found, needed) bind(c)
+                                  apart, capacity, hits, found, needed) bind(c)
     integer(c_int32_t), value :: dim                          !< 2 or 3
     integer(c_int64_t), value :: n                            !< items
     real(c_double), intent(in) :: sorted(0:n - 1, dim + 1)    !< centre, reach [m]
@@ -81,6 +82,7 @@ contains
     integer(c_int64_t), intent(in) :: origin(3, 0:levels - 1), extent(3, 0:levels - 1), stride(3, 0:levels - 1)
     integer(c_int64_t), intent(in) :: first_key(0:levels - 1)
     integer(c_int64_t), intent(in) :: table_first(3, 0:levels - 1), table_size(3, 0:levels - 1), table(0:*), table_place(0:*)
+    integer(c_int8_t), intent(in) :: apart(0:levels - 1)      !< 1: no item of the level meets one of such a level
     integer(c_int64_t), value :: capacity                     !< of hits
     integer(c_int32_t), intent(inout) :: hits(2, capacity)    !< places in the sorted order
     integer(c_int64_t), intent(out) :: found, needed
@@ -104,14 +106,14 @@ contains
       if (c >= level_end) call enter_level()
       ! the rows after this one
       stretches = 0
-      do r = 1, rows
+      do r = 1, merge(0, rows, apart(level) /= 0)
         call stretch_of_row(cells, cell_key, cell_start, level_end, cell_key(c) + row(r), pointer(r), &
                             begins(stretches + 1), ends(stretches + 1))
         if (ends(stretches + 1) > begins(stretches + 1)) stretches = stretches + 1
       end do
       ! every level above
       do m = level + 1, levels - 1
-        if (level_cell(m + 1) == level_cell(m)) cycle
+        if (level_cell(m + 1) == level_cell(m) .or. (apart(level) /= 0 .and. apart(m) /= 0)) cycle
         call stretches_above(m)
         do r = 1, merge(3, 9, dim == 2)
           if (seen_ends(r, m) <= seen_begins(r, m)) cycle
@@ -123,6 +125,10 @@ contains
       ! the own row: this cell and the next, without what came before
       r = cell_start(c + 1)
       if (cell_key(c + 1) == cell_key(c) + 1) r = cell_start(c + 2)
+      if (apart(level) /= 0) then
+        if (stretches == 0) cycle
+        r = 0
+      end if
       do i = cell_start(c), cell_start(c + 1) - 1
         call meet(dim, n, sorted, i, i + 1, r, capacity, hits, found, needed)
         do m = 1, stretches

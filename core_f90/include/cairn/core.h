@@ -489,8 +489,8 @@ void cairn_grid_search(int32_t dim, int64_t n, const double* sorted, int64_t cel
                        const int64_t* cell_key, const int32_t* cell_start, int32_t levels, const int64_t* level_cell,
                        const double* inverse_cell, const int64_t* origin, const int64_t* extent, const int64_t* stride,
                        const int64_t* first_key, const int64_t* table_first, const int64_t* table_size,
-                       const int64_t* table, const int64_t* table_place, int64_t capacity, int32_t* hits,
-                       int64_t* found, int64_t* needed);
+                       const int64_t* table, const int64_t* table_place, const int8_t* apart, int64_t capacity,
+                       int32_t* hits, int64_t* found, int64_t* needed);
 void cairn_plane_search(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
                         const double* origin, const double* normal, double margin, int64_t capacity, int32_t* near,
                         int64_t* found);

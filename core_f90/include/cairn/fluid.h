@@ -38,6 +38,15 @@ void cairn_fluid_acceleration(const cairn_fluid* f, int64_t first, int64_t last,
 void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, const int64_t* first_of,
                            const int32_t* particle, double* force);
 
+/* The free surface: share of space that is filled; (4, particles) gradient of the color and its size [1/m]; curvature
+ * [1/m]; coefficient of tension over the sum of the gradient across a flat surface [N/m]. */
+void cairn_fluid_fill(const cairn_fluid* f, int64_t first, int64_t last, double* fill);
+void cairn_fluid_color(const cairn_fluid* f, int64_t first, int64_t last, double* color);
+void cairn_fluid_normals(const cairn_fluid* f, int64_t first, int64_t last, const double* color, double* normal);
+void cairn_fluid_curvature(const cairn_fluid* f, int64_t first, int64_t last, const double* normal, double* curvature);
+void cairn_fluid_tension(const cairn_fluid* f, double tension, int64_t first, int64_t last, const double* color,
+                         const double* normal, const double* curvature, double* acceleration);
+
 /* Rows of the divergence of an incompressible fluid. A pair is the gradient of the kernel times the volume of the
  * neighbour, and - W'/r times it; a wall sums over the points of a body beside a particle: twice the gradient, its
  * moment about the centre of the body, the force by the pressure that gravity adds at the points, its moment, the
@@ -61,7 +70,7 @@ typedef struct cairn_fluid_rows {
 } cairn_fluid_rows;
 
 void cairn_fluid_fill_rows(const cairn_fluid* f, const cairn_fluid_rows* rows, int64_t first, int64_t last,
-                           double* crowd, int8_t* open);
+                           int8_t* open);
 void cairn_fluid_push(const cairn_fluid_rows* rows, const int8_t* filtered, int64_t first, int64_t last,
                       const double* pressure, const double* load, double* change, double* bent);
 void cairn_fluid_divergence(const cairn_fluid_rows* rows, int64_t first, int64_t last, const double* velocity,

@@ -31,6 +31,9 @@ void cairn_smooth_spins(int32_t dim, int32_t n, int32_t m, const int32_t* lane, 
 void cairn_smooth_moments(int32_t dim, int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
                           const int32_t* body_b, const double* frame, const double* moment, double* lane_moment,
                           double* force, double* other);
+void cairn_clump_records(int64_t first, int64_t last, const int32_t* body, const double* centre, const double* radius,
+                         const double* grain, const double* position, const double* velocity, double* record,
+                         double* offset);
 void cairn_sphere_gather_states(int32_t n, const int32_t* body_a, const int32_t* body_b, const double* record,
                                 double reach, double h, int32_t scalars, int32_t vectors, int32_t states,
                                 double* stored, int8_t* active, int32_t* lane, int32_t* count, int32_t* filled,
@@ -39,7 +42,7 @@ void cairn_sphere_scatter_states(int32_t n, int32_t count, int32_t m, const int3
                                  const int32_t* body_b, const double* frame, const double* arm, const double* f,
                                  int32_t scalars, int32_t vectors, int32_t states, const double* state, double* stored,
                                  double* lane_force, double* force, double* other, const double* moment,
-                                 double* lane_moment);
+                                 double* lane_moment, const int32_t* a, const int32_t* b, const double* offset);
 
 #ifdef __cplusplus
 }

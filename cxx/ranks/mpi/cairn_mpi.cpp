@@ -118,10 +118,25 @@ void abort_all(std::int32_t code) {
   std::_Exit(code);
 }
 
+void (*call_before_end)() = nullptr;
+
+int ends(MPI_Comm, int, void*, void*) {
+  if (call_before_end) call_before_end();
+  return MPI_SUCCESS;
+}
+
+// MPI_Finalize deletes the attributes of MPI_COMM_SELF before all else (MPI 4.0, section 11.2.4).
+std::int32_t before_end(void (*call)()) {
+  call_before_end = call;
+  int key = MPI_KEYVAL_INVALID;
+  if (const int code = MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, ends, &key, nullptr)) return code;
+  return MPI_Comm_set_attr(MPI_COMM_SELF, key, nullptr);
+}
+
 } // namespace
 
 const cairn_mpi_calls* cairn_mpi_table() {
-  static const cairn_mpi_calls table = {cairn_mpi_version, open,     sum,    largest,
-                                        share_counts,      exchange, gather, abort_all};
+  static const cairn_mpi_calls table = {cairn_mpi_version, open,   sum,       largest,   share_counts,
+                                        exchange,          gather, abort_all, before_end};
   return &table;
 }

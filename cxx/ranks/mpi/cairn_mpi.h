@@ -25,9 +25,10 @@ typedef struct cairn_mpi_calls {
   int32_t (*exchange)(const cairn_mpi_message* out, int64_t n_out, const cairn_mpi_message* in, int64_t n_in);
   int32_t (*gather)(const void* mine, int64_t n, const int64_t* counts, void* all); /* n = counts[rank], for all */
   void (*abort)(int32_t code);
+  int32_t (*before_end)(void (*call)(void)); /* to be called once before MPI ends, where it may still be used */
 } cairn_mpi_calls;
 
-enum { cairn_mpi_version = 1 };
+enum { cairn_mpi_version = 2 };
 const cairn_mpi_calls* cairn_mpi_table(void);
 
 #ifdef __cplusplus

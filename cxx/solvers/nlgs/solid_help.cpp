@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "../../laws/law_info.hpp"
 #include "../policy.hpp"
 #include "../sweeps/active_set.hpp"
 #include "../sweeps/error_forecast.hpp"
@@ -17,6 +18,14 @@ namespace cairn {
 
 namespace {
 
+// True if no law beside the joints has a local solution of its own.
+bool joints_alone(const ContactSystem& system) {
+  return std::none_of(system.batches.begin(), system.batches.end(), [](const cairn_batch& b) {
+    const LawInfo& law = law_infos()[std::size_t(b.law)];
+    return law.has_solve && !law.joins;
+  });
+}
+
 // Newton's method over bodies, where laws have a local solution of their own.
 class SolidHelp : public SweepHelp {
 public:
@@ -24,12 +33,15 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
-        jointed_(!solid_bonds_ && JointedProblem::needed(system)), zones_(SolidZones::alone(system)) {
+        jointed_(!solid_bonds_ && JointedProblem::needed(system)), joints_alone_(joints_alone(system)),
+        zones_(SolidZones::alone(system)) {
     if (zones_) SolidZones::keep_start(system);
   }
 
   bool pays(int iterations, double error) override {
-    const double to_come = forecast_.sweeps_to_come(iterations, error);
+    double to_come = forecast_.sweeps_to_come(iterations, error);
+    // beside contacts that press and rub, errors may stand still for a while
+    if (!solid_bonds_ && !joints_alone_) to_come = std::min(to_come, policy().newton_believed * iterations);
     const bool last = iterations >= options_.max_iterations;
     // sweeps over nodes of meshes that zones join cost as much as passes, and seldom end by themselves
     if (zones_ && !given_up_ && !system_.condensed.empty()) return possible();
@@ -37,8 +49,9 @@ public:
     const double passes = failures_ > 0 ? policy().passes_price_failed : policy().passes_price;
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
     // Errors of joints move whole chains, where errors fall fast at first and then stand: work done by sweeps counts,
-    // too.
-    const bool again = failures_ == 0 && (options_.again == 2 || (options_.again == 1 && iterations * sweep >= pass));
+    // too; but passes seldom end where laws beside the joints have a local solution of their own.
+    const bool chains = options_.again == 1 && (solid_bonds_ || joints_alone_);
+    const bool again = failures_ == 0 && (options_.again == 2 || (chains && iterations * sweep >= pass));
     if (!again && !last && !(to_come * sweep >= passes * pass)) return false;
     return possible();
   }
@@ -133,7 +146,7 @@ private:
   double tolerance_; // that was asked for
   int refined_ = 0;
   bool only_rings_ = false;
-  bool solid_bonds_, jointed_, zones_;
+  bool solid_bonds_, jointed_, joints_alone_, zones_;
   bool given_up_ = false;
 };
 

@@ -120,7 +120,7 @@ private:
   OverlapParting parting_;
 };
 
-// The stages of a simulation that NSCD moves; throws Error where another strategy does.
-Nscd& stages_of(Simulation& s);
+// The stages of a simulation that NSCD moves; throws Error that names `call` where another strategy does.
+Nscd& stages_of(Simulation& s, const std::string& call);
 
 } // namespace cairn

@@ -17,6 +17,7 @@ void SmoothDem::place_contactors(Simulation& s, bool sides) {
     centre_.resize(c.count * dim_);
     for (const auto& [first, last] : placed_) place_centres(s, first, last);
     if (sides) place_sides(s);
+    if (clumps_) place_clumps(s);
   }
   if (!c.direction.active) return;
   direction_.resize(c.count * (dim_ + 1));
@@ -32,6 +33,22 @@ void SmoothDem::place_centres(const Simulation& s, std::int64_t first, std::int6
   cairn_contactor_centres(dim_, first, last, c.body.values.data(), b.position.values.data(), c.offset.active,
                           c.offset.values.data(), b.rotation.active,
                           b.rotation.active ? b.rotation.values.data() : nullptr, centre_.data(), &wrong);
+}
+
+// Records of the spheres of clumps, where these now are.
+void SmoothDem::place_clumps(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  for (const auto& [first, last] : placed_) {
+    const std::int64_t begin = first, end = last, n = (end - begin + NeighbourList::tile - 1) / NeighbourList::tile;
+#pragma omp parallel for schedule(static)
+    for (std::int64_t t = 0; t < n; ++t) {
+      const std::int64_t from = begin + t * NeighbourList::tile;
+      cairn_clump_records(from, std::min(from + NeighbourList::tile, end), c.body.values.data(), centre_.data(),
+                          c.radius.values.data(), grain_.data(), b.position.values.data(), b.velocity.values.data(),
+                          record_.data(), offset_.data());
+    }
+  }
 }
 
 // Of triangles those alone that have a contact.
@@ -87,10 +104,11 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   std::int32_t count = 0, m = 0;
   const double* force = s.scene.bodies.contact_force.values.data();
+  const std::int32_t* with_record = (clumps_ ? list.b : list.body_b).data();
   for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list.pairs); ++q) {
     const std::int64_t body = list.body_b[q]; // of the next batch: on its way while this one is computed
-    __builtin_prefetch(&record_[12 * body]);
-    __builtin_prefetch(&record_[12 * body + 8]);
+    __builtin_prefetch(&record_[12 * with_record[q]]);
+    __builtin_prefetch(&record_[12 * with_record[q] + 8]);
     __builtin_prefetch(&force[6 * body]);
     if (states_ > 3) { // wider than what the processor foresees by itself
       const std::int64_t acting = list.active[q] ? q : p;
@@ -100,27 +118,30 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   }
   const EntryShape& shape = entries_[batch.entry];
   double *state = list.state.data() + states_ * p, *lane_force = &list.force[3 * p];
-  const std::int32_t *body_a = &list.body_a[p], *body_b = &list.body_b[p];
-  const bool one_spring = states_ == 3 && shape.scalars == 0 && shape.vectors == 1 && !shape.turns;
+  const std::int32_t *a = clumps_ ? &list.a[p] : nullptr, *b = clumps_ ? &list.b[p] : nullptr;
+  const std::int32_t *of_a = clumps_ ? a : &list.body_a[p], *of_b = clumps_ ? b : &list.body_b[p]; // records
+  const double* offset = clumps_ ? offset_.data() : nullptr;
+  const bool one_spring = !clumps_ && states_ == 3 && shape.scalars == 0 && shape.vectors == 1 && !shape.turns;
   if (one_spring)
-    cairn_sphere_gather(batch.count, body_a, body_b, record_.data(), shape.reach, h, state, &list.active[p], w.lane,
-                        &count, &m, w.frame, w.arm, w.u, w.lane_gap, w.geometry, w.state);
+    cairn_sphere_gather(batch.count, of_a, of_b, record_.data(), shape.reach, h, state, &list.active[p], w.lane, &count,
+                        &m, w.frame, w.arm, w.u, w.lane_gap, w.geometry, w.state);
   else
-    cairn_sphere_gather_states(batch.count, body_a, body_b, record_.data(), shape.reach, h, shape.scalars,
-                               shape.vectors, states_, state, &list.active[p], w.lane, &count, &m, w.frame, w.arm, w.u,
-                               w.lane_gap, w.geometry, w.state);
+    cairn_sphere_gather_states(batch.count, of_a, of_b, record_.data(), shape.reach, h, shape.scalars, shape.vectors,
+                               states_, state, &list.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
+                               w.geometry, w.state);
   if (count <= 0) return count;
   const cairn_law_context context{h, 0.5, w.geometry, nullptr, 0};
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, shape.turns ? 6 : 3, &context, w.lane_gap, w.u, entry.params, w.state,
                                             w.f, energy);
   if (one_spring)
-    cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, body_b, w.frame, w.arm, w.f, w.state, state,
+    cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state, state,
                          lane_force, to.force, to.other);
   else
-    cairn_sphere_scatter_states(batch.count, count, m, w.lane, to.body_a, body_b, w.frame, w.arm, w.f, shape.scalars,
-                                shape.vectors, states_, w.state, state, lane_force, to.force, to.other,
-                                shape.turns ? &w.f[3 * m] : nullptr, shape.turns ? &list.moment[3 * p] : nullptr);
+    cairn_sphere_scatter_states(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f,
+                                shape.scalars, shape.vectors, states_, w.state, state, lane_force, to.force, to.other,
+                                shape.turns ? &w.f[3 * m] : nullptr, shape.turns ? &list.moment[3 * p] : nullptr, a, b,
+                                offset);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (energy) keep_loss(list, batch, count, m, w);
   return count;
@@ -143,7 +164,8 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const Target to = target_of(s, list, batch);
   if (to.other) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
-  if (spheres_alone_ && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0) return;
+  if ((spheres_alone_ || clumps_) && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0)
+    return;
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, list.state.data() + p * states_, &list.active[p], w.lane,

@@ -191,8 +191,10 @@ void SmoothDem::make_list(Simulation& s) {
   read_laws(s);
   records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
   spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && !s.scene.cell.any();
+  clumps_ = records_ && !spheres_alone_ && !centred_ && !s.scene.cell.any();
+  if (clumps_) offset_.resize(4 * c.count);
   if (records_) {
-    record_.resize(12 * b.count);
+    record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
     body_radius_.assign(b.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k)
       if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
@@ -209,6 +211,7 @@ void SmoothDem::make_list(Simulation& s) {
   else
     s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
   lay_out(s, found_, false, list_);
+  if (keeps_pushes) found_ = {}; // pushes take the room
   recall(s);
   for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
     if (walls_.size() && std::isfinite(*b.mass[i / dim_]))
@@ -240,6 +243,7 @@ void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, Nei
   std::int64_t pairs = 0;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
+    if (keeps_pair && !keeps_pair(a, b)) continue;
     const int entry = s.laws.find(*c.material[a], *c.material[b]);
     if (entry < 0)
       throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +

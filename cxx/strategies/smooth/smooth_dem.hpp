@@ -3,6 +3,7 @@
 // the list, that of detection within tiles of bodies.
 #pragma once
 #include <array>
+#include <functional>
 
 #include "../../simulation/simulation.hpp"
 #include "../../simulation/strategy.hpp"
@@ -51,6 +52,8 @@ public:
 
   SmoothDemOptions settings;
   bool keeps_pushes = false; // forces of pairs are kept, and whoever asked for it adds them up on bodies
+  // Pairs of contactors that lists hold; empty: all that are near enough.
+  std::function<bool(std::int32_t, std::int32_t)> keeps_pair;
 
   // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
   // throws and does not restore bodies: go back to a checkpoint.
@@ -141,6 +144,7 @@ private:
   double walls_move(const Simulation& s) const;
   void place_contactors(Simulation& s, bool sides = true);
   void place_centres(const Simulation& s, std::int64_t first, std::int64_t last);
+  void place_clumps(const Simulation& s);
   void place_sides(const Simulation& s);
   bool is_facet(const Simulation& s, std::int64_t contactor) const;
   void batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
@@ -269,7 +273,9 @@ private:
   bool centred_ = true;             // contactor i is on the centre of body i
   bool records_ = false;            // bodies have records, see smooth_spheres3.f90
   bool spheres_alone_ = false;      // contacts of spheres may go the way of these records
+  bool clumps_ = false;             // so they may, but records are of contactors, which stand beside their bodies
   Array<double> record_, body_radius_;
+  Array<double> offset_; // of contactors from their bodies in space axes, if they have records [m]
   double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
   std::vector<std::unique_ptr<Lanes>> lanes_;
 };

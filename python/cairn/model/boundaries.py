@@ -55,6 +55,8 @@ def boundary_set(dim, position, contactor, mass, inertia, free, velocity, force,
             raise ValueError(f"free names {name!r}: the dofs of a body are {listed(names, name)}")
     if free and mass is None:
         raise ValueError(f"mass is missing: a boundary that is free to move along {', '.join(free)} needs one [kg]")
+    if force is not None and mass is not None and not free and not getattr(force, "needs_simulation", False):
+        raise ValueError(f"force is given, and free names no dof along which it moves the boundary: give free={names[dim - 1]!r}")
     held = tuple(name for name in names if name not in free)
     infinite = mass is None
     masses = np.array([np.inf if infinite else checks.positive("mass", mass)])

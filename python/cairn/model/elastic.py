@@ -15,8 +15,8 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
-from ..names import listed
 from . import initial_stress as initially
+from .mesh_parts import group_nodes
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 
@@ -337,7 +337,7 @@ class ElasticBody:
         Parameters
         ----------
         group : str or array_like of int
-            Name of the group, or the numbers themselves.
+            Name of the group, "boundary" for all nodes there, or the numbers themselves.
 
         Returns
         -------
@@ -351,9 +351,7 @@ class ElasticBody:
         """
         if not isinstance(group, str):
             return checks.node_numbers("the group", group, len(self.points))
-        if group not in self.groups:
-            raise ValueError(f"there is no group {group!r}; there are {listed(self.groups, group)}")
-        return self.groups[group]
+        return group_nodes(self, group)
 
     def dofs(self, fixed):
         """Gives the numbers of held dofs.

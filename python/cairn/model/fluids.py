@@ -123,6 +123,8 @@ class Fluid:
         True if each particle was given, so that none is left out.
     incompressible : bool
         True if its pressure is solved for in the step of the bodies.
+    surface_tension : float
+        Energy of a free surface by area [N/m].
     """
 
     name: str
@@ -137,6 +139,7 @@ class Fluid:
     artificial: float
     given: bool
     incompressible: bool = False
+    surface_tension: float = 0.0
 
     is_fluid = True
 
@@ -158,10 +161,10 @@ class Fluid:
         Returns
         -------
         tuple
-            Spacing, density, viscosity, sound speed, smoothing, artificial viscosity and form.
+            Spacing, density, viscosity, sound speed, smoothing, artificial viscosity, form and surface tension.
         """
         numbers = self.spacing, self.density, self.viscosity, self.sound_speed, self.smoothing, self.artificial
-        return (*numbers, self.incompressible)
+        return (*numbers, self.incompressible, self.surface_tension)
 
 
 def fluid(
@@ -177,6 +180,7 @@ def fluid(
     smoothing=1.5,
     artificial=0.0,
     incompressible=False,
+    surface_tension=0.0,
 ):
     """A liquid of particles, which flows among bodies with a free surface.
 
@@ -208,6 +212,9 @@ def fluid(
         True: density is a unilateral condition, solved in the step of NSCD together with the contacts, with steps of up to
         0.4 spacings over the speed. A sound speed then is that of the liquid itself; without one it does not give way.
         False: weakly compressible, in sub-steps of the bodies' step.
+    surface_tension : float, default 0
+        Energy of a free surface by area [N/m], in the weakly compressible form. Angles at walls are not set, and bodies feel no
+        pull along the line where a surface meets them.
 
     Returns
     -------
@@ -259,6 +266,11 @@ def fluid(
     artificial = _not_negative("artificial", artificial)
     if incompressible and artificial > 0:
         raise ValueError(f"artificial is {artificial:g}, which damps sound, and an incompressible fluid has none: leave it out")
+    surface_tension = _not_negative("surface_tension", surface_tension)
+    if checks.flag("incompressible", incompressible) and surface_tension > 0:
+        raise ValueError(
+            f"surface_tension is {surface_tension:g}, and the incompressible fluid has none: leave out incompressible, or it"
+        )
     smoothing = checks.number("smoothing", smoothing)
     if not 1.0 <= smoothing <= 3.0:
         raise ValueError(f"smoothing is {smoothing:g}: give a value in [1, 3]; below, particles have too few neighbours")
@@ -274,7 +286,8 @@ def fluid(
         smoothing,
         artificial,
         given,
-        checks.flag("incompressible", incompressible),
+        bool(incompressible),
+        surface_tension,
     )
 
 
@@ -403,7 +416,9 @@ def sound_speed_of(fluids, gravity, periodic):
     if pull > 0:
         along = position @ (gravity / pull)
         height = float(np.ptp(along)) + fluids[0].spacing
-    speed = math.sqrt(2 * pull * height + float(np.max(np.sum(velocity**2, axis=1))))
+    half = 0.5 * max(float(np.min(np.ptp(position, axis=0))), fluids[0].spacing)  # radius of a drop of that size
+    capillary = 2 * fluids[0].surface_tension / (fluids[0].density * half)
+    speed = math.sqrt(2 * pull * height + float(np.max(np.sum(velocity**2, axis=1))) + capillary)
     if not speed > 0:
         raise ValueError(
             "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity tells how fast it will "

@@ -73,6 +73,12 @@ def _row(own, name, default, low, high):
     return name, kind, f"{about}from {low:.12g} to {high:.12g}"
 
 
+def _unit(own, name):
+    """Unit of a parameter after its range in errors, " [rad]"; "" of plain numbers."""
+    unit = (told(own, name) or ("-",))[0]
+    return "" if unit == "-" else f" [{unit}]"
+
+
 def _law_class(row, description, plugged=False):
     parameters = description["parameters"]
     names = tuple(p[0] for p in parameters)
@@ -87,21 +93,20 @@ def _law_class(row, description, plugged=False):
             raise TypeError(f"{own} has no parameter {unknown[0]!r}; it has {listed(names, unknown[0])}")
         values, curves = [], []
         for name, default, smallest, largest in parameters:
-            value = given.get(name, default)
+            value, to = given.get(name, default), f"to {largest:g}" + ("" if plugged else _unit(own, name))
             if isinstance(value, OfTemperature):
                 for v in value.values:
                     if not smallest <= v <= largest:
-                        raise ValueError(f"{name} of {own} is {v:g} at some temperature: give values from {smallest:g} to "
-                                         f"{largest:g}")  # fmt: skip
+                        raise ValueError(f"{name} of {own} is {v:g} at some temperature: give values from {smallest:g} {to}")
                 curves.append((len(values), value))
                 value = max(value.values)
             if value is None:
-                raise TypeError(f"{own} needs {name}, from {smallest:g} to {largest:g}")
+                raise TypeError(f"{own} needs {name}, from {smallest:g} {to}")
             if isinstance(value, (float, np.floating)) and math.isnan(value):
-                raise ValueError(f"{name} of {own} is nan: give a value from {smallest:g} to {largest:g}")
+                raise ValueError(f"{name} of {own} is nan: give a value from {smallest:g} {to}")
             value = checks.number(f"{name} of {own}", value, finite=False)
             if not smallest <= value <= largest:
-                raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
+                raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} {to}")
             values.append(value)
         Law.__init__(self, values, curves)
         # lets the kernel check conditions on several parameters together

@@ -48,13 +48,24 @@ class GivenBody:
         return self.faces
 
 
+BOUNDARY = "boundary"  # the group of all nodes on the boundary, unless a mesh has another one of that name
+
+
+def boundary_nodes(body):
+    """Numbers of the nodes on the boundary of a body, ascending."""
+    sides = np.ravel(body.boundary_edges() if body.dim == 2 else body.boundary_faces())
+    return np.unique(sides[sides >= 0])
+
+
 def group_nodes(body, group):
     """Numbers of the nodes of a group, by its name or as given. Raises ValueError for an unknown name."""
     if not isinstance(group, str):
         return checks.node_numbers("a group of nodes", group, len(body.points))
+    if isinstance(group, str) and group == BOUNDARY and group not in body.groups and hasattr(body, "boundary_edges"):
+        return boundary_nodes(body)
     if group not in body.groups:
         more = "" if len(body.groups) else ": give the body groups={name: numbers of nodes}"
-        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}{more}")
+        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed([*body.groups, BOUNDARY], group)}{more}")
     return body.groups[group]
 
 

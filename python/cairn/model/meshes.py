@@ -163,7 +163,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         Material of its contacts, and the density of a mesh [kg/m3].
     contact : str or sequence
         Names of groups, or numbers of nodes, that are candidate points; they touch disks, spheres, walls, polygons, polyhedra,
-        and the edges and faces of other meshes.
+        and the edges and faces of other meshes. "boundary" is the group of all nodes, edges or faces there, in every mesh.
     points : tuple, optional
         Nodes (m, k) and weights (m, k) of candidate points between nodes.
     edges : str, sequence of str or array_like (m, 2)

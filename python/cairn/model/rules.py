@@ -101,6 +101,10 @@ def rule(a, b, law):
         If a side is no name or the law is none.
     """
     if law is not None and not isinstance(law, Law):
+        if isinstance(law, type) and hasattr(law, "parameter_names"):
+            names = law.parameter_names
+            given = ", ".join(f"{name}=..." for name in names[:3]) + (", ..." if len(names) > 3 else "")
+            raise ValueError(f"law is the class {law.__name__}: give a law such as {law.__name__}({given})")
         raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
     return _word("first side", a), _word("second side", b), law
 

@@ -57,6 +57,7 @@ class Scene(Spelt):
         self.networks: dict[str, object] = {}  # electrical, thermal
         self.fluids: list = []  # of cn.fluid
         self.fluid_rules: list[tuple[str, int]] = []
+        self.fluid_ends: list = []  # of cn.Inflow and cn.Outflow
         self.count = 0
         self.legacy = None  # origin of a scene made by cairn.legacy
         self._made = True
@@ -122,7 +123,8 @@ class Scene(Spelt):
         Parameters
         ----------
         *sets : BodySet or list of BodySet
-            Sets, as disks(...), wall(...), deformable(...) and others make them, and liquids of cn.fluid(...), which have no ids.
+            Sets, as disks(...), wall(...), deformable(...) and others make them, and liquids of cn.fluid(...), cn.Inflow(...) and
+            cn.Outflow(...), which have no ids.
 
         Returns
         -------
@@ -135,13 +137,14 @@ class Scene(Spelt):
         ValueError
             If a set is wrong, or two materials of the same name differ; the scene is then as it was.
         """
-        liquids = [s for s in sets if getattr(s, "is_fluid", False)]
-        for liquid in liquids:
+        liquids, ends = ([s for s in sets if getattr(s, kind, False)] for kind in ("is_fluid", "is_fluid_end"))
+        for liquid in (*liquids, *ends):
             if liquid.dim != self.dim:
                 raise ValueError(f"a fluid has {liquid.dim} dimensions and the scene {self.dim}: give Scene({liquid.dim})")
-        sets = [s for s in sets if not getattr(s, "is_fluid", False)]
+        sets = [s for s in sets if not (getattr(s, "is_fluid", False) or getattr(s, "is_fluid_end", False))]
         flat, self._materials = checked_sets(self.dim, sets, self._materials, self.periodic)
         self.fluids += liquids
+        self.fluid_ends += ends
         first = self.count
         for s in flat:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s) + s.parts))

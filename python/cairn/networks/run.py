@@ -25,10 +25,27 @@ class Running:
     """The networks of a simulation, as its scene sets them."""
 
     def __init__(self, simulation, core):
+        before = getattr(simulation, "_networks", None)
         self._simulation, self._core = simulation, core
         self._sources, self._told = {}, set()
+        self._added = list(before._added) if before else []
         for kind, settings in simulation.scene.networks.items():
             self._start(kind, settings)
+
+    def add(self, what, ids, function):
+        """Adds heat sources beside those of the scene.
+
+        Parameters
+        ----------
+        what : str
+            "held": temperatures [K]; "flow": powers [W].
+        ids : ndarray (n,) of int
+            Bodies or nodes of meshes.
+        function : callable
+            Function of time that gives the values, (n,).
+        """
+        self._added.append((what, ids, function))
+        self._start("thermal", self._simulation.scene.networks["thermal"])
 
     # ------------------------------------------------------------------ settings passed to the core once
 
@@ -38,7 +55,8 @@ class Running:
         first = not self._has_field(kind)
         materials = [self._material(kind, settings, name) for name, _ in self._simulation._species]
         sources, kept = [], []
-        for what, items in (("held", settings.held), ("flow", settings.flow)):
+        added = {what: [of[1:] for of in self._added if kind == "thermal" and of[0] == what] for what in ("held", "flow")}
+        for what, items in (("held", settings.held + added["held"]), ("flow", settings.flow + added["flow"])):
             for bodies, value, *_ in items:
                 ids = self.bodies(f"{kind} {what}", bodies)
                 electrode = kind == "electrical" and what == "flow"

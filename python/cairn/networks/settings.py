@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from ..base import checks
@@ -26,6 +28,8 @@ def _pairs(name, given):
     """[(bodies, value)] from {group or material: value}, or from pairs of a word or ids (n,) and a value."""
     if given is None:
         return []
+    if not isinstance(given, (dict, list, tuple)):
+        raise ValueError(f"{name} is {given!r}: give {{group: value}}, such as {{'*': {given!r}}} for all bodies")
     items = list(given.items()) if isinstance(given, dict) else [tuple(item) for item in given]
     for item in items:
         if len(item) < 2 or not (isinstance(item[0], str) or np.ndim(item[0]) == 1):
@@ -46,9 +50,24 @@ def _wires(wires):
     for row in rows:
         if len(row) != 3:
             raise ValueError(f"wires holds {row!r}: give (body, body, conductance)")
+        if any(not isinstance(end, (int, float, np.number)) or end != np.floor(end) for end in row[:2]):  # a file has floats
+            raise ValueError(f"wires holds {row!r}: give the numbers of two bodies, as Scene.add returned, and a conductance")
         if not checks.number("conductance of a wire", row[2], finite=False) >= 0:
             raise ValueError(f"conductance of a wire is {row[2]}: give a value >= 0")
     return rows
+
+
+# temperatures below which degrees Celsius are probably meant, and above which kelvins are [K]
+COLD, WARM = 100.0, 250.0
+
+
+def _warn_of_celsius(given, radiates):
+    """Warns of temperatures that are probably in degrees Celsius: of bodies that radiate, or beside others in kelvins."""
+    values = [float(value) for value in given if isinstance(value, (int, float, np.number)) and value > 0]
+    cold = [value for value in values if value < COLD]
+    if cold and (radiates or max(values) > WARM):
+        text = f"a temperature is {cold[0]:g} K" + ("" if radiates else f", and another {max(values):g} K")
+        warnings.warn(f"{text}: give kelvins, {cold[0] + 273.15:g} for {cold[0]:g} degrees Celsius", NetworkWarning, stacklevel=6)
 
 
 class Electrical:
@@ -110,6 +129,8 @@ class Thermal:
         self.initial = _pairs("initial", self.initial)
         self.held, self.flow = _pairs("temperature", temperature), _pairs("power", power)
         self.convection, self.radiation = _outside("convection", convection), _outside("radiation", radiation)
+        outside = [of[3] for of in self.convection + self.radiation]
+        _warn_of_celsius([of[1] for of in self.initial + self.held] + outside, bool(self.radiation))
         shares = ("none", "halves", "effusivity")
         self.friction, self.joule = one_of("friction", friction, shares), one_of("joule", joule, shares)
         self.wires, self.steady = _wires(wires), checks.flag("steady", steady)

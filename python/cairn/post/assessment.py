@@ -6,6 +6,7 @@ Each procedure makes its simulation of blocks, goes through it in small steps, a
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +15,12 @@ from ..base import checks
 from ..names import teach
 from ..pre import loads
 from ..pre.blocks import Blocks, face_table
+from ..pre.import_report import BlocksWarning
 from .assessment_results import Passage, Path, Shaken
 from .masonry import Structure
 
 G = 9.81
+LIGHT = 0.01  # weight of an axle over that of the lightest block
 FALL = 0.02  # of the structure's size: a block that moved farther than that from where it is led has fallen
 QUICK = 20.0  # times the speed at which supports or blocks are moved: a structure that moves faster collapses
 SLOWLY = 8.0  # times sqrt(size / g): how long a slow load is on its way
@@ -97,6 +100,7 @@ def moving_load(
     load = checks.spread("load", load, axles.shape, ", the weight of each axle [N]")
     if not np.all(load > 0):
         raise ValueError(f"load is {load.tolist()}: give the weight of each axle above 0 [N]; it acts downwards")
+    _mind_the_weight(load, blocks, density)
     positions = checks.count("positions", positions, 2)
     spread = checks.number("spread", spread)
     if spread < 0:
@@ -192,6 +196,9 @@ def settlement(
     way = checks.real_array("displacement", displacement, (dim,))
     if not np.any(way):
         raise ValueError(f"displacement is {way}: give one of non-zero length [m]")
+    if np.linalg.norm(way) > _size(blocks):
+        told = f"displacement is {np.linalg.norm(way):.4g} m long, and the structure {_size(blocks):.4g} m: give metres"
+        warnings.warn(told, BlocksWarning, stacklevel=2)
     mask = _chosen(blocks, supports)
     return _led(blocks, joint, way, mask, None, speed, density, dt, outputs, strategy, progress, "settlement", None)
 
@@ -416,6 +423,16 @@ def _checked(blocks):
     if np.all(blocks.mask("support")):
         raise ValueError('all blocks are of the part "support": nothing can move')
     return blocks
+
+
+def _mind_the_weight(load, blocks, density):
+    """Warns of axles that weigh far less than any block, as if given in kN."""
+    free = ~blocks.mask("support")
+    volume = blocks.properties().measure[free]
+    weight = checks.positive("density", density) * G * float(volume.min())
+    if load.max() < LIGHT * weight:
+        told = f"load is {load.max():g} N, and the lightest block weighs {weight:.4g} N: give newtons"
+        warnings.warn(f"{told}, {1e3 * load.max():g} for {load.max():g} kN", BlocksWarning, stacklevel=3)
 
 
 def _numbers(name, given, n):

@@ -7,6 +7,8 @@ import's report and for drawings.
 
 from __future__ import annotations
 
+import difflib
+import warnings
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -15,12 +17,15 @@ import numpy as np
 from ..base import checks
 from . import mass_properties
 from .box_pairs import overlapping_pairs
+from .import_report import BlocksWarning
 
 # a box's corners are numbered x + 2 y + 4 z; its faces run anticlockwise seen from outside
 BOX_FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 # {"polygons" | "polyhedra": function that makes a set of bodies}, from the layer above: cairn.model.shapes
 MAKERS: dict = {}
 FLUSH = 1e-9  # share of the size of an assembly: faces closer than this lie on each other
+
+HUGE = 100.0  # length of the median block [m]: no stone is so long
 
 
 class Joints(NamedTuple):
@@ -155,6 +160,14 @@ class Blocks:
     def add_to(self, scene, material, **options) -> np.ndarray:
         """Adds the blocks to a scene: the ids (n,) of their bodies, in the order of the blocks. Options: those of `sets`; in 2D
         blocks are as deep as the scene unless depth says otherwise."""
+        size = float(np.median([np.max(np.ptp(v, axis=0)) for v in self.vertices])) if len(self) else 0.0
+        if size >= HUGE:
+            told = f"blocks are {size:.4g} m long (the median): give all lengths in metres, {1e-3 * size:.4g} for {size:.4g} mm"
+            warnings.warn(told, BlocksWarning, stacklevel=2)
+        like = [] if "support" in self.part else difflib.get_close_matches("support", set(self.part), 1, 0.7)
+        if like:
+            told = f'no block is held: the part that is held is "support", and there is {like[0]!r}'
+            warnings.warn(told, BlocksWarning, stacklevel=2)
         if self.dim == 2:
             options = {"depth": scene.depth, **options}
         sets, rows = self.sets(material, **options)

@@ -49,7 +49,7 @@ class Tier:
 
 
 def bridge(tiers, abutments=True) -> Blocks:
-    """Tiers one on another, each centred on x = 0 and y = 0, on ground at z = 0 and between abutments.
+    """Tiers (a list of `Tier`) one on another, each centred on x = 0 and y = 0, on ground at z = 0 and between abutments.
 
     A tier that is longer than the one below stands beside it on abutments that reach down to the ground. Parts: "pier",
     "voussoir", "spandrel", "cornice", "support".

@@ -13,7 +13,7 @@ from .closed_surfaces import MeshError
 
 
 class BlocksWarning(UserWarning):
-    """Something in a file of blocks that may not be meant: its unit, or joints that it does not have."""
+    """Something about blocks that may not be meant: the unit of their file or of a load, or joints that they do not have."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,8 @@ from ..model.bodies import DOFS
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
-from ..names import listed
-from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_thin
-from .shown import shown
-
-MOVED = "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start"
-FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity")
+from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
+from .fluid_watch import FluidWatch
 
 
 class Running:
@@ -40,18 +36,65 @@ class Running:
         _refuse_crowded(position, first.spacing)
         speed = first.sound_speed or (0.0 if first.incompressible else sound_speed_of(self.fluids, across, periodic))
         pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
-        self.count, self.sound_speed = len(position), speed
+        self.sound_speed = speed
         settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
         settings |= {"smoothing": first.smoothing, "artificial": first.artificial, "depth": float(scene.depth)}
+        settings["surface_tension"] = first.surface_tension
         settings["incompressible"] = first.incompressible
         settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
         self.settings = settings
+        ends = self._ends(scene, position, bodies, periodic)
+        if ends:
+            position, velocity = (np.concatenate([a, ends[k]]) for a, k in ((position, "position"), (velocity, "velocity")))
+            pressure = np.concatenate([pressure, np.zeros(len(ends["position"]))])
+            _refuse_crowded(position, first.spacing)
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
+        if ends:
+            _core.set_fluid_ends(core, ends)
         self._give_surfaces(bodies, simulation._sets)
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
-        warn_of_gaps(bodies, position, first.spacing, slips, above=4)
+        warn_of_tension(settings, above=4)
+        self.watch = FluidWatch(self)
+        if warn_of_gaps(bodies, slips, position, first.spacing, above=4):
+            self.watch.knows("gaps")
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
-        warn_of_beds(small, [self._grain(b)[0] for b in small], first.spacing, first.smoothing, above=4)
+        sizes = [self._grain(b)[0] for b in small]
+        warn_of_beds(small, sizes, first.spacing, first.smoothing, above=4)
+        held = _held(simulation._sets, scene.dim)
+        free = [k for k, b in enumerate(small) if int(b.ids[0]) not in held]
+        density = [scene._materials[small[k].material].density for k in free]
+        warn_of_light_beds([small[k] for k in free], [sizes[k] for k in free], density, gravity, position, first.spacing,
+                           first.density, above=4)  # fmt: skip
+
+    def _ends(self, scene, position, bodies, periodic):
+        """Arrays of the core for inflows and outflows, with "position" and "velocity" of the particles in inflows; None: none."""
+        if not scene.fluid_ends:
+            return None
+        first, origin = self.fluids[0], np.asarray(scene.origin, float)[: scene.dim]
+        if first.incompressible:
+            raise ValueError("cn.Inflow and cn.Outflow are those of the weakly compressible fluid: leave out incompressible")
+        if any(slip_between(scene, b.material, b.group) > FreeSlip.number for b in bodies):
+            raise ValueError("grains smaller than a particle do not meet open ends: leave out GrainDrag, or Inflow and Outflow")
+        reach, inflows = 2 * first.smoothing * first.spacing, [e for e in scene.fluid_ends if hasattr(e, "velocity")]
+        tables = [e.lanes(first.spacing, reach) for e in inflows]
+        outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin)
+                    for e in scene.fluid_ends if not hasattr(e, "velocity")]  # fmt: skip
+        for axis in [int(t["axis"][0]) for t in tables] + [int(row[6]) for row in outflows]:
+            if periodic[axis]:
+                raise ValueError(f"axis {axis} is periodic, and an inflow or outflow leads along it: leave out one of both")
+        out = {"outflow": np.concatenate([np.zeros(0), *outflows]), "lane": [np.full(len(position), -1)]}
+        names = ("position", "velocity", "axis", "sign", "face", "length", "speed")
+        columns, many = {name: [np.zeros((0, scene.dim)) if name in names[:2] else np.zeros(0)] for name in names}, 0
+        for t in tables:
+            t["face"] = t["face"] - t["sign"] * origin[t["axis"]]
+            free = _deepest(t["position"], bodies, scene.dim)[0] <= 0
+            for name in names:
+                columns[name].append(t[name][free] if name in names[:2] else t[name])
+            out["lane"].append(t["lane"][free] + many)
+            many += len(t["axis"])
+        out |= {name: np.concatenate(c) for name, c in columns.items()}
+        out["axis"], out["lane"] = out["axis"].astype(np.int32), np.concatenate(out["lane"]).astype(np.int32)
+        return out
 
     def _refuse(self, scene):
         liquids = {f.liquid() for f in self.fluids}
@@ -191,6 +234,8 @@ class Running:
         """Volume and diameter of a grain. Raises ValueError for a body that is none."""
         size, spacing = grain_size(body.shape, self._simulation.scene.dim, body.form), self.fluids[0].spacing
         remedy = "give Scene.interact(fluid, material, cn.NoSlip()), with which the fluid flows round it, or None"
+        if self.fluids[0].surface_tension > 0:
+            raise ValueError("grains smaller than a particle feel no surface tension: leave out surface_tension, or GrainDrag")
         if self.fluids[0].incompressible:
             raise ValueError("drag of grains is that of the weakly compressible fluid: leave out incompressible, or GrainDrag")
         if size is None or body.parts > 1:
@@ -210,6 +255,68 @@ class Running:
             return
         self.sets_seen = len(sets)
         self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing), sets)
+
+    def met_surfaces(self, position=None, rotation=None):
+        """Contactors where they stand now, or would stand, and how the liquid meets each.
+
+        Parameters
+        ----------
+        position : ndarray (n, dim), optional
+            Places of all bodies relative to the origin of the scene [m]; those of now when not given.
+        rotation : ndarray, optional
+            Rotations of all; those of now when not given.
+
+        Returns
+        -------
+        tuple of list
+            Contactors, and numbers of rules.
+        """
+        simulation, scene = self._simulation, self._simulation.scene
+        now = simulation.bodies
+        place = np.asarray(now.position) if position is None else position + scene.origin
+        turned = rotation if rotation is not None else now.rotation if "rotation" in now.names else None
+        rows = {int(k): row for row, k in enumerate(now.id)}
+        bodies = [b for b in _bodies_of(scene, simulation._sets, self.fluids[0].spacing) if int(b.ids[0]) in rows]
+        for b in bodies:
+            row = rows[int(b.ids[0])]
+            b.position, b.rotation = place[row], b.rotation if turned is None else np.asarray(turned)[row]
+        return bodies, [slip_between(scene, b.material, b.group) for b in bodies]
+
+    def refuse_moved(self, position, rotation):
+        """Raises ValueError if bodies that are put elsewhere stand where the liquid is.
+
+        Parameters
+        ----------
+        position, rotation : ndarray or None
+            As in `met_surfaces`; None: as they are.
+        """
+        scene, spacing = self._simulation.scene, self.fluids[0].spacing
+        x = np.asarray(self._simulation.fluid.position)
+        was, slips = self.met_surfaces()
+        moved = [
+            (a, b, slip)
+            for a, b, slip in zip(was, self.met_surfaces(position, rotation)[0], slips)
+            if slip and not (np.array_equal(a.position, b.position) and np.array_equal(a.rotation, b.rotation))
+        ]
+        grains = [b for a, b, slip in moved if slip > FreeSlip.number and np.linalg.norm(a.position - b.position) > spacing]
+        self._refuse_grains_inside(grains, x)
+        for a, b, slip in moved:
+            if slip > FreeSlip.number:
+                continue
+            before, after = (_deepest(x, [c], scene.dim)[0] for c in (a, b))
+            inside = np.flatnonzero((after > 0.5 * spacing) & (before < 0.5 * spacing))
+            if len(inside):
+                at = tuple(float(v) for v in x[inside[np.argmax(after[inside])]])
+                raise ValueError(
+                    f"{len(inside)} particles of the liquid lie in body {int(b.ids[0])} where it is put, one at {at}: put it "
+                    "outside the liquid, or move it there by driven= in steps, before which the liquid gives way"
+                )
+
+    def look(self, report):
+        """Adds the volume of the liquid to the report of a step, and warns; see FluidWatch."""
+        info = _core.fluid_report(self._core)
+        report["fluid_volume"] = info["volume"]
+        self.watch.look(self._simulation, info)
 
     def refuse_inside(self, sets):
         """Raises ValueError if particles of the liquid lie in bodies that are to come in."""
@@ -246,6 +353,15 @@ class Running:
                 f"{len(inside)} grains are added within the liquid, one at {at}, and would compress it: add them above it, or to "
                 "the scene before the start, where the liquid makes room"
             )
+
+
+def _held(sets, dim):
+    """Ids of bodies that do not move freely at all."""
+    held = set()
+    for s in sets:
+        if s.mesh is None and (set(DOFS[dim]) <= set(s.driven or ()) or s.mass is not None and not np.isfinite(s.mass).any()):
+            held |= {int(k) for k in s.ids}
+    return held
 
 
 def _surface_of(d, x):
@@ -444,138 +560,3 @@ def _pressure(fluid, gravity):
         return np.zeros(len(fluid))
     along = fluid.position @ (gravity / pull)
     return fluid.density * pull * (along - along.min() + 0.5 * fluid.spacing)
-
-
-class FluidView:
-    """Particles of the liquid of a simulation, in the order in which they were given: position (n, dim) [m], velocity (n, dim)
-    [m/s], pressure (n,) [Pa], density (n,) [kg/m3], open (n,): 2 at a free surface, 1 beside one, 0 within, mass (n,) [kg],
-    porosity (n,): the share of space that grains leave it."""
-
-    def __init__(self, simulation, core, running):
-        self._simulation, self._core, self._running = simulation, core, running
-
-    def __len__(self):
-        return self._running.count
-
-    def __getattr__(self, name):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        if name not in FIELDS:
-            raise AttributeError(f"a fluid has no array {name!r}; it has {listed(FIELDS, name)}")
-        values = _core.fluid_field(self._core, name)
-        if name == "mass" and self._simulation.scene.dim == 2:
-            values *= self._running.settings["depth"]
-        if name == "position" and np.any(self._simulation.scene.origin):
-            values += self._simulation.scene.origin
-        return shown(values, MOVED)
-
-    def __setattr__(self, name, value):
-        if not name.startswith("_"):
-            what = f"{name} of the fluid cannot be assigned" if name in FIELDS else f"a fluid has no {name!r} to be assigned"
-            raise AttributeError(f"{what}: {MOVED}")
-        object.__setattr__(self, name, value)
-
-    @property
-    def settings(self):
-        """Spacing, density, viscosity, sound_speed and others, a dict."""
-        return dict(self._running.settings)
-
-    @property
-    def info(self):
-        """Numbers of the last step: sub_steps, lists, speed [m/s], compression, neighbours, stable_step [s], drag_loss: energy
-        that drag of grains took [J], bytes."""
-        return _core.fluid_report(self._core)
-
-    def force_on(self, body):
-        """Gives the mean force of the liquid on a body in the last step.
-
-        Parameters
-        ----------
-        body : int
-            Id of a body.
-
-        Returns
-        -------
-        ndarray (3,) or (6,)
-            Force [N], and torque about its centre of mass [N m]: 0 for one that the liquid flows through.
-
-        Raises
-        ------
-        ValueError
-            If there is no such body.
-        """
-        number = int(checks.body_ids([body])[0])
-        if number not in self._simulation.bodies.id:
-            raise ValueError(f"there is no body {number}; it was never added, or was removed: give an id that Scene.add returned")
-        found = np.array(_core.fluid_force(self._core, number))
-        return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
-
-    def forces_on_mesh(self, name):
-        """Gives the mean forces of the liquid on the nodes of a deformable body in the last step.
-
-        Parameters
-        ----------
-        name : str
-            Name of the body.
-
-        Returns
-        -------
-        ndarray (n, dim)
-            Forces [N], 0 of one that the liquid flows through.
-
-        Raises
-        ------
-        ValueError
-            If there is no such body.
-        """
-        named = [mesh for mesh in self._simulation.meshes if mesh.name == name]
-        if not named:
-            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes)
-            due = f"there is {known}: give the name of one" if known else "the scene has none: ask force_on for a rigid body"
-            raise ValueError(f"there is no deformable body {name!r}; {due}")
-        out = np.zeros(named[0].body.points.size)
-        found = _core.fluid_mesh_forces(self._core, int(named[0].ids[0]))
-        out[: len(found)] = found
-        return out.reshape(named[0].body.points.shape)
-
-    def energy(self):
-        """Gives the energy of the liquid.
-
-        Returns
-        -------
-        dict
-            "kinetic", "potential" by the gravity of now, and "elastic" of its compression [J].
-        """
-        s = self._running.settings
-        mass = np.asarray(self.mass)
-        velocity, excess = np.asarray(self.velocity), np.asarray(self.density) / s["density"] - 1
-        gravity = self._running._gravity()
-        return {
-            "kinetic": 0.5 * float(np.sum(mass * np.sum(velocity**2, axis=1))),
-            "potential": -float(np.sum(mass * (np.asarray(self.position) @ gravity))),
-            "elastic": 0.5 * s["sound_speed"] ** 2 * float(np.sum(mass * excess**2)),
-        }
-
-    def _grain_fields(self):
-        return ("porosity",) if len(self._running.grains) else ()
-
-    def snapshot(self):
-        """Fields of an output, by name."""
-        names = ("position", "velocity", "pressure", "density", *self._grain_fields())
-        return {name: np.array(getattr(self, name)) for name in names}
-
-    def lines(self):
-        """Lines for Simulation.explain."""
-        s, info = self._running.settings, self.info
-        nu = s["viscosity"] / s["density"]
-        return [
-            "",
-            f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, "
-            f"viscosity {s['viscosity']:g} Pa s ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
-            f"  Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
-            f"  incompressible, in the contacts' step, at most {info['stable_step']:.3g} s; last step: {info['passes']} passes, "
-            f"{info['products']} products, speed {info['speed']:.3g} m/s, density off by {info['compression']:.2%}"
-            if s["incompressible"]
-            else f"  delta-SPH, sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "
-            f"speed {info['speed']:.3g} m/s, compression {info['compression']:.2%}, {info['lists']} lists so far",
-        ]

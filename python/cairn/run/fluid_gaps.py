@@ -17,21 +17,45 @@ THIN = 3.0  # spacings: free edges of plates of 1 and 2 stir the liquid twenty t
 NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
 
 
-def warn_of_gaps(bodies, position, spacing, slips, above):
-    """Warns once of bodies nearer to others than a spacing where the liquid wets them at the start.
+def warn_of_gaps(bodies, slips, position, spacing, above):
+    """Warns of bodies nearer to others than a spacing where the liquid wets them at the start.
+
+    Parameters
+    ----------
+    bodies, slips, position, spacing
+        As in `gaps`.
+    above : int
+        Frames above the caller to which the warning points.
+
+    Returns
+    -------
+    bool
+        True if there are some.
+    """
+    text = gaps(bodies, slips, position, spacing)
+    if text:
+        warnings.warn(text, FluidWarning, stacklevel=above + 1)
+    return bool(text)
+
+
+def gaps(bodies, slips, position, spacing):
+    """Finds bodies nearer to others than a spacing where the liquid wets them.
 
     Parameters
     ----------
     bodies : list
         Contactors, as `Running` has them: ids, position, rotation, points in the axes of the body, plane.
+    slips : list of int
+        How the liquid meets each contactor; 0: not at all.
     position : ndarray (n, dim)
         Places of the particles [m].
     spacing : float
         Distance of the particles [m].
-    slips : list of int
-        How the liquid meets each contactor; 0: not at all.
-    above : int
-        Frames above the caller to which the warning points.
+
+    Returns
+    -------
+    str
+        Text of a warning, empty if there are none.
     """
     from scipy.spatial import cKDTree
 
@@ -39,7 +63,7 @@ def warn_of_gaps(bodies, position, spacing, slips, above):
     surfaces = [(b, *_surface(b, spacing)) for b in met if not b.plane and len(b.points)]
     planes = [(b, *_surface(b, spacing)) for b in met if b.plane]
     if not surfaces or not len(position):
-        return
+        return ""
     place = np.concatenate([p for _, p, _ in surfaces])
     owner = np.concatenate([np.full(len(p), int(b.ids[0])) for b, p, _ in surfaces])
     wet = cKDTree(position).query(place)[0] < NEAR * spacing
@@ -54,14 +78,12 @@ def warn_of_gaps(bodies, position, spacing, slips, above):
         for a, b in pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]:
             found.setdefault((int(min(owner[a], owner[b])), int(max(owner[a], owner[b]))), place[a])
     if not found:
-        return
+        return ""
     (a, b), at = next(iter(found.items()))
-    warnings.warn(
+    return (
         f"{len(found)} pairs of bodies in the liquid leave gaps under its spacing of {spacing:g} m, the first are bodies {a} and "
         f"{b} at {tuple(round(float(x), 6) for x in at)}: no particle fits between, so that nothing presses there, and a body "
-        "on the bed has no buoyancy; give gaps of a spacing or more, or a smaller spacing",
-        FluidWarning,
-        stacklevel=above + 1,
+        "on the bed has no buoyancy; give gaps of a spacing or more, or a smaller spacing"
     )
 
 
@@ -120,13 +142,92 @@ def warn_of_beds(bodies, sizes, spacing, smoothing, above):
     """
     if not bodies or smoothing >= WIDE:
         return
-    place = np.array([b.position for b in bodies])
-    cells, which = np.unique(np.floor(place / (2 * spacing)), axis=0, return_inverse=True)
-    share = np.bincount(which.ravel(), sizes) / (2 * spacing) ** cells.shape[1]
+    share = _shares(bodies, sizes, spacing)
     if np.max(share) > DENSE:
         warnings.warn(
             f"grains take {np.max(share):.0%} of the space in places, and particles that flow into such beds lie farther apart "
             f"than smoothing={smoothing:g} resolves: pressure drops may be wrong by a quarter; give cn.fluid(smoothing=2)",
+            FluidWarning,
+            stacklevel=above + 1,
+        )
+
+
+def _shares(bodies, sizes, spacing):
+    """Share of space (n,) that grains take about each of them, in cells of two spacings."""
+    place = np.array([b.position for b in bodies])
+    cells, which = np.unique(np.floor(place / (2 * spacing)), axis=0, return_inverse=True)
+    return (np.bincount(which.ravel(), sizes) / (2 * spacing) ** cells.shape[1])[which.ravel()]
+
+
+CALM = 0.1  # viscosity over the root of density, tension and spacing, above which drops of 20 spacings stay whole
+
+
+def warn_of_tension(settings, above):
+    """Warns of surface tension beside so little viscosity that a drop falls apart in some oscillations.
+
+    Parameters
+    ----------
+    settings : dict
+        Those of the liquid.
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    if not settings["surface_tension"] > 0:
+        return
+    density, spacing = settings["density"], settings["spacing"]
+    of_sound = density * settings["artificial"] * settings["sound_speed"] * settings["smoothing"] * spacing / 8
+    due = CALM * np.sqrt(density * settings["surface_tension"] * spacing)
+    if settings["viscosity"] + of_sound < due:
+        artificial = settings["artificial"] * (due - settings["viscosity"]) / of_sound if of_sound > 0 else 0.1
+        warnings.warn(
+            f"surface_tension of the fluid beside a viscosity of {settings['viscosity']:g} Pa s: pressures below 0 within drops "
+            f"tear them apart after some oscillations at this spacing; give viscosity={due:.2g}, or artificial="
+            f"{max(0.1, artificial):.2g}",
+            FluidWarning,
+            stacklevel=above + 1,
+        )
+
+
+LIGHT = 0.25  # weight of a bed in the liquid over the pressure of that, below which flow lifts it too early
+
+
+def warn_of_light_beds(bodies, sizes, densities, gravity, position, spacing, density, above):
+    """Warns of beds of free grains so light beside the pressure of the liquid that a flow lifts them too early.
+
+    Parameters
+    ----------
+    bodies : list
+        Free grains, as `Running` has them: position.
+    sizes : list of float
+        Volume of each, in 2D area [m3 or m2].
+    densities : list of float
+        Density of each [kg/m3].
+    gravity : ndarray (dim,)
+        Gravity [m/s2].
+    position : ndarray (n, dim)
+        Places of the particles of the liquid [m].
+    spacing : float
+        Distance of the particles [m].
+    density : float
+        Density of the liquid [kg/m3].
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    pull = float(np.linalg.norm(gravity))
+    if not bodies or not pull > 0:
+        return
+    share, along = _shares(bodies, sizes, spacing), np.array([b.position for b in bodies]) @ (gravity / pull)
+    bed = share > DENSE
+    if not np.any(bed):
+        return
+    down = position @ (gravity / pull)
+    high, deep = float(np.ptp(along[bed])) + spacing, float(along[bed].max() - down.min()) + 0.5 * spacing
+    weight = float(np.mean((share * (np.array(densities) / density - 1))[bed])) * high / deep
+    if 0 < weight < LIGHT:
+        warnings.warn(
+            f"a bed of free grains weighs {weight:.0%} of the pressure of the liquid at its foot, and a pressure drop as small "
+            "as that is found up to twice too large where a flow enters: the velocity at which the bed begins to lift may come "
+            "out at 0.4 of that by Ergun's law; take that velocity from the law, or give a shallower liquid or a higher bed",
             FluidWarning,
             stacklevel=above + 1,
         )

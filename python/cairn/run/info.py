@@ -1,4 +1,4 @@
-"""Report of the last step, sim.info: a dict whose KeyError says why a name is missing."""
+"""Reports of a simulation, sim.info and sim.energy: dicts whose KeyError says why a name is missing."""
 
 from ..names import listed
 
@@ -17,3 +17,10 @@ class Info(dict):
             told = "exists in scenes with joints about which a rigid body turns; this scene has none"
             raise KeyError(f"info has no {name!r}, which {told}")
         raise KeyError(f"info has no {name!r}; it has {listed(self, name)}")
+
+
+class Terms(dict):
+    """Terms of a balance; the KeyError of a missing name tells those that there are."""
+
+    def __missing__(self, name):
+        raise KeyError(f"there is no term {name!r}; there are {listed(self, name)}")

@@ -16,6 +16,7 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
+from . import scene_warnings
 from .probes import Probe, Recorded
 from .views import core_of
 
@@ -501,7 +502,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                 # half a step of tolerance, since time is a rounded sum of steps
                 ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
                 ended = ended or (while_ is not None and not while_(simulation))
-                if ended if ranks is None else ranks.any(ended):  # one rank ends the run of all
+                if ended if ranks is None else ranks.any(ended, "run"):  # one rank ends the run of all
                     break
                 info = _stepped(simulation, first, time_error_every)
                 recorder.record()
@@ -519,4 +520,5 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         _tell(simulation, stop.signal, output)
         if command is not None:
             command.stopped = stop.signal
+    scene_warnings.warn_of_rest(simulation, simulation.steps - first, 4)
     return simulation.steps - first

@@ -1,4 +1,5 @@
-"""Coupling with other codes through preCICE: rigid bodies and meshes that take forces and give displacements.
+"""Coupling with other codes through preCICE: rigid bodies and meshes that take forces and heat, and give displacements and
+temperatures.
 
 Explicit and implicit coupling; an implicit window is repeated from a state in memory, which holds all that the future depends on.
 Needs `pyprecice` (the Python bindings) and the preCICE library, version 3.
@@ -19,8 +20,12 @@ from .sets import living
 from .simulation import Simulation
 from .views import core_of
 
-READ = ("force", "torque")
-WRITE = ("displacement", "velocity", "position")
+READ = ("force", "torque", "power", "temperature")
+WRITE = ("displacement", "velocity", "position", "temperature", "heat")
+# quantities with one component, and the load that each quantity is part of
+SCALARS = ("power", "temperature", "heat")
+LOAD = {"force": "force", "torque": "force", "power": "power", "temperature": "temperature"}
+SOURCE = {"power": "flow", "temperature": "held"}
 MISSING = ("the Python bindings of preCICE are needed: install the preCICE library (https://precice.org), then pip install "
            "pyprecice")  # fmt: skip
 # excess of the rest of a time window over the step that is rounding, over the step
@@ -28,7 +33,7 @@ ROUNDING = 1e-9
 
 
 class _Load:
-    """Force of a coupled set as a function of time: values at the begin and the end of the step at hand."""
+    """Force, power or temperature of a coupled set as a function of time: values at the begin and the end of the step at hand."""
 
     needs_simulation = True
 
@@ -45,7 +50,9 @@ class _OnBodies:
     def __init__(self, simulation, name, ids, offsets, owner, read, write):
         self.simulation, self.name, self.ids, self.read, self.write = simulation, name, ids, read, write
         self.offsets, self.owner, self.dim = offsets, owner, simulation.scene.dim
-        self.load = _Load((len(ids), 3 if self.dim == 2 else 6))
+        wide = {"force": (len(ids), 3 if self.dim == 2 else 6)}
+        self.loads = {name: _Load(wide.get(name, (len(ids),))) for name in dict.fromkeys(LOAD[what] for what in read.values())}
+        self.shared = np.bincount(owner, minlength=len(ids))  # points of each body
         self.start = self.places()
 
     def rows(self):
@@ -64,6 +71,10 @@ class _OnBodies:
         return np.asarray(self.simulation.bodies.position)[self.rows()][self.owner] + self.arms()
 
     def value(self, what):
+        if what == "temperature":
+            return np.ravel(self.simulation.bodies.temperature)[self.rows()][self.owner]
+        if what == "heat":
+            return -(core_of(self.simulation).held_power(self.ids) / np.maximum(self.shared, 1))[self.owner]
         if what == "velocity":
             v = np.asarray(self.simulation.bodies.velocity)[self.rows()][self.owner]
             spin = v[:, self.dim :]
@@ -71,7 +82,12 @@ class _OnBodies:
         return self.places() - (self.start if what == "displacement" else 0.0)
 
     def take(self, what, values, into):
-        """Adds forces or torques (m, .) to the resultants (n, 3 | 6) of the bodies."""
+        """Adds forces or torques (m, .) to the resultants (n, 3 | 6) of the bodies, powers (m,) to theirs, means of temperatures
+        (m,) to theirs."""
+        if what in SCALARS:
+            values = np.ravel(values)
+            np.add.at(into, self.owner, values / self.shared[self.owner] if what == "temperature" else values)
+            return
         if what == "torque":
             np.add.at(into[:, self.dim :], self.owner, values.reshape(len(self.owner), -1))
             return
@@ -86,12 +102,19 @@ class _OnMesh:
     def __init__(self, simulation, name, mesh, nodes, read, write):
         self.simulation, self.name, self.mesh, self.nodes, self.read, self.write = simulation, name, mesh, nodes, read, write
         self.dim = simulation.scene.dim
-        self.load = _Load((len(nodes), self.dim))
-        d, given = mesh._mesh.d, mesh._mesh.d.force
+        shape = {"force": (len(nodes), self.dim)}
+        self.loads = {name: _Load(shape.get(name, (len(nodes),))) for name in dict.fromkeys(LOAD[what] for what in read.values())}
+        self.ids = mesh._mesh.node_ids[nodes]
+        if "force" in self.loads:
+            self._carry()
+
+    def _carry(self):
+        """Gives the nodes a force beside that of their body."""
+        d, given, load = self.mesh._mesh.d, self.mesh._mesh.d.force, self.loads["force"]
 
         def force(t):
             found = dict((given(t) if callable(given) else given) or {})
-            return found | {(int(n),): f for n, f in zip(nodes, self.load(t))}
+            return found | {(int(n),): f for n, f in zip(self.nodes, load(t))}
 
         d.force = force
 
@@ -99,10 +122,16 @@ class _OnMesh:
         return self.mesh.position[self.nodes]
 
     def value(self, what):
+        if what == "heat":
+            return -core_of(self.simulation).held_power(self.ids)
+        if what == "temperature":
+            nodes = self.simulation.nodes
+            order = np.argsort(nodes.id)
+            return np.ravel(nodes.temperature)[order[np.searchsorted(nodes.id, self.ids, sorter=order)]]
         return getattr(self.mesh, what)[self.nodes]
 
     def take(self, what, values, into):
-        into += values
+        into += values.reshape(into.shape)
 
     def sides(self):
         """Sides of the boundary with all nodes in the coupling mesh, {number of nodes: rows (m, nodes) of the vertices}."""
@@ -119,7 +148,8 @@ class _OnMesh:
 def _check_components(precice, part):
     """Raises ValueError for data that are scalars in the configuration and vectors here, or the other way round."""
     for data, what in (part.read | part.write).items():
-        found, due = precice.get_data_dimensions(part.name, data), 1 if what == "torque" and part.dim == 2 else part.dim
+        scalar = what in SCALARS or (what == "torque" and part.dim == 2)
+        found, due = precice.get_data_dimensions(part.name, data), 1 if scalar else part.dim
         if found != due:
             kind = "scalar" if due == 1 else "vector"
             raise ValueError(f"data {data!r} of mesh {part.name!r} have {found} components in the configuration, and {what} has "
@@ -218,9 +248,11 @@ class Coupling(Spelt):
         owner : array_like (m,) of int, optional
             Which of the n bodies each point is on; needed with points on several bodies.
         read : dict, optional
-            {name of the data: "force" | "torque"}, forces [N] on each vertex, torques [N m] about the centres.
+            {name of the data: "force" | "torque" | "power" | "temperature"}: forces [N] on each vertex, torques [N m] about the
+            centres; powers [W] into the bodies, or temperatures [K] at which they are held, of several points their mean.
         write : dict, optional
-            {name of the data: "displacement" | "velocity" | "position"} of each vertex.
+            {name of the data: "displacement" | "velocity" | "position" | "temperature" | "heat"} of each vertex; "heat" is the
+            power [W] that reaches bodies which are held at a temperature, mean of a step, shared by the points of a body.
 
         Raises
         ------
@@ -248,12 +280,12 @@ class Coupling(Spelt):
                 )
             offsets = _back(self.simulation, ids, owner, points)
         read, write = self._data(mesh, read, write, True)
-        if read:
+        if any(LOAD[what] == "force" for what in read.values()):
             self._refuse_held(ids)
         part = _OnBodies(self.simulation, mesh, ids, offsets, owner, read, write)
-        if read:
-            self._carry(ids, part.load)
-        self._parts.append(part)
+        if "force" in part.loads:
+            self._carry(ids, part.loads["force"])
+        self._heat(part)
 
     def mesh(self, mesh, body=0, group="boundary", *, read=None, write=None):
         """Couples nodes of a deformable body.
@@ -267,9 +299,11 @@ class Coupling(Spelt):
         group : str or array_like of int
             Group of its nodes, or their numbers.
         read : dict, optional
-            {name of the data: "force"}, forces [N] on the nodes.
+            {name of the data: "force" | "power" | "temperature"}: forces [N] on the nodes, powers [W] into them, temperatures [K]
+            at which they are held.
         write : dict, optional
-            {name of the data: "displacement" | "velocity" | "position"} of the nodes.
+            {name of the data: "displacement" | "velocity" | "position" | "temperature" | "heat"} of the nodes; "heat" is the
+            power [W] that reaches nodes which are held at a temperature, mean of a step.
 
         Raises
         ------
@@ -282,7 +316,7 @@ class Coupling(Spelt):
             raise ValueError(f"body is {body!r}: the simulation has {len(meshes)} deformable bodies, from 0")
         view = meshes[body]
         read, write = self._data(mesh, read, write, False)
-        self._parts.append(_OnMesh(self.simulation, mesh, view, view.body_nodes(group), read, write))
+        self._heat(_OnMesh(self.simulation, mesh, view, view.body_nodes(group), read, write))
 
     def run(self, *, output=None, every=1, overwrite=False, probes=None, callback=None, progress=False):
         """Runs until the coupling ends.
@@ -376,21 +410,46 @@ class Coupling(Spelt):
     def _read(self, h):
         """Forces at the begin and at the end of a step."""
         for part, vertices in zip(self._parts, self._vertices):
-            part.load.begin = self.simulation.time
+            for load in part.loads.values():
+                load.begin = self.simulation.time
             for at, name in ((0.0, "early"), (h, "late")):
-                into = np.zeros_like(part.load.early)
+                into = {load: np.zeros_like(part.loads[load].early) for load in part.loads}
                 for data, what in part.read.items():
                     found = np.asarray(self._participant.read_data(part.name, data, vertices, at), float)
                     if not np.all(np.isfinite(found)):
                         raise ValueError(f"data {data!r} of mesh {part.name!r} holds values that are no numbers at t = "
                                          f"{self.simulation.time:g} s: the other participant gave them")  # fmt: skip
-                    part.take(what, found, into)
-                setattr(part.load, name, into)
+                    if what == "temperature" and not np.all(found > 0):
+                        raise ValueError(f"data {data!r} of mesh {part.name!r} holds {np.min(found):g} K at t = "
+                                         f"{self.simulation.time:g} s: the other participant gave it, or no initial data: "
+                                         f"initialize=\"yes\" in their <exchange>")  # fmt: skip
+                    part.take(what, found, into[LOAD[what]])
+                for load, values in into.items():
+                    setattr(part.loads[load], name, values)
 
     def _write(self):
         for part, vertices in zip(self._parts, self._vertices):
             for data, what in part.write.items():
                 self._participant.write_data(part.name, data, vertices, part.value(what))
+
+    def _heat(self, part):
+        """Takes a part into the coupling, with sources of its powers and temperatures."""
+        simulation, sources = self.simulation, [name for name in SOURCE if name in part.loads]
+        if sources or any(what in SCALARS for what in part.write.values()):
+            if "thermal" not in simulation.scene.networks:
+                raise ValueError(f"mesh {part.name!r} exchanges heat, and the scene conducts none: call scene.thermal(...)")
+            if len(sources) > 1:
+                raise ValueError(f"mesh {part.name!r} reads powers and temperatures of the same bodies: give one of both")
+        thermal = simulation.scene.networks.get("thermal")
+        if "power" in sources and not thermal.steady:
+            ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
+            kept = np.intersect1d(part.ids, ids[~np.isfinite(mass)])
+            if len(kept):
+                raise ValueError(f"body {kept[0]} has no finite mass and keeps its temperature, whatever the power: read its "
+                                 "temperature, or write its heat")  # fmt: skip
+        for name in sources:
+            simulation._networks.add(SOURCE[name], part.ids, part.loads[name])
+        self._parts.append(part)
 
     def _refuse_held(self, ids):
         """Raises ValueError for bodies that no force moves."""
@@ -413,7 +472,8 @@ class Coupling(Spelt):
             raise ValueError(f"mesh is {mesh!r}: give the name of the coupling mesh in the configuration")
         if any(mesh == part.name for part in self._parts):
             raise ValueError(f"mesh {mesh!r} is coupled already: a mesh of the configuration is of one call")
-        for field, given, due in (("read", read, READ if rigid else READ[:1]), ("write", write, WRITE)):
+        nodal = tuple(what for what in READ if what != "torque")
+        for field, given, due in (("read", read, READ if rigid else nodal), ("write", write, WRITE)):
             if given is not None and not isinstance(given, dict):
                 raise ValueError(f"{field} is {given!r}: give {{name of the data: {due[0]!r}}}")
             for data, what in (given or {}).items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import os
@@ -10,6 +11,8 @@ import time
 import traceback
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from .. import _core
 from ..base import checks
@@ -75,6 +78,7 @@ class Ranks:
             self._exchange = _core.virtual_ranks(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
+        simulation._stage.ranks = self._exchange
         self.check_same(
             "simulation",
             {
@@ -130,6 +134,7 @@ class Ranks:
         ValueError
             On every rank, if ranks have unlike values; it names them.
         """
+        self._exchange.meet(of)
         digest = {name: hashlib.blake2b(text.encode(), digest_size=6).digest() for name, text in told.items()}
         unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest.values()])
         names = [name for name, differs in zip(told, unlike) if differs]
@@ -139,20 +144,42 @@ class Ranks:
                 "values (give seeds to random numbers, take no time of a clock)"
             )
 
-    def any(self, value):
+    def check_same_arrays(self, of, *arrays):
+        """Compares arrays that ranks were given; all ranks call it.
+
+        Parameters
+        ----------
+        of : str
+            Name of the call that takes them.
+        *arrays : array_like or None
+            The arrays.
+
+        Raises
+        ------
+        ValueError
+            On every rank, if ranks have unlike ones.
+        """
+        digest = hashlib.blake2b(digest_size=8)
+        for array in arrays:
+            digest.update(b"none" if array is None else np.ascontiguousarray(array).data)
+        self._exchange.meet(f"{of}\n{digest.hexdigest()}")
+
+    def any(self, value, of="ranks.any"):
         """Gives whether a value is true on any rank. All ranks call it.
 
         Parameters
         ----------
         value : bool
             That of this process.
+        of : str
+            Name of the call that asks, for messages.
 
         Returns
         -------
         bool
             True if it is on one.
         """
-        return _core.any_rank(core_of(self._simulation), bool(value))
+        return _core.any_rank(core_of(self._simulation), bool(value), of)
 
     @contextlib.contextmanager
     def leaving_state(self):
@@ -178,6 +205,7 @@ def _end_all_by_errors(exchange):
     global _exchange
     if _exchange is None:
         sys.excepthook = ended_by
+        atexit.register(_core.end_ranks)  # while simulations still serve what others read
     _exchange = exchange
 
 

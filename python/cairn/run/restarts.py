@@ -97,6 +97,8 @@ class Restarts:
         for fluid in self.scene.fluids:
             digest.update(np.ascontiguousarray(fluid.position).data)
             digest.update(repr((float(fluid.density), fluid.incompressible)).encode())
+        for end in self.scene.fluid_ends:
+            digest.update(np.ascontiguousarray(end.region).data)
         return digest.hexdigest()
 
     def restore(self, path):

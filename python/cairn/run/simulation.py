@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from .. import _core
@@ -14,19 +12,21 @@ from ..model.scene import Scene
 from ..model.scene_sets import checked_sets, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
-from . import cracks, driven_cell, first_overlaps, unit_warnings, unmet_shapes, views
+from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
+from .driven_cell import CellDriving
 from .given_values import GivenValues, three
-from .info import Info
+from .own_kernels import OwnKernels
 from .parts import ask_for_parts
+from .reading import Reading
 from .reshaping import Reshaping
 from .restarts import Restarts
 from .sets import free_masses, ids_of, living, numbers_of_meshes
-from .stages import Place, Stages
+from .stages import Place
 from .step_warnings import StepWarnings
 
 
-class Simulation(Reshaping, Restarts, Spelt):
+class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     """Simulation of a scene: `step` and `run` advance it, `stages` are the parts of a step.
 
     Parameters
@@ -107,10 +107,11 @@ class Simulation(Reshaping, Restarts, Spelt):
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
             self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
-        unit_warnings.warn(self, 3)
-        unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
+        unit_warnings.warn(self, 3)
+        unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
+        scene_warnings.warn(self, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()
@@ -139,6 +140,7 @@ class Simulation(Reshaping, Restarts, Spelt):
     def dt(self, value):
         self._stage.at_rest("dt")
         self._dt = _step_length(value)
+        self._check_same_arrays("dt", self._dt)
 
     @property
     def strategy(self):
@@ -158,71 +160,6 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._values.forces_are_due = True
         self._start_meshes(anew=True)
 
-    @property
-    def time(self):
-        """Time reached [s]."""
-        return self._core.time
-
-    @property
-    def steps(self):
-        """Steps taken since the start."""
-        return self._core.steps
-
-    @property
-    def info(self):
-        """Report of the last step.
-
-        It holds status, error, penetration, iterations, contacts, energy; seconds of stages, newton_seconds of Newton's
-        iterations and others; and largest_penetration, the deepest overlap so far over the size of the smaller body [-].
-        """
-        told = {**self._info, "largest_penetration": self._deepest} if self._info else self._info
-        return Info({**told, "energy": self.energy, **self._core.seconds()}, self.steps)
-
-    @property
-    def report(self):
-        """Report of the last step without energy and seconds; {} before the first."""
-        return self._info
-
-    def add_to_report(self, **more):
-        """Adds entries to the report of the last step.
-
-        Parameters
-        ----------
-        **more : float, int or str
-            Entries by name.
-
-        Returns
-        -------
-        dict
-            The report.
-        """
-        self._info = {**self._info, **more}
-        return self._info
-
-    @property
-    def energy(self):
-        """Terms of the energy balance since the start [J]; closure is their residual, in_play its scale."""
-        found = self._core.energy()
-        if self.steps or not self.meshes:
-            return found
-        from .reshape import before_first_step
-
-        return before_first_step(self, found)
-
-    @property
-    def bodies(self):
-        """Arrays of the rigid bodies: position, velocity, ...; see BodyView."""
-        return views.BodyView(self, self._core)  # not kept, to avoid a reference cycle
-
-    @property
-    def fluid(self):
-        """Particles of the liquid: position, velocity, pressure, ...; see FluidView."""
-        if self._fluid is None:
-            raise ValueError("this scene has no fluid: give cn.fluid(...) to Scene.add")
-        from .fluid import FluidView
-
-        return FluidView(self, self._core, self._fluid)
-
     def _start_fluid(self):
         if not self.scene.fluids:
             return None
@@ -230,84 +167,9 @@ class Simulation(Reshaping, Restarts, Spelt):
 
         return Running(self, self._core)
 
-    @property
-    def nodes(self):
-        """Arrays of the nodes of deformable bodies: position, velocity, ...; see NodeView."""
-        return views.NodeView(self, self._core)
-
-    @property
-    def contacts(self):
-        """Arrays of the contacts of the last step: gap, impulse, ...; see ContactView."""
-        return views.ContactView(self, self._core)
-
-    @property
-    def stages(self):
-        """The stages of a step, for individual calls; see Stages."""
-        return Stages(self, self._core, self._stage)
-
-    @property
-    def ranks(self):
-        """Ranks that share the scene, see Ranks; None without."""
-        return self._ranks
-
-    def gather(self):
-        """Makes bodies and contacts of all ranks readable on each, until the next step. All ranks call it.
-
-        Without ranks, or where one process has all of them, nothing has to be done.
-        """
+    def _check_same_arrays(self, of, *arrays):
         if self._ranks is not None:
-            _core.gather_ranks(self._core)
-
-    @property
-    def meshes(self):
-        """Views of the deformable bodies in the order of insertion: displacement, velocity, stress, ..."""
-        return [views.MeshView(self, self._core, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
-
-    @property
-    def raw(self):
-        """Live arrays in internal order, until the next renumbering."""
-        return views.RawView(self._core)
-
-    @property
-    def held_bytes(self):
-        """Memory in bytes of "bodies" (with contactors and velocities of the solver) and of "contacts", a dict."""
-        return dict(zip(("bodies", "contacts"), self._core.bytes()))
-
-    @property
-    def stable_step(self):
-        """Stable step [s]: of the current smooth contacts, or of deformable bodies by bounds of their frequencies; else inf."""
-        return self._core.stable_step()
-
-    @property
-    def skin(self):
-        """Gap beyond the reach of their law up to which SmoothDEM lists pairs [m]."""
-        figures = self._core.figures()
-        if "skin" not in figures:
-            raise ValueError(f"{type(self.strategy).__name__} has no skin: SmoothDEM has one")
-        return figures["skin"]
-
-    @property
-    def stage_names(self):
-        """Names of the stages of a step, in their order."""
-        return list(self._core.stages())
-
-    def radii(self):
-        """Gives the radius of each body about its centre of mass.
-
-        Returns
-        -------
-        ndarray (n,)
-            Radii [m]: 0 for walls.
-        """
-        if self._radii is None or "stretch" in self.bodies.names:
-            ids, contactors = self.bodies.id, self.contactors
-            reach, offset = contactors.radius.copy(), contactors.offset
-            if len(offset):
-                reach = reach + np.linalg.norm(offset, axis=1)
-            round_ = np.isin(contactors.shape, _core.shapes("ball")) & np.isin(contactors.body, ids)
-            self._radii = np.zeros(len(ids))
-            np.maximum.at(self._radii, np.searchsorted(ids, contactors.body[round_]), reach[round_])
-        return self._radii.copy()
+            self._ranks.check_same_arrays(of, *arrays)
 
     def follow_rotations(self):
         """Stores rotations of bodies from now on even if no contact needs them, for readers of run files."""
@@ -389,6 +251,8 @@ class Simulation(Reshaping, Restarts, Spelt):
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
         self._warnings.look(self, report, h)
+        if self._fluid:
+            self._fluid.look(report)
         if self._networks:
             self._networks.look(report)
         for change in list(filter(None, [watch.look(self) for watch in self._watches])):  # all look before any change
@@ -524,100 +388,7 @@ class Simulation(Reshaping, Restarts, Spelt):
             time_error_every=time_error_every,
         )
 
-    # ------------------------------------------------------------------ comparisons
-
-    def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None, of=None):
-        """Runs a second kernel beside a stage of each later step, on the same input.
-
-        The first step beyond the tolerance is written into a folder: a problem file (FCLIB) for solve_contacts, else arrays
-        (.npz). The simulation gives the same bits with and without shadows.
-
-        Parameters
-        ----------
-        stage : str
-            Name of predict_configuration, compute_free_velocity, solve_contacts or update_configuration; for meshes stresses or
-            element_forces; contact_laws, for the law `of`: see docs/shadow.md.
-        kernel : str, Law or callable, default "reference"
-            The plain loop "reference"; for solve_contacts also the name of a solver of cairn.problems, for contact_laws a law;
-            or a function of the stage's input, a dict of arrays in internal order with h, theta, gravity [SI] and, for
-            solve_contacts, the `problem`. It returns the stage's output (n, components), for solve_contacts the impulses
-            (contacts, dim) [N s], which are compared by their velocities.
-        tol : float, default 1e-8
-            Largest difference over the largest value [-].
-        folder : path-like, default "."
-            Where the first step beyond it is written.
-        name : str, optional
-            Name of that file.
-        of : Law or type, optional
-            The law of a rule, or its class, whose kernel is compared.
-
-        Returns
-        -------
-        Shadow
-            The differences of the steps to come.
-
-        Raises
-        ------
-        ValueError
-            If the strategy has an integrator or is another than NSCD, or an argument is wrong.
-        """
-        if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
-            raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
-        self._stage.at_rest("shadow")
-        if self._fluid:
-            raise ValueError("shadows stand beside steps of bodies alone: leave out the fluid")
-        from . import shadow
-
-        self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name, of))
-        return self._shadows[-1]
-
-    def problem(self):
-        """Gives the contact problem of the last step.
-
-        Returns
-        -------
-        cairn.problems.Problem
-            Bias, friction and W of contacts that can move, then limits and motors of joints (see the page on joints), whose
-            equality constraints are eliminated.
-        """
-        from . import contact_problem as step
-
-        return step.jointed_problem_of(self) or step.problem_of(self)["problem"]
-
-    def dump_problem(self, path):
-        """Writes the contact problem of the last step as `cairn.problems.write` does.
-
-        Parameters
-        ----------
-        path : path-like
-            Name of the file: FCLIB's HDF5, or .dat for Siconos.
-        """
-        from .. import problems
-
-        problems.write(path, self.problem())
-
     # ------------------------------------------------------------------ changes between steps
-
-    def plug(self, routine):
-        """Adds a body force or a free velocity from a library to later steps; forces add up. Not with SmoothDEM.
-
-        Parameters
-        ----------
-        routine : Routine
-            As cairn.plug(library, force=...) or cairn.plug(library, velocity=...) makes it.
-
-        Raises
-        ------
-        ValueError
-            If it is no such routine.
-        """
-        self._stage.at_rest("plug")
-        from ..plugs.plug import Routine
-
-        if not isinstance(routine, Routine):
-            raise ValueError(f"routine is {routine!r}: give cairn.plug(library, force=...) or cairn.plug(library, velocity=...)")
-        call = self._core.plug_force if routine.kind == "force" else self._core.plug_velocity
-        call(routine._core, list(routine.params.values()))
 
     def interact(self, a, b, law):
         """Sets the law between two materials or groups for later steps, as Scene.interact.
@@ -693,6 +464,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         if self._fluid:
             self._fluid.refuse_inside(sets)
+        self._check_same_arrays("add", *(array for s in sets for array in (s.position, s.mass, s.velocity)))
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
@@ -728,6 +500,7 @@ class Simulation(Reshaping, Restarts, Spelt):
         """
         self.between_steps("remove")
         ids = checks.body_ids(ids)
+        self._check_same_arrays("remove", ids)
         self._core.remove_bodies(ids)
         self._radii = None
         self._sets = living(self._sets, self._sets_seen, self._present())
@@ -804,63 +577,6 @@ class Simulation(Reshaping, Restarts, Spelt):
     def _start_functions(self):
         """Takes gravity, drives, forces and damping of the present bodies from their sets."""
         self._values = GivenValues(self)
-
-    def loaded_area(self, normal):
-        """Gives the area of a wall between those that face each other across its normal, see Servo.
-
-        Parameters
-        ----------
-        normal : array_like (dim,)
-            Its normal, a unit vector.
-
-        Returns
-        -------
-        float
-            Area [m2].
-
-        Raises
-        ------
-        ValueError
-            If no two planes face each other.
-        """
-        return self._core.loaded_area(three(normal), "walls", self.scene.depth)
-
-    @property
-    def cell(self):
-        """The periodic cell at the present time, a dict.
-
-        vectors: edges of the cell as rows (dim, dim) [m]; lengths (dim,) [m]; rate: velocity gradient (dim, dim) [1/s];
-        stress: mean stress of the contacts in the last step (upper triangle, compression positive) [Pa], zero unless the
-        cell is driven by a rate, a stress or a constant volume."""
-        found = self._core.driven_cell()
-        return {**found, "lengths": np.diag(found["vectors"]).copy()}
-
-    def drive_cell(self, rate=None, stress=None, constant_volume=False):
-        """Drives the periodic cell in later steps, as Periodic does, in the place of what drove it; all else stays.
-
-        Parameters
-        ----------
-        rate : dict, optional
-            {component: rate [1/s]}.
-        stress : float, callable or dict, optional
-            Pressure along all axes or {component: stress} [Pa].
-        constant_volume : bool, default False
-            Lengths that have neither keep the volume.
-
-        Raises
-        ------
-        ValueError
-            If the scene has no periodic cell, or a component is none or has a value that the core cannot evaluate.
-        """
-        self.between_steps("drive_cell")
-        if self.scene.periodic is None:
-            raise ValueError("the scene has no periodic cell: give cairn.Scene(periodic=cairn.Periodic(...))")
-        given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}
-        cell = dataclasses.replace(self.scene.periodic, **given)
-        cell.components(self.scene.dim)
-        driven_cell.change(self._core, self.scene, cell)
-        unit_warnings.warn_of_cell(cell, self.dt, 3)
-        self._cell = cell
 
     def _start_meshes(self, state=None, anew=False):
         """Passes the deformable bodies to the core, see Meshes; their modules are imported only if there are any."""

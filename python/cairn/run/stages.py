@@ -40,19 +40,23 @@ class Place:
     """Progress within a step, used to refuse calls in the middle of it. due: number of the next stage, None between steps; h:
     length of the step [s]; begin: begin time of a whole step, which may be made in parts [s], else None; asks: True while loads
     of a part are evaluated; works: threads in which the core is at work, so that users' functions called there see a half-made
-    step; loads: threads in which the loads of a step are evaluated."""
+    step; loads: threads in which the loads of a step are evaluated; ranks: exchange of the ranks that make each call together,
+    None without."""
 
     def __init__(self):
         self.due = self.h = self.begin = None
-        self.asks, self.works, self.loads = False, set(), set()
+        self.asks, self.works, self.loads, self.ranks = False, set(), set(), None
 
     def at_rest(self, what):
-        """Raises ValueError if the core is in the middle of a step. what: name of the refused operation."""
+        """Raises ValueError if the core is in the middle of a step, or another rank does something else. what: name of the
+        refused operation."""
         if self.asks:
             raise ValueError(f"{what} stands between steps, and one is being made in parts: finish its stages first")
         if get_ident() in self.works:
             text = f"{what} stands between steps, and one is being made, which called this function"
             raise ValueError(f"{text}: wait for its end, or do it in `callback` of run")
+        if self.ranks is not None and what not in ("step", "run"):  # these compare more than their name
+            self.ranks.meet(what)
 
     @contextmanager
     def of_loads(self):

@@ -11,6 +11,7 @@ from ..base import checks
 from ..model.extents import Placed
 from ..model.law_parameters import told as meaning
 from .first_overlaps import Normals
+from .typed_units import free_bodies, texts, young_of
 from .views import core_of
 
 # shortening of a body under its own weight: of small displacements, of large ones
@@ -25,7 +26,8 @@ FASTEST = 0.1
 
 class UnitsWarning(UserWarning):
     """The weight of bodies exceeds by far what their stiffness or strength can bear, as if given in MPa or GPa instead of Pa;
-    gravity points away from all walls; or bodies or a cell grow by more than a tenth in a step."""
+    gravity points away from all walls; bodies or a cell grow by more than a tenth in a step; or densities, angles, steps or
+    lengths are probably those of other units than SI."""
 
 
 def warn(simulation, above):
@@ -33,10 +35,9 @@ def warn(simulation, above):
     scene = simulation.scene
     given = scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity
     gravity = checks.real_array("gravity", given, (scene.dim,))
-    pull = float(np.linalg.norm(gravity))
-    if not pull > 0:
-        return
-    found = [_meshes(simulation, gravity), _laws(simulation, pull), _walls(simulation, gravity)]
+    pull, found = float(np.linalg.norm(gravity)), texts(simulation, gravity)
+    if pull > 0:
+        found += [_meshes(simulation, gravity), _laws(simulation, pull), _walls(simulation, gravity)]
     for text in filter(None, found):
         warnings.warn(text, UnitsWarning, stacklevel=above + 1)
 
@@ -69,7 +70,7 @@ def _meshes(simulation, gravity):
     worst = (1.0, None)
     for number, view in enumerate(simulation.meshes):
         body = view._mesh.d.body
-        young, large = _young(body)
+        young, large = young_of(body)
         mass = float(np.sum(body.nodal_mass())) if young else 0.0
         carried = getattr(body, "initial_stress", None) is not None or bool(view._mesh.d.loads)
         if not mass > 0 or carried:
@@ -92,43 +93,13 @@ def _meshes(simulation, gravity):
     return worst[1]
 
 
-def _young(body):
-    """Largest Young's modulus of a body [Pa], or None; True if it bears large displacements."""
-    given = getattr(body, "given", None) or {}
-    if isinstance(given.get("young"), (int, float, np.number)):
-        return float(given["young"]), False
-    given = given.get("material")
-    found = given.values() if isinstance(given, dict) else [given]
-    materials = [m for of in found for m in (of[0] if isinstance(of, (tuple, list)) else [of])]
-    young = [dict(zip(getattr(m, "parameter_names", ()), getattr(m, "values", ()))).get("young") for m in materials]
-    return (None if None in young or not young else max(young)), True
-
-
-def _weights(simulation):
-    """Masses (n,) [kg] and radii (n,) [m] of rigid bodies that move freely."""
-    driven, contactors = core_of(simulation).scene.body("driven").ravel(), simulation.contactors
-    ids, mass = np.asarray(simulation.bodies.id), np.ravel(simulation.bodies.mass)
-    owner = np.asarray(contactors.body)
-    reach = np.array(contactors.radius, float)
-    if len(contactors.offset):
-        reach += np.linalg.norm(contactors.offset, axis=1)
-    own = np.isin(owner, ids) & np.isfinite(reach)
-    radius = np.zeros(len(ids))
-    order = np.argsort(ids)
-    np.maximum.at(radius, order[np.searchsorted(ids[order], owner[own])], reach[own])
-    free = np.isfinite(mass) & (mass > 0) & (radius > 0)
-    if len(driven) == len(free):
-        free &= driven == 0
-    return mass[free], radius[free]
-
-
 def _laws(simulation, pull):
     """Text on a law whose strengths or stiffness the weight of the lightest bodies exceeds."""
     laws = list(dict.fromkeys(law for *_, law in simulation._rules if law is not None))
     asked = [(law, _strengths(law)) for law in laws]
     if not any(strengths or law.name in SMOOTH for law, strengths in asked):
         return None
-    mass, radius = _weights(simulation)
+    mass, radius = free_bodies(simulation)
     if not len(mass):
         return None
     dim, depth = simulation.scene.dim, float(simulation.scene.depth)
@@ -198,11 +169,11 @@ def _walls(simulation, gravity):
     if not np.any(planes):
         return None
     normals, walls = Normals(placed), np.unique(placed.owner[planes])
-    others = np.setdiff1d(np.unique(placed.owner), walls)
-    if not len(others) or not np.all(normals.free[others]):
-        return None
     along = [float(normal @ gravity) for wall in walls for normal in normals.of(wall)[0]]
     if min(along) < 0 or max(along) <= 0.5 * np.linalg.norm(gravity):
+        return None
+    others = np.setdiff1d(placed.owner, walls)
+    if not len(others) or not np.all(normals.free[others]):
         return None
     text = ", ".join(f"{g:g}" for g in gravity)
     return f"gravity ({text}) pulls all bodies away from every wall, along its normal: turn its sign, or the normals"

@@ -98,6 +98,9 @@ class BodyView(_View):
                     raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
+        simulation._check_same_arrays("bodies.set", *ready.values())
+        if simulation._fluid and ("position" in ready or "rotation" in ready):
+            simulation._fluid.refuse_moved(ready.get("position"), ready.get("rotation"))
         for name, values in ready.items():
             self._core.assign_body(name, values)
 
@@ -191,11 +194,16 @@ class ContactView(_View):
 
     def __getattr__(self, name):
         if name not in self._names and not (name in self._of_networks and self._core.has_contact(name)):
-            raise AttributeError(f"contacts have no array {name!r}; they have {listed([*self._names, 'force'], name)}")
+            raise AttributeError(f"contacts have no array {name!r}; they have {listed(self.names, name)}")
         return shown(self._core.contact(name), self._remedy(name))
 
     def _remedy(self, name):
         return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
+
+    @property
+    def names(self):
+        """Names of the arrays that there are."""
+        return [*self._names, *(name for name in self._of_networks if self._core.has_contact(name)), "force"]
 
     def of_laws(self):
         """Arrays of laws that keep their pairs, {name: (n,)}: beta, stored and released [J]; {} in scenes without such laws."""

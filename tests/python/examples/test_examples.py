@@ -15,6 +15,7 @@ import pytest
 matplotlib.use("Agg")
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+pytestmark = pytest.mark.filterwarnings("error::cairn.UnitsWarning", "error::cairn.SceneWarning")  # all are in SI units
 ENDS = {}  # of the runs of a test: name -> digest
 
 

@@ -281,3 +281,36 @@ def test_prediction_and_correction(dim, values):
     expected.append(np.sum(mass * damping[:, None] * middle * way))
     np.testing.assert_allclose(terms, expected, rtol=1e-10, atol=1e-12)
     assert wrong[0] == -1
+
+
+def test_bodies_that_turn_side_by_side_turn_as_alone():
+    """Bodies of unequal moments of inertia, slow and fast ones, against the rotation of one; in any company, to the bit."""
+    n, h = 70, 0.1
+    inertia, force = RNG.uniform(0.5, 2.0, (n, 3)), RNG.standard_normal((n, 6))
+    rotation, velocity = RNG.standard_normal((n, 4)), RNG.standard_normal((n, 6))
+    rotation /= np.linalg.norm(rotation, axis=1)[:, None]
+    momentum = RNG.standard_normal((n, 3)) * np.where(np.arange(n) % 7 == 0, 40, np.where(np.arange(n) % 5 == 0, 0, 3))[:, None]
+
+    def begin(body):
+        given = velocity.copy(), momentum.copy(), np.empty((len(body), 7)), np.zeros(1), np.full(1, -1)
+        v, moved, turned, fastest, unsolved = given
+        body = np.array(body, np.int64)
+        kernel("cairn_uneven_begin")(
+            len(body), body, h, inertia, force, rotation, v, moved, turned, fastest, unsolved, None, None, None
+        )
+        assert unsolved[0] == -1
+        return v, moved, turned, fastest[0]
+
+    v, moved, turned, fastest = begin(range(n))
+    np.testing.assert_allclose(moved, momentum + h / 2 * force[:, 3:], rtol=1e-13)
+    assert fastest == pytest.approx(np.max(np.sum(moved**2, 1) / inertia.min(1) ** 2), rel=1e-12)
+    q, spin, failed = rotation.copy(), velocity.copy(), np.zeros(1, np.int64)
+    rotate = kernel("cairn_rotate")
+    rotate(n, h / 2, inertia, spin, q, moved, None, failed)
+    kernel("cairn_momentum_update")(n, 0, inertia, q, velocity, spin, moved, None)
+    rotate(n, h / 2, inertia, spin, q, moved, None, failed)
+    np.testing.assert_allclose(turned[:, :4], q, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(turned[:, 4:], spin[:, 3:], rtol=1e-11, atol=1e-12)
+    np.testing.assert_array_equal(v[:, 3:], turned[:, 4:])
+    few = [66, 3, 14, 40, 65, 9]
+    np.testing.assert_array_equal(begin(few)[2], turned[few])

@@ -251,7 +251,7 @@ def test_states_of_spheres_go_the_general_way_faster(turns):
             other, others = np.zeros((n, 6)), np.zeros((n, 6))
         kernel("cairn_sphere_scatter_states")(
             n, count[0], m, lane, body_a, body_b, frame, arm, f, scalars, vectors, states, after, kept, pushed, force, other,
-            moment, turned if turns else None,
+            moment, turned if turns else None, None, None, None,
         )  # fmt: skip
         kernel("cairn_smooth_scatter3", "cairn_smooth_scatter")(
             n, count[0], m, lanes, body_a, body_b, *sides, known[0], f, scalars, vectors, after, short, pushes, forces, others
@@ -262,6 +262,61 @@ def test_states_of_spheres_go_the_general_way_faster(turns):
         for one, two in pairs + ([(other, others)] if cut else []):
             np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
         assert np.array_equal(kept[:, own:], before[:, own:])
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_spheres_of_clumps_go_the_general_way_faster(cut):
+    """Spheres beside the centres of their bodies, against the kernels of all shapes with the levers of the bodies."""
+    bodies, contactors, n, h, states = 4, 10, 11, 0.01, 5
+    body, x, v = np.arange(contactors, dtype=np.int32) % bodies, some(bodies, 3), some(bodies, 6)
+    centre, radius, grain = x[body] + 0.5 * some(contactors, 3), positive(contactors), positive(contactors, 2)
+    grain[:, 0] = 1 / radius
+    record, offset = np.full((contactors, 12), np.nan), np.full((contactors, 4), np.nan)
+    kernel("cairn_clump_records")(0, contactors, body, centre, radius, grain, x, v, record, offset)
+    arm, zero = centre - x[body], np.zeros((contactors, 1))
+    np.testing.assert_allclose(offset, np.c_[arm, zero], **CLOSE)
+    own = v[body, :3] + np.cross(v[body, 3:], arm)
+    np.testing.assert_allclose(record, np.c_[centre, radius, own, zero, v[body, 3:], grain[:, 1]], **CLOSE)
+    a, b = np.triu_indices(contactors, 1)
+    chosen = RNG.permutation(np.flatnonzero(body[a] != body[b]))[:n]
+    a, b = a[chosen].astype(np.int32), b[chosen].astype(np.int32)
+    between = centre[a] - centre[b]
+    far = np.linalg.norm(between, axis=1)
+    gap, normal = far - radius[a] - radius[b], between / far[:, None]
+    reach = np.sort(gap)[8:10].mean()  # nine act
+    stored, active, touch = some(n, states), np.ones(n, np.int8), (radius[a] + gap / 2)[:, None] * normal
+    rows = np.ascontiguousarray(stored[:, :3])
+    lane, count, filled = np.zeros(n + 8, np.int32), np.empty(1, np.int32), np.empty(1, np.int32)
+    frame, arms = np.zeros((6, 128)), np.zeros((2, 128))
+    u, gaps, geometry, state = np.empty(6 * 16), np.empty(16), np.empty(3 * 16), np.empty(2 * 16)
+    kernel("cairn_sphere_gather_states")(
+        n, a, b, record, reach, h, 0, 1, states, stored, active, lane, count, filled, frame, arms, u, gaps, geometry, state
+    )
+    m, lanes = int(filled[0]), lane[: filled[0]].copy()
+    assert count[0] == 9 and m == 16
+    sides = [columns(arm[a] - touch), columns(arm[b] + between - touch)]
+    known = np.empty((6, m)), np.empty((3, m)), np.empty(m), np.empty((3, m)), np.empty((2, m))
+    kernel("cairn_smooth_gather3", "cairn_smooth_gather")(
+        n, m, lanes, body[a], body[b], v, grain[a].T.copy(), grain[b].T.copy(), gap, columns(normal), *sides, h, 0, 1, rows,
+        *known, None,
+    )  # fmt: skip
+    found = frame[:, :m], u[: 3 * m].reshape(3, m), gaps[:m], geometry[: 3 * m].reshape(3, m), state[: 2 * m].reshape(2, m)
+    for one, two in zip(found, known):
+        np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
+    f, after = some(3, m), np.ascontiguousarray(found[4])
+    pushed, force, other = np.zeros((n, 3)), np.zeros((bodies, 6)), np.zeros((n, 6)) if cut else None
+    pushes, forces, others = pushed.copy(), force.copy(), np.zeros((n, 6)) if cut else None
+    kernel("cairn_sphere_scatter_states")(
+        n, count[0], m, lane, body[a], body[b], frame, arms, f, 0, 1, states, after, stored, pushed, force, other, None, None,
+        a, b, offset,
+    )  # fmt: skip
+    kernel("cairn_smooth_scatter3", "cairn_smooth_scatter")(
+        n, count[0], m, lanes, body[a], body[b], *sides, known[0], f, 0, 1, after, rows, pushes, forces, others
+    )
+    acts = np.sort(lanes[: count[0]]) - 1
+    pairs = [(stored[acts, :3], rows[acts]), (pushed, pushes), (force, forces)]
+    for one, two in pairs + ([(other, others)] if cut else []):
+        np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-11)
 
 
 def test_sums_of_lanes():

@@ -1,5 +1,6 @@
 """Wrong units, which the weights of the scene show, and mistakes with options of liquids, plugs and wrapped laws."""
 
+import re
 import warnings
 
 import cairn as cn
@@ -230,3 +231,55 @@ def test_rates_of_a_new_cell_in_percent(cell):
 
     assert "of the cell is" in told(lambda: made(1.0))[0]
     assert not told(lambda: made(0.01))
+
+
+def box_of(material=ROCK, dim=2, dt=1e-3, radius=0.5, law=None, strategy=None, **options):
+    shape = cn.disks if dim == 2 else cn.spheres
+    made = scene(shape([(0.0,) * (dim - 1) + (radius,)], radius, material, **options), floor(dim), dim=dim, law=law)
+    return cn.Simulation(made, dt, strategy)
+
+
+JOINED = {"young": 7e10, "poisson": 0.2, "restitution": 0.5}
+SMOOTH = cn.SmoothDEM()
+OTHER_UNITS = {
+    "grams per cm3": (lambda v: box_of(cn.Material("quartz", density=v)), 2.65, 2650.0, "give kg/m3, 2650 for 2.65 g/cm3"),
+    "of spheres": (lambda v: box_of(cn.Material("lead", density=v), dim=3), 11.3, 90.0, "give kg/m3, 11300"),
+    "of a mesh": (lambda v: mesh(3e10, density=v), 2.4, 2400.0, "density of mesh 0 is 2.4 kg/m3"),
+    "waves": (lambda v: mesh(v), 3e13, 3e12, "waves of 1.12e.05 m/s, faster than in any solid"),
+    "of a liquid": (lambda v: pool(density=v), 1.0, 1000.0, "density of 'fluid' is 1 kg/m3, and no liquid is as light"),
+    "an angle of friction": (lambda v: box_of(law=cn.Coulomb(mu=v)), 30.0, 1e3, "of 30 degrees give 0.577"),
+    "an angle of rotation": (lambda v: box_of(rotation=[v]), 45.0, 45.25, "rotation is 45, .* give 0.785"),
+    "milliseconds": (lambda v: box_of(dt=v, radius=0.01), 1.0, 1e-2, "dt is 1 s, .* give seconds, 0.001 for 1 ms"),
+    "millimetres, wet": (lambda v: box_of(dim=3, radius=v, law=cn.Wet(force=1e-4, reach=1e-5, mu=0.3)), 5.0, 5e-3,
+                         "force of Wet is 0.0001 N, .* so that it has no effect: give metres, 0.005 for 5 mm"),
+    "millimetres, sticky": (lambda v: box_of(dim=3, dt="stable", radius=v, law=cn.JKR(work=0.1, **JOINED), strategy=SMOOTH),
+                            5.0, 5e-3, "work of JKR is 0.1 J/m2"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", OTHER_UNITS)
+def test_values_in_other_units_than_si(mistake):
+    make, wrong, right, words = OTHER_UNITS[mistake]
+    said = told(lambda: make(wrong))
+    assert len(said) == 1 and re.search(words, said[0])
+    assert not told(lambda: make(right))
+
+
+def test_a_limit_of_a_pivot_in_degrees():
+    def made(*limits):
+        joined = cn.Scene(2, gravity=(0.0, -9.81))
+        ids = joined.add(cn.disks([(0, 0), (1, 0)], 0.3, ROCK))
+        joined.interact("*", "*", cn.Coulomb(mu=0.3))
+        joined.join(*ids, cn.Pivot(point=(0.5, 0.0), limits=limits))
+        return cn.Simulation(joined, 1e-3)
+
+    assert "the lower limit of a joint is -30 rad: give radians, -0.5236" in told(lambda: made(-30, 30))[0]
+    assert not told(lambda: made(-3.0, 4 * np.pi)) and not told(lambda: made(-np.inf, np.inf))
+
+
+def test_units_that_are_not_si_are_not_judged():
+    """A scene in grams, centimetres and seconds: its gravity is 981."""
+    made = scene(ball(material=cn.Material("quartz", density=2.65)), floor(), gravity=-981.0)
+    assert not told(lambda: cn.Simulation(made, 1e-3))
+    other = cn.Material("given", density=1.0)  # of another density than the bodies have
+    assert not told(lambda: box_of(other, 3, density=2650.0)) and told(lambda: box_of(ROCK, 3, density=2.65))

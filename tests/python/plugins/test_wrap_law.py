@@ -233,6 +233,11 @@ def test_a_routine_that_reads_a_deck_before_the_first_contact(tmp_path, monkeypa
         subprocess.run(build, shell=True, cwd=folder, check=True)
         with pytest.raises(ValueError, match="OFDECK ended its process.*NEGATIVE FRICTION IN DECK"):
             heap(cn.plug(folder / "libof_bad_deck.so", law="of_bad_deck")())
+        (folder / "steel.dat").unlink()
+        begin = time.monotonic()
+        with pytest.raises(ValueError, match="OFDECK ended its process.*Cannot open file"):  # with the lock of its unit
+            heap(cn.plug(folder / "libof_bad_deck.so", law="of_bad_deck", replace=True)())
+        assert time.monotonic() - begin < 30.0, "not the time limit of 60 s"
     with pytest.raises(ValueError, match="deck is 'brass.dat': there is no file"):
         wrap_law(folder / "law.toml", deck="brass.dat")
     (folder / "law.toml").write_text(text.replace('init="OLDINI"', 'deck="steel.dat"'))

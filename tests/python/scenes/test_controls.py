@@ -141,6 +141,36 @@ def test_an_area_between_walls_needs_walls():
         cn.Servo(1e3, (0, -1), area="floor")
 
 
+@pytest.mark.parametrize("everybody", [False, True])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_contact_forces_of_few_bodies_and_of_all(dim, everybody, tmp_path):
+    """Forces are added up for the bodies that some probe names, or for all, as soon as one names none."""
+    sim, _, lid = box(dim, None, stress=1e5)
+    axis = "xyz"[dim - 1]
+    probes = {f"of {k}": cn.Probe(f"contact_force.{axis}", of=[k]) for k in (0, lid)}
+    probes["both"] = cn.Probe(f"contact_force.{axis}", of=[0, lid], take="sum")
+    if everybody:
+        probes["least"] = cn.Probe(f"contact_force.{axis}", take="min")
+    found = []
+
+    def add_up(s):
+        total = np.zeros(len(s.bodies.id))
+        for sign, side in ((1, 0), (-1, 1)):
+            np.add.at(total, np.searchsorted(s.bodies.id, s.contacts.bodies[:, side]), sign * s.contacts.force[:, dim - 1])
+        found.append(total)
+
+    sim.run(steps=20, output=tmp_path / "probes.vtkhdf", every=20, probes=probes, callback=add_up, progress=False)
+    history = cn.load(tmp_path / "probes.vtkhdf").history
+    found = np.array(found)
+    close = {"rtol": 1e-12, "atol": 1e-12 * np.abs(found).max()}
+    assert np.abs(found).max() > 0
+    np.testing.assert_allclose(history["of 0"], found[:, 0], **close)
+    np.testing.assert_allclose(history[f"of {lid}"], found[:, lid], **close)
+    np.testing.assert_allclose(history["both"], found[:, 0] + found[:, lid], **close)
+    if everybody:
+        np.testing.assert_allclose(history["least"], found.min(axis=1), **close)
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_probes_of_the_core_read_what_python_reads(dim, tmp_path):
     sim, _, lid = box(dim, None, stress=1e5)

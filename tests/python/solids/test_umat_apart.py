@@ -84,6 +84,17 @@ def test_what_ends_its_process_is_an_error_of_the_step(how, told, tmp_path):
     assert fresh.step()["status"] == "converged"
 
 
+def test_an_error_within_an_open_ends_the_process_at_once(tmp_path):
+    """The run-time library holds the lock of the unit, for which a flush would wait until the time limit of 60 s."""
+    path = library(tmp_path, "opens", "open (31, file='no such file', status='old')")
+    kind = cn.plug(path, material="opens", state=1, isolate=True)
+    sim, begin = pulled(kind(3.0, 0.3, 0.0)), time.monotonic()
+    with pytest.raises(ValueError, match=r"opens ended its process \(exit status 2\); it said: .*Cannot open file"):
+        for _ in range(30):
+            sim.step()
+    assert time.monotonic() - begin < 30
+
+
 def test_what_hangs_is_stopped(tmp_path):
     kind = cn.plug(library(tmp_path, "hangs", ENDS["hangs"]), material="hangs", state=1, isolate=True, time_limit=0.5)
     sim = pulled(kind(3.0, 0.3, 0.0))

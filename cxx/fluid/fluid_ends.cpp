@@ -1,0 +1,200 @@
+// Open ends: particles that come in along lanes of an inflow, and those that leave by an outflow. In both buffers a
+// particle has a given velocity, as in Tafuni et al. (2018); their pressure is that of the liquid beside an inflow, and
+// given or kept in an outflow.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "../base/call.hpp"
+#include "fluid.hpp"
+
+namespace cairn {
+
+struct Fluid::Ends {
+  FluidLanes lanes;
+  std::vector<FluidOutflow> outflows;
+  std::vector<std::int32_t> front; // the particle of each lane that is farthest on; -1: none
+};
+
+namespace {
+bool within(const FluidOutflow& o, const double* x, int dim) {
+  for (int c = 0; c < dim; ++c)
+    if (x[c] < o.low[std::size_t(c)] || x[c] > o.high[std::size_t(c)]) return false;
+  return true;
+}
+} // namespace
+
+void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of) {
+  if (settings.incompressible || granular_)
+    throw Error(
+        "open ends are those of the weakly compressible fluid without grains: leave out incompressible, GrainDrag, or "
+        "cn.Inflow and cn.Outflow");
+  ends_ = std::make_shared<Ends>();
+  ends_->lanes = std::move(lanes);
+  ends_->outflows = std::move(outflows);
+  end_.assign(density_.size(), 0);
+  for (std::size_t i = 0; i < lane_of.size() && i < end_.size(); ++i) end_[i] = lane_of[i] + 1;
+  passed_.assign(2, 0.0);
+}
+
+// Particles in buffers keep their velocity, and the back of a buffer is no free surface.
+void Fluid::hold_ends() {
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (end_[i] == 0) continue;
+    std::fill_n(&acceleration_[3 * i], 3, 0.0);
+    std::fill_n(&drift_[3 * i], 3, 0.0);
+    open_[i] = 0;
+  }
+}
+
+// A lane has the pressure of the liquid about its foremost particle, less what gravity adds between.
+void Fluid::fill_ends(const Scene& scene) {
+  Ends& s = *ends_;
+  const FluidLanes& l = s.lanes;
+  const auto along = [&](std::size_t i, std::size_t lane) {
+    return l.sign[lane] * position_[3 * i + std::size_t(l.axis[lane])];
+  };
+  s.front.assign(l.axis.size(), -1);
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (end_[i] <= 0) continue;
+    const auto lane = std::size_t(end_[i] - 1);
+    std::int32_t& first = s.front[lane];
+    if (first < 0 || along(i, lane) > along(std::size_t(first), lane)) first = std::int32_t(i);
+  }
+  const double reach2 = reach() * reach(), c2 = settings.sound_speed * settings.sound_speed;
+  std::vector<double> density(l.axis.size(), settings.density);
+  for (std::size_t lane = 0; lane < density.size(); ++lane) {
+    if (s.front[lane] < 0) continue;
+    const auto i = std::size_t(s.front[lane]);
+    double sum = 0, weights = 0;
+    for (std::int64_t k = list_.first[i]; k < list_.first[i + 1]; ++k) {
+      const auto j = std::size_t(list_.neighbour[std::size_t(k)]);
+      if (end_[j] != 0) continue;
+      double square = 0, rest = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        double d = position_[3 * i + c] - position_[3 * j + c];
+        if (period_[c] > 0)
+          d -= period_[c] * std::round(d / period_[c]);
+        else
+          rest += scene.gravity[c] * d;
+        square += d * d;
+      }
+      if (!(square < reach2)) continue;
+      const double q = 2 * std::sqrt(square / reach2), t = 1 - 0.5 * q, weight = t * t * t * t * (2 * q + 1);
+      sum += weight * (density_[j] + settings.density * rest / c2);
+      weights += weight;
+    }
+    density[lane] = weights > 0 ? sum / weights : density_[i];
+  }
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (end_[i] > 0) density_[i] = density[std::size_t(end_[i] - 1)];
+    if (end_[i] >= 0) continue;
+    const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
+    if (std::isfinite(o.pressure)) density_[i] = settings.density + (o.pressure) / c2;
+  }
+}
+
+// After the step of the liquid: particles pass from an inflow into the liquid, others come in behind them, and
+// particles pass into outflows and beyond.
+void Fluid::pass_ends(double h) {
+  Ends& s = *ends_;
+  const FluidLanes& l = s.lanes;
+  const std::size_t before = end_.size();
+  bool changed = false;
+  for (std::size_t i = 0; i < before; ++i) {
+    const double* x = &position_[3 * i];
+    if (end_[i] > 0) {
+      const auto lane = std::size_t(end_[i] - 1), axis = std::size_t(l.axis[lane]);
+      if (!(l.speed[lane] * h < settings.spacing))
+        throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(l.speed[lane]) +
+                    " m/s by more than its spacing: give a dt of " +
+                    std::to_string(0.5 * settings.spacing / l.speed[lane]) + " s");
+      if (!(l.sign[lane] * x[axis] > l.face[lane])) continue;
+      const std::int32_t of = end_[i];
+      end_[i] = 0;
+      double place[3] = {x[0], x[1], x[2]};
+      place[axis] -= l.sign[lane] * l.length[lane];
+      add_particle(place, &velocity_[3 * i], density_[i], of);
+      passed_[0] += 1;
+      changed = true;
+      continue;
+    }
+    std::int32_t now = 0;
+    for (std::size_t k = 0; k < s.outflows.size(); ++k)
+      if (within(s.outflows[k], x, dim_)) now = -std::int32_t(k) - 1;
+    if (end_[i] < 0 && now == 0) {
+      const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
+      const double at = x[o.axis];
+      if (o.sign > 0 ? at > o.high[std::size_t(o.axis)] : at < o.low[std::size_t(o.axis)]) now = gone;
+    }
+    if (now != end_[i] && now < 0 && now != gone) { // it leaves along the way out alone, and does not turn back
+      const FluidOutflow& o = s.outflows[std::size_t(-now - 1)];
+      for (int c = 0; c < 3; ++c) velocity_[3 * i + std::size_t(c)] *= c == o.axis;
+      double& v = velocity_[3 * i + std::size_t(o.axis)];
+      if (o.sign * v < 0) v = 0;
+      std::fill_n(&acceleration_[3 * i], 3, 0.0);
+    }
+    if (now == gone) passed_[1] += 1;
+    changed = changed || now == gone;
+    end_[i] = now;
+  }
+  if (!changed) return;
+  drop_gone();
+  list_known_ = known_ = false;
+  list_.at.clear();
+  raised_ = 0; // as after a state was restored
+}
+
+void Fluid::add_particle(const double* place, const double* velocity, double density, std::int32_t end) {
+  const double at[3] = {place[0], place[1], place[2]}, speed[3] = {velocity[0], velocity[1], velocity[2]};
+  position_.insert(position_.end(), at, at + 3);
+  velocity_.insert(velocity_.end(), speed, speed + 3);
+  acceleration_.insert(acceleration_.end(), 3, 0.0);
+  density_.push_back(density);
+  number_.push_back(std::int32_t(number_.size()));
+  open_.push_back(0);
+  end_.push_back(end);
+}
+
+// Numbers close up, so that particles keep their order.
+void Fluid::drop_gone() {
+  const std::size_t n = end_.size();
+  std::vector<std::int32_t> left(n + 1, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    if (end_[i] == gone) left[std::size_t(number_[i]) + 1] = 1;
+  for (std::size_t i = 0; i < n; ++i) left[i + 1] += left[i];
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (end_[i] == gone) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      position_[3 * to + c] = position_[3 * i + c];
+      velocity_[3 * to + c] = velocity_[3 * i + c];
+      acceleration_[3 * to + c] = acceleration_[3 * i + c];
+    }
+    density_[to] = density_[i];
+    number_[to] = number_[i] - left[std::size_t(number_[i])];
+    open_[to] = open_[i];
+    end_[to] = end_[i];
+    ++to;
+  }
+  for (auto* v : {&position_, &velocity_, &acceleration_}) v->resize(3 * to);
+  density_.resize(to);
+  number_.resize(to);
+  open_.resize(to);
+  end_.resize(to);
+  rate_.clear();
+}
+
+std::array<double, 2> Fluid::passed() const {
+  if (!ends_) return {0, 0};
+  const double one = mass() * settings.depth;
+  return {one * passed_[0], one * passed_[1]};
+}
+
+std::vector<std::int32_t> Fluid::ends() const {
+  std::vector<std::int32_t> out(density_.size(), 0);
+  for (std::size_t i = 0; i < end_.size(); ++i) out[std::size_t(number_[i])] = end_[i];
+  return out;
+}
+
+} // namespace cairn

@@ -1,0 +1,95 @@
+// The free surface of the liquid: how much space it fills, and surface tension.
+#include <algorithm>
+#include <cmath>
+
+#include "fluid.hpp"
+
+namespace cairn {
+
+namespace {
+constexpr double spray = 0.6; // fill below which particles fly apart, or stand in a single row
+
+template <class F>
+void each_tile(std::int64_t n, F&& f) {
+  const std::int64_t tiles = (n + fluid_tile - 1) / fluid_tile;
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::int64_t t = 0; t < tiles; ++t) f(fluid_tile * t, std::min(fluid_tile * (t + 1), n));
+}
+} // namespace
+
+// The volume of the liquid without spray over that of its mass, for particles as packed last.
+void Fluid::measure_volume(const Scene& scene) {
+  const std::int64_t n = count();
+  fill_.resize(std::size_t(n));
+  const cairn_fluid f = view(scene);
+  each_tile(n, [&](std::int64_t first, std::int64_t last) { cairn_fluid_fill(&f, first, last, fill_.data()); });
+  double volume = 0;
+  std::int64_t many = 0;
+  for (std::size_t i = 0; i < fill_.size(); ++i) {
+    if (!(fill_[i] > spray) || (ends_ && end_[i] != 0)) continue;
+    volume += 1 / fill_[i];
+    ++many;
+  }
+  report.volume = many > 0 ? volume / double(many) : 1;
+}
+
+// Sum of the gradient of the color across the flat surface of a lattice times the spacing: 1/2 but for a share of a
+// percent, as particles are on one side alone.
+double Fluid::color_of_lattice() const {
+  const double dx = settings.spacing, volume = std::pow(dx, dim_);
+  const int most = int(std::ceil(2 * settings.smoothing));
+  cairn_fluid f{};
+  f.dim = dim_;
+  f.smoothing = settings.smoothing * dx;
+  f.spacing = dx;
+  double sum = 0;
+  for (int layer = 0; layer < most; ++layer) { // a particle, then those about it, up to the first layer
+    std::vector<double> record = {0, 0, 0, 0, 0, 0, volume, 0};
+    std::vector<std::int32_t> neighbour;
+    for (int z = dim_ == 3 ? -most : 0; z <= (dim_ == 3 ? most : 0); ++z)
+      for (int x = -most; x <= most; ++x)
+        for (int y = -most; y <= layer; ++y) {
+          if (x == 0 && y == 0 && z == 0) continue;
+          neighbour.push_back(std::int32_t(record.size() / cairn_fluid_record));
+          record.insert(record.end(), {x * dx, y * dx, z * dx, 0, 0, 0, volume, 0});
+        }
+    const std::int64_t first[] = {0, std::int64_t(neighbour.size())}, none[] = {0, 0};
+    f.record = record.data();
+    f.first = first;
+    f.neighbour = neighbour.data();
+    f.first_point = none;
+    double color[4];
+    cairn_fluid_color(&f, 0, 1, color);
+    sum += color[3] * dx;
+  }
+  return sum;
+}
+
+// Accelerations by surface tension, for particles as packed last.
+void Fluid::pull_surface(const Scene& scene) {
+  if (!(lattice_color_ > 0)) lattice_color_ = color_of_lattice();
+  const std::int64_t n = count();
+  color_.resize(4 * std::size_t(n));
+  normal_.resize(4 * std::size_t(n));
+  curvature_.resize(std::size_t(n));
+  const cairn_fluid f = view(scene);
+  each_tile(n, [&](std::int64_t first, std::int64_t last) { cairn_fluid_color(&f, first, last, color_.data()); });
+  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_normals(&f, first, last, color_.data(), normal_.data());
+  });
+  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_curvature(&f, first, last, normal_.data(), curvature_.data());
+  });
+  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_tension(&f, settings.surface_tension / lattice_color_, first, last, color_.data(), normal_.data(),
+                        curvature_.data(), acceleration_.data());
+  });
+}
+
+double Fluid::surface_energy() const {
+  double area = 0;
+  for (std::size_t i = 0; 4 * i < color_.size(); ++i) area += color_[4 * i + 3] * record_[cairn_fluid_record * i + 6];
+  return area > 0 ? settings.surface_tension / lattice_color_ * settings.depth * area : 0;
+}
+
+} // namespace cairn

@@ -1,0 +1,152 @@
+"""The particles of the liquid of a simulation, read as arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..base import checks
+from ..names import listed
+from .shown import shown
+
+MOVED = "particles move by the flow alone; cn.fluid(places, velocity=, pressure=) gives them at the start"
+FIELDS = ("position", "velocity", "pressure", "density", "open", "mass", "porosity", "end")
+
+
+class FluidView:
+    """Particles of the liquid of a simulation, in the order in which they were given: position (n, dim) [m], velocity (n, dim)
+    [m/s], pressure (n,) [Pa], density (n,) [kg/m3], open (n,): 2 at a free surface, 1 beside one, 0 within, mass (n,) [kg],
+    porosity (n,): the share of space that grains leave it, end (n,): 1 and more in a row of an inflow, -1 and less in an outflow,
+    0 elsewhere."""
+
+    def __init__(self, simulation, core, running):
+        self._simulation, self._core, self._running = simulation, core, running
+
+    def __len__(self):
+        return _core.fluid_count(self._core)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in FIELDS:
+            raise AttributeError(f"a fluid has no array {name!r}; it has {listed(FIELDS, name)}")
+        values = _core.fluid_field(self._core, name)
+        if name == "mass" and self._simulation.scene.dim == 2:
+            values *= self._running.settings["depth"]
+        if name == "position" and np.any(self._simulation.scene.origin):
+            values += self._simulation.scene.origin
+        return shown(values, MOVED)
+
+    def __setattr__(self, name, value):
+        if not name.startswith("_"):
+            what = f"{name} of the fluid cannot be assigned" if name in FIELDS else f"a fluid has no {name!r} to be assigned"
+            raise AttributeError(f"{what}: {MOVED}")
+        object.__setattr__(self, name, value)
+
+    @property
+    def settings(self):
+        """Spacing, density, viscosity, sound_speed and others, a dict."""
+        return dict(self._running.settings)
+
+    @property
+    def info(self):
+        """Numbers of the last step: sub_steps, lists, speed [m/s], compression, volume over that of the mass at rest, neighbours,
+        stable_step [s], drag_loss: energy that drag of grains took [J], came_in and left: mass by open ends since the start [kg],
+        surface_energy [J], bytes."""
+        return _core.fluid_report(self._core)
+
+    def force_on(self, body):
+        """Gives the mean force of the liquid on a body in the last step.
+
+        Parameters
+        ----------
+        body : int
+            Id of a body.
+
+        Returns
+        -------
+        ndarray (3,) or (6,)
+            Force [N], and torque about its centre of mass [N m]: 0 for one that the liquid flows through.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body.
+        """
+        number = int(checks.body_ids([body])[0])
+        if number not in self._simulation.bodies.id:
+            raise ValueError(f"there is no body {number}; it was never added, or was removed: give an id that Scene.add returned")
+        found = np.array(_core.fluid_force(self._core, number))
+        return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
+
+    def forces_on_mesh(self, name):
+        """Gives the mean forces of the liquid on the nodes of a deformable body in the last step.
+
+        Parameters
+        ----------
+        name : str
+            Name of the body.
+
+        Returns
+        -------
+        ndarray (n, dim)
+            Forces [N], 0 of one that the liquid flows through.
+
+        Raises
+        ------
+        ValueError
+            If there is no such body.
+        """
+        named = [mesh for mesh in self._simulation.meshes if mesh.name == name]
+        if not named:
+            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes)
+            due = f"there is {known}: give the name of one" if known else "the scene has none: ask force_on for a rigid body"
+            raise ValueError(f"there is no deformable body {name!r}; {due}")
+        out = np.zeros(named[0].body.points.size)
+        found = _core.fluid_mesh_forces(self._core, int(named[0].ids[0]))
+        out[: len(found)] = found
+        return out.reshape(named[0].body.points.shape)
+
+    def energy(self):
+        """Gives the energy of the liquid.
+
+        Returns
+        -------
+        dict
+            "kinetic", "potential" by the gravity of now, "elastic" of its compression, and "surface" of its tension, if any [J].
+        """
+        s = self._running.settings
+        mass = np.asarray(self.mass)
+        velocity, excess = np.asarray(self.velocity), np.asarray(self.density) / s["density"] - 1
+        gravity = self._running._gravity()
+        surface = {"surface": self.info["surface_energy"]} if s["surface_tension"] > 0 else {}
+        return {
+            "kinetic": 0.5 * float(np.sum(mass * np.sum(velocity**2, axis=1))),
+            "potential": -float(np.sum(mass * (np.asarray(self.position) @ gravity))),
+            "elastic": 0.5 * s["sound_speed"] ** 2 * float(np.sum(mass * excess**2)),
+            **surface,
+        }
+
+    def _grain_fields(self):
+        return ("porosity",) if len(self._running.grains) else ()
+
+    def snapshot(self):
+        """Fields of an output, by name."""
+        names = ("position", "velocity", "pressure", "density", *self._grain_fields())
+        return {name: np.array(getattr(self, name)) for name in names}
+
+    def lines(self):
+        """Lines for Simulation.explain."""
+        s, info = self._running.settings, self.info
+        nu = s["viscosity"] / s["density"]
+        return [
+            "",
+            f"Fluid: {len(self)} particles, spacing {s['spacing']:g} m, density {s['density']:g} kg/m3, "
+            f"viscosity {s['viscosity']:g} Pa s ({nu:.3g} m2/s), sound speed {s['sound_speed']:g} m/s",
+            f"  Wendland C2, h = {s['smoothing']:g} spacings, {info['neighbours']:.0f} neighbours listed, {info['bytes']} bytes",
+            f"  incompressible, in the contacts' step, at most {info['stable_step']:.3g} s; last step: {info['passes']} passes, "
+            f"{info['products']} products, speed {info['speed']:.3g} m/s, density off by {info['compression']:.2%}"
+            if s["incompressible"]
+            else f"  delta-SPH, sub-step at most {info['stable_step']:.3g} s; last step: {info['sub_steps']} sub-steps, "
+            f"speed {info['speed']:.3g} m/s, compression {info['compression']:.2%}, {info['lists']} lists so far",
+        ]

@@ -1,0 +1,63 @@
+"""Warnings of a liquid after steps, once in a run each."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from .fluid_gaps import FluidWarning, gaps
+
+AT_START = 0.1  # difference of volumes that is told after the first step; edges of small blocks seem some percent larger
+SWELLS, SHRINKS = 0.05, 0.1  # change of volume since then; surfaces that are not flat seem to lose some
+EVERY = 16  # steps between looks at gaps, which take as long as a step of few particles
+
+
+class FluidWatch:
+    """Looks at the liquid of a simulation after steps."""
+
+    def __init__(self, running):
+        self._running, self._told, self._steps, self._most = running, set(), 0, 1 + AT_START
+
+    def knows(self, name):
+        """Leaves out a warning that was given at the start.
+
+        Parameters
+        ----------
+        name : str
+            "gaps".
+        """
+        self._told.add(name)
+
+    def look(self, simulation, info):
+        """Warns once of a liquid that swells or shrinks, and of gaps that closed.
+
+        Parameters
+        ----------
+        simulation : Simulation
+            The simulation, after a step.
+        info : dict
+            What the core says of the liquid.
+        """
+        self._steps += 1
+        volume = info["volume"]
+        wrong = not 1 - SHRINKS < volume < self._most
+        if self._steps == 1:
+            self._most = max(1.0, volume) + SWELLS
+        if wrong and "volume" not in self._told:
+            self._told.add("volume")
+            incompressible = self._running.settings["incompressible"]
+            slower = "a smaller dt, or leave out incompressible"
+            remedy = slower if incompressible else "a greater sound_speed or a smaller spacing"
+            warnings.warn(
+                f"the liquid takes {volume:.1%} of the volume of its mass after step {simulation.steps}: particles that flew "
+                f"apart have not come together again, or lay closer than the spacing; levels and pressures are wrong by that; "
+                f"give {remedy}; see sim.fluid.info['volume']",
+                FluidWarning,
+                stacklevel=5,
+            )
+        if "gaps" not in self._told and self._steps % EVERY == 0 and len(simulation.contacts):
+            text = gaps(*self._running.met_surfaces(), np.asarray(simulation.fluid.position), self._running.settings["spacing"])
+            if text:
+                self._told.add("gaps")
+                warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)

@@ -1,0 +1,51 @@
+"""Scripts that tests run over processes of MPI."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cairn.run.ranks import library
+
+STARTER = shutil.which("mpirun")
+needs_mpi = pytest.mark.skipif(
+    not (STARTER and Path(library()).exists()), reason="no mpirun, or Cairn was built without MPI: ranks of MPI are not tested"
+)
+PILE = """
+import sys
+import cairn as cn, numpy as np
+rock = cn.Material("rock", density=2600.0)
+scene = cn.Scene(dim=2, gravity=(-6.0, -9.81))
+scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+rng = np.random.default_rng(3)
+x = np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) * 0.97 + 0.6 + rng.uniform(-0.02, 0.02, (64, 2))
+scene.add(cn.disks(x, rng.uniform(0.42, 0.48, 64), rock), cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock))
+sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-6)), overlap="ignore", ranks=RANKS)
+"""
+
+
+def text(ranks, more):
+    """The script of a pile of disks over ranks, with further lines."""
+    return PILE.replace("RANKS", repr(ranks)) + more
+
+
+def started(folder, script, processes=2, *, words=None, expect=0):
+    """Runs a script over processes, for a minute at most; returns its output and errors."""
+    path = folder / "pile.py"
+    path.write_text(script)
+    command = words or [STARTER, "--oversubscribe", "-n", str(processes), sys.executable, str(path)]
+    allowed = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        command, cwd=folder, env={**os.environ, **allowed}, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode == 0) == (expect == 0), done.stderr
+    return done.stdout, done.stderr
+
+
+def here(steps):
+    """The simulation of the same script over three ranks of this process, after some steps."""
+    names = {}
+    exec(text(3, f"sim.run({steps}, progress=False)"), names)  # the same script
+    return names["sim"]
