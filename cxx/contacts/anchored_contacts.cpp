@@ -77,6 +77,7 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
   to.gap.resize(std::size_t(to.count));
   to.normal.resize(std::size_t(to.count) * std::size_t(in_.dim()));
   to.point.resize(std::size_t(to.count) * std::size_t(in_.dim()));
+  std::swap(found.seats, to.seats); // those of this detection stay with it
   std::swap(found, to);
 }
 

@@ -42,7 +42,6 @@ void RimContacts::note_seats(Candidates& out) const {
 // The side of what bore the node, among those within its reach, that it slid past the rim of.
 bool RimContacts::past_its_rim(const OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const {
   const auto node = std::int32_t(seat.node), was = std::int32_t(seat.side);
-  if (!scene_.is_mapped_point(node) || seat.face >= sides_.count(was)) return false; // no seat of these contactors
   const double hair = scene_.mapped->hair[std::size_t(scene_.mapped->place[std::size_t(node)])];
   FlatSide &before = seen_before_, &side = seen_side_;
   sides_.view(was, seat.face, before);
