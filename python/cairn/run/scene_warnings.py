@@ -40,7 +40,7 @@ def warn_of_rest(simulation, steps, above):
         return
     if simulation.ranks is not None:  # they would gather the state of all bodies for it
         return
-    if simulation.energy["largest_kinetic"] > 0:  # what moved may have come to rest
+    if simulation.energy.get("largest_kinetic", 0.0) > 0:  # what moved may have come to rest
         return
     if np.any(simulation.bodies.velocity) or np.any(simulation.nodes.velocity) or not np.any(_free(simulation)):
         return
