@@ -11,7 +11,9 @@ extern "C" {
 int64_t cairn_simulation_contacts(const cairn_simulation* simulation) {
   if (!simulation) return 0;
   // smooth contacts are first placed at the bodies, without effect on the simulation, hence the const_cast
-  return cairn::contacts_to_read(const_cast<cairn_simulation*>(simulation)->simulation);
+  try {
+    return cairn::contacts_to_read(const_cast<cairn_simulation*>(simulation)->simulation);
+  } catch (...) { return -1; }
 }
 
 int32_t cairn_simulation_contact_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,

@@ -1,7 +1,7 @@
 #include "meetings.hpp"
 
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <map>
 
 #include "../base/call.hpp"

@@ -447,9 +447,10 @@ int32_t cairn_simulation_mesh_of_body(const cairn_simulation* simulation, int64_
 int32_t cairn_simulation_mesh_cells(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
                                     double* values, int64_t* count, cairn_error* error);
 
-int64_t cairn_simulation_bodies(const cairn_simulation* simulation);   /* rigid ones */
-int64_t cairn_simulation_nodes(const cairn_simulation* simulation);    /* of all meshes */
-int64_t cairn_simulation_contacts(const cairn_simulation* simulation); /* of the last step */
+int64_t cairn_simulation_bodies(const cairn_simulation* simulation); /* rigid ones */
+int64_t cairn_simulation_nodes(const cairn_simulation* simulation);  /* of all meshes */
+/* Of the last step; -1 if they cannot be read, and cairn_simulation_contact_field tells why. */
+int64_t cairn_simulation_contacts(const cairn_simulation* simulation);
 /* A field of bodies by its name in fields.def ("position", "velocity", "rotation", "mass", "reaction", ...), in the
  * order of insertion; positions are absolute. values has room for capacity numbers; *count is how many there are, and
  * nothing is written if that is more. */

@@ -1,7 +1,8 @@
 /* One scene over several ranks: a part of the C API, to be included beside cairn/cairn.h.
  *
  * Every process makes the same scene and simulation, then gives it to ranks before its first step. All calls that step,
- * gather, write or read files are made by all processes. See docs/machines.md. */
+ * change, gather, write or read files are made by all processes: one that another process does not make is refused on
+ * all of them. Bodies and contacts may be read by one process alone. See docs/machines.md. */
 #ifndef CAIRN_RANKS_H
 #define CAIRN_RANKS_H
 #include <stdint.h>
@@ -23,7 +24,7 @@ int32_t cairn_simulation_over_ranks(cairn_simulation* simulation, int32_t ranks,
                                     cairn_error* error);
 /* The rank of this process, the first of those that it has, and their number; each may be NULL. */
 int32_t cairn_simulation_ranks(cairn_simulation* simulation, int32_t* rank, int32_t* ranks, cairn_error* error);
-/* Contacts of all ranks can be read on each until the next step; bodies always can. */
+/* Contacts of all ranks are gathered at once, in place of when they are first read after a step. */
 int32_t cairn_simulation_gather(cairn_simulation* simulation, cairn_error* error);
 
 #ifdef __cplusplus

@@ -61,11 +61,13 @@ def group_nodes(body, group):
     """Numbers of the nodes of a group, by its name or as given. Raises ValueError for an unknown name."""
     if not isinstance(group, str):
         return checks.node_numbers("a group of nodes", group, len(body.points))
-    if isinstance(group, str) and group == BOUNDARY and group not in body.groups and hasattr(body, "boundary_edges"):
+    has_sides = hasattr(body, "boundary_edges")
+    if group == BOUNDARY and group not in body.groups and has_sides:
         return boundary_nodes(body)
     if group not in body.groups:
         more = "" if len(body.groups) else ": give the body groups={name: numbers of nodes}"
-        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed([*body.groups, BOUNDARY], group)}{more}")
+        names = [*body.groups, *([BOUNDARY] if has_sides else [])]
+        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(names, group)}{more}")
     return body.groups[group]
 
 

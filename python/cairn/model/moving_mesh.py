@@ -33,6 +33,7 @@ class MovingMesh:
         held = [self.dim * nodes + k for nodes, k in fixed]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
         self.called = None  # forces of another code, as the core calls them
+        self._named = {}  # nodes of groups by their names
 
     @property
     def all_ids(self):
@@ -64,6 +65,14 @@ class MovingMesh:
         """Dofs that are not held."""
         return np.setdiff1d(np.arange(self.size), self.held)
 
+    def nodes_of(self, group):
+        """Numbers of the nodes of a group; those of a name are found once, since steps ask for them again."""
+        if not isinstance(group, str):
+            return group_nodes(self.body, group)
+        if group not in self._named:
+            self._named[group] = group_nodes(self.body, group)
+        return self._named[group]
+
     # ------------------------------------------------------------------ state
 
     def load(self, t):
@@ -82,7 +91,7 @@ class MovingMesh:
         given = self.d.force(t) if callable(self.d.force) else self.d.force
         out = np.zeros((self.size // self.dim, self.dim))
         for group, total in (given or {}).items():
-            nodes = group_nodes(self.body, group)
+            nodes = self.nodes_of(group)
             out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
         if self.d.loads:
             from .dead_loads import at_time
@@ -177,7 +186,7 @@ class MovingMesh:
         out = np.zeros(self.size)
         for group, by_axis in self.d.drive.items():
             for axis, v in by_axis.items():
-                out[self.dim * group_nodes(self.body, group) + "xyz".index(axis)] = checks.number(
+                out[self.dim * self.nodes_of(group) + "xyz".index(axis)] = checks.number(
                     f"drive of {group!r}", v(t) if callable(v) else v
                 )
         return out
@@ -205,7 +214,7 @@ class MovingMesh:
         """
         for group, by_axis in self.d.displace.items():
             for axis, given in by_axis.items():
-                dofs = self.dim * group_nodes(self.body, group) + "xyz".index(axis)
+                dofs = self.dim * self.nodes_of(group) + "xyz".index(axis)
                 begin, half, end = (checks.number("displace", given(at)) for at in (t, t + h / 2, t + h))
                 rate = (3 * end - 4 * half + begin) / h
                 out[dofs] = (end - u[dofs]) / h + (1 - share) * (rate - v[dofs])

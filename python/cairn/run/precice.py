@@ -479,6 +479,8 @@ class Coupling(Spelt):
             for data, what in (given or {}).items():
                 if what not in due:
                     raise ValueError(f"{field}[{data!r}] is {what!r}: give one of {listed(due, str(what))}")
+        if list((read or {}).values()).count("temperature") > 1:
+            raise ValueError("read has two data of temperature for the same points: give one of them")
         if not read and not write:
             raise ValueError("read and write are both missing: give the data that are exchanged")
         return dict(read or {}), dict(write or {})

@@ -171,7 +171,7 @@ class Ranks:
         ----------
         value : bool
             That of this process.
-        of : str
+        of : str, default "ranks.any"
             Name of the call that asks, for messages.
 
         Returns

@@ -38,6 +38,10 @@ def warn_of_rest(simulation, steps, above):
     scene = simulation.scene
     if steps < STEPS or callable(scene.gravity) or np.any(scene.gravity) or scene.networks or scene.fluids:
         return
+    if simulation.ranks is not None:  # they would gather the state of all bodies for it
+        return
+    if simulation.energy.get("largest_kinetic", 0.0) > 0:  # what moved may have come to rest
+        return
     if np.any(simulation.bodies.velocity) or np.any(simulation.nodes.velocity) or not np.any(_free(simulation)):
         return
     up = ", ".join(["0"] * (scene.dim - 1) + ["-9.81"])

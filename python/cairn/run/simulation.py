@@ -464,7 +464,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         if self._fluid:
             self._fluid.refuse_inside(sets)
-        self._check_same_arrays("add", *(array for s in sets for array in (s.position, s.mass, s.velocity)))
+        given = ("position", "rotation", "mass", "inertia", "velocity")
+        self._check_same_arrays("add", *(getattr(s, name) for s in sets for name in given))
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:

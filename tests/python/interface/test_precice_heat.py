@@ -136,6 +136,7 @@ def test_mistakes_with_heat_are_told(partner):  # noqa: F811
         (lambda: coupled(without).bodies("Mesh", ids, read=POWERS), "the scene conducts none: call scene.thermal"),
         (lambda: coupled(without).bodies("Mesh", ids, write={"T": "temperature"}), "the scene conducts none"),
         (lambda: coupled(sim).bodies("Mesh", ids, read={"T": "temperature", "P": "power"}), "give one of both"),
+        (lambda: coupled(sim).bodies("Mesh", ids, read={"T": "temperature", "U": "temperature"}), "two data of temperature"),
         (lambda: coupled(pressed).bodies("Mesh", walls, read=POWERS), "keeps its temperature, whatever the power"),
         (lambda: coupled(sim).bodies("Mesh", ids, read={"T": "temperatur"}), "did you mean 'temperature'"),
         (begun.run, 'holds 0 K at t = 0 s: .* initialize="yes"'),

@@ -40,6 +40,11 @@ def ran(scene, dt=1e-3, strategy=None, steps=12, **options):
     return simulation
 
 
+def stopped(simulation):
+    stop = lambda s: s.bodies.set(velocity=np.zeros_like(s.bodies.velocity)) if s.steps == 6 else None
+    simulation.run(steps=12, callback=stop, progress=False)
+
+
 def hot(**thermal):
     scene = made(cn.spheres([(0, 0, 0.1)], 0.1, METAL, group="ball"), cn.wall((0, 0, 0), (0, 0, 1), METAL, group="floor"),
                  gravity=(0.0, 0.0, -9.81))  # fmt: skip
@@ -206,6 +211,7 @@ RIGHT = {
     "a liquid in a cell": lambda: ran(made(periodic=cn.Periodic((2.0, 2.0)), gravity=(0.0, 0.0),
                                            fluid=cn.fluid([(0, 0), (2, 2)], 0.1, sound_speed=10.0))),
     "a floor pressed up": lambda: ran(made(disk(), floor(mass=100.0, free="vy", force=(0.0, 2e4)))),
+    "a body thrown and stopped": lambda: stopped(cn.Simulation(made(disk(velocity=(1.0, 0.0)), gravity=(0.0, 0.0)), 1e-3)),
     "a body thrown without gravity": lambda: ran(made(disk(velocity=(1.0, 0.0)), gravity=(0.0, 0.0))),
     "boundaries alone": lambda: ran(made(floor(), gravity=(0.0, 0.0))),
     "a pivot between bodies": lambda: cn.Simulation(joined((0.5, 0.5)), 1e-3),
