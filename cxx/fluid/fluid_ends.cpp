@@ -1,6 +1,6 @@
 // Open ends: particles that come in along lanes of an inflow, and those that leave by an outflow. In both buffers a
-// particle has a given velocity, as in Tafuni et al. (2018); their pressure is that of the liquid beside an inflow, and
-// given or kept in an outflow.
+// particle has a given velocity, as in Tafuni et al. (2018); their pressure is that of the liquid beside an inflow.
+// In an outflow it is given, or goes on from that with which each came, as its density changes.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -35,6 +35,18 @@ void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::
   end_.assign(density_.size(), 0);
   for (std::size_t i = 0; i < lane_of.size() && i < end_.size(); ++i) end_[i] = lane_of[i] + 1;
   passed_.assign(2, 0.0);
+}
+
+// Before a step, which would otherwise be made in part: one particle at most comes in along a lane.
+void Fluid::check_ends(double h) const {
+  for (const std::int32_t end : end_) {
+    if (end <= 0) continue;
+    const double speed = ends_->lanes.speed[std::size_t(end - 1)];
+    if (!(speed * h < settings.spacing))
+      throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(speed) +
+                  " m/s by more than its spacing: give a dt of " + std::to_string(0.5 * settings.spacing / speed) +
+                  " s");
+  }
 }
 
 // Particles in buffers keep their velocity, and the back of a buffer is no free surface.
@@ -90,13 +102,13 @@ void Fluid::fill_ends(const Scene& scene) {
     if (end_[i] > 0) density_[i] = density[std::size_t(end_[i] - 1)];
     if (end_[i] >= 0) continue;
     const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
-    if (std::isfinite(o.pressure)) density_[i] = settings.density + (o.pressure) / c2;
+    if (std::isfinite(o.pressure)) density_[i] = settings.density + o.pressure / c2;
   }
 }
 
 // After the step of the liquid: particles pass from an inflow into the liquid, others come in behind them, and
 // particles pass into outflows and beyond.
-void Fluid::pass_ends(double h) {
+void Fluid::pass_ends() {
   Ends& s = *ends_;
   const FluidLanes& l = s.lanes;
   const std::size_t before = end_.size();
@@ -105,10 +117,6 @@ void Fluid::pass_ends(double h) {
     const double* x = &position_[3 * i];
     if (end_[i] > 0) {
       const auto lane = std::size_t(end_[i] - 1), axis = std::size_t(l.axis[lane]);
-      if (!(l.speed[lane] * h < settings.spacing))
-        throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(l.speed[lane]) +
-                    " m/s by more than its spacing: give a dt of " +
-                    std::to_string(0.5 * settings.spacing / l.speed[lane]) + " s");
       if (!(l.sign[lane] * x[axis] > l.face[lane])) continue;
       const std::int32_t of = end_[i];
       end_[i] = 0;

@@ -101,7 +101,7 @@ class Running:
         if len(liquids) > 1:
             raise ValueError(
                 f"fluids {', '.join(sorted(f.name for f in self.fluids))} differ in spacing, density, viscosity, sound_speed, "
-                "smoothing, artificial or incompressible: two liquids do not mix here, give both the same values"
+                "smoothing, artificial, incompressible or surface_tension: two liquids do not mix here, give both the same values"
             )
         strategy = type(self._simulation.strategy).__name__
         if self.fluids[0].incompressible and strategy != "NSCD":
