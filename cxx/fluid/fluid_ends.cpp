@@ -17,9 +17,14 @@ struct Fluid::Ends {
 };
 
 namespace {
-bool within(const FluidOutflow& o, const double* x, int dim) {
-  for (int c = 0; c < dim; ++c)
-    if (x[c] < o.low[std::size_t(c)] || x[c] > o.high[std::size_t(c)]) return false;
+// A particle beyond a side of a periodic cell, as it may be until the next list is made, is as far within on the other.
+bool within(const FluidOutflow& o, const double* x, int dim, const std::array<double, 3>& period,
+            const std::array<double, 3>& corner) {
+  for (std::size_t c = 0; c < std::size_t(dim); ++c) {
+    double at = x[c];
+    if (period[c] > 0) at -= period[c] * std::floor((at - corner[c]) / period[c]);
+    if (at < o.low[c] || at > o.high[c]) return false;
+  }
   return true;
 }
 } // namespace
@@ -129,7 +134,7 @@ void Fluid::pass_ends() {
     }
     std::int32_t now = 0;
     for (std::size_t k = 0; k < s.outflows.size(); ++k)
-      if (within(s.outflows[k], x, dim_)) now = -std::int32_t(k) - 1;
+      if (within(s.outflows[k], x, dim_, period_, corner_)) now = -std::int32_t(k) - 1;
     if (end_[i] < 0 && now == 0) {
       const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
       const double at = x[o.axis];

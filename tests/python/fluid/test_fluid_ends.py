@@ -134,7 +134,7 @@ def test_wrong_ends_are_refused():
 
     def start(*ends, periodic=None, **options):
         scene = cn.Scene(dim=2, gravity=(0.0, -1.0), periodic=periodic)
-        scene.add(cn.wall((0, 0), (0, 1), rock), cn.fluid([(0, 0), (2, 1)], 0.1, sound_speed=20.0, **options), *ends)
+        scene.add(cn.wall((0, 0), (0, 1), rock), cn.fluid([(0, 0), (2, 1)], 0.1, **{"sound_speed": 20.0, **options}), *ends)
         return cn.Simulation(scene, dt=1e-2)
 
     with pytest.raises(ValueError, match="0.2 m long, and particles reach over 0.3 m"):
@@ -165,6 +165,7 @@ def test_wrong_ends_are_refused():
         sim.step()
     assert np.array_equal(sim.fluid.position, begin) and sim.time == 0  # before the step, not within
     sim.step(1e-4)  # and it goes on
+    assert start(cn.Inflow([(-0.4, 0), (0, 1)], (3, 0)), sound_speed=None).fluid.settings["sound_speed"] > 30
     scene = cn.Scene(dim=2, gravity=(0.0, -1.0))
     scene.add(cn.disks([[0.5, 0.5]], 0.02, rock), cn.fluid([(0, 0), (2, 1)], 0.1), cn.Outflow([(2, 0), (2.4, 1)]))
     scene.interact("fluid", rock, cn.GrainDrag())
