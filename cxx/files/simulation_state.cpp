@@ -195,13 +195,23 @@ StoredValue fluid_of(Fluid& fluid) {
   return out;
 }
 
+// Numbers of a particle in an array of the state, 0: the array is no array of particles.
+std::size_t of_a_particle(std::string_view name) {
+  if (name == "position" || name == "velocity" || name == "acceleration") return 3;
+  return name == "density" || name == "number" || name == "open" || name == "end" ? 1 : 0;
+}
+
 void take_fluid(Fluid& fluid, const StoredValue& tree) {
+  std::size_t particles = 0; // of the state: with open ends it may have more or less than there are now
   fluid.each_state_array([&](const char* name, auto& values) {
     using T = typename std::decay_t<decltype(values)>::value_type;
     std::vector<T> stored = numbers_of<T>(tree.at(name).array, name);
-    if (stored.size() != values.size() && std::string_view(name) != "listed" && !fluid.has_ends())
+    const std::string_view of = name;
+    if (of == "position") particles = stored.size() / 3;
+    const std::size_t due = fluid.has_ends() && of_a_particle(of) > 0 ? of_a_particle(of) * particles : values.size();
+    if (stored.size() != due && of != "listed")
       throw std::invalid_argument("the fluid has " + std::to_string(stored.size()) + " numbers of " + name + ", and " +
-                                  std::to_string(values.size()) + " are due");
+                                  std::to_string(due) + " are due");
     values = std::move(stored);
   });
   fluid.state_restored();

@@ -356,6 +356,7 @@ double Fluid::stable_step(const Scene& scene) const {
 
 void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
   check(scene);
+  if (ends_) check_ends(h);
   const Threads threads(settings.threads, 40 * count());
   keep_before();
   load_bodies(scene, h);

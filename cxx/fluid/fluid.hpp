@@ -62,7 +62,7 @@ struct FluidLanes {
   std::vector<double> face, length, speed; // end of the buffer times the sign [m], length of it [m], [m/s]
 };
 
-// A box in which particles leave, along an axis. pressure: NaN keeps that with which each came [Pa].
+// A box in which particles leave, along an axis. pressure: NaN lets that of each go on [Pa].
 struct FluidOutflow {
   std::array<double, 3> low{}, high{};
   int axis = 0;
@@ -243,9 +243,10 @@ private:
   struct Ends; // see fluid_ends.cpp
   static constexpr std::int32_t gone = INT32_MIN;
   std::shared_ptr<Ends> ends_; // of this alone
+  void check_ends(double h) const;
   void hold_ends();
   void fill_ends(const Scene& scene);
-  void pass_ends(double h);
+  void pass_ends();
   void add_particle(const double* place, const double* velocity, double density, std::int32_t end);
   void drop_gone();
 

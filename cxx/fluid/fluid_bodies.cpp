@@ -241,7 +241,7 @@ void Fluid::end(Scene& scene, double h) {
       contact_[6 * k + std::size_t(c)] = has ? b.kept[c] + (now - b.velocity[c]) / h : 0;
     }
   }
-  if (ends_) pass_ends(h);
+  if (ends_) pass_ends();
 }
 
 std::array<double, 6> Fluid::force_on(std::int64_t body) const {

@@ -1,6 +1,6 @@
 // Open ends: particles that come in along lanes of an inflow, and those that leave by an outflow. In both buffers a
-// particle has a given velocity, as in Tafuni et al. (2018); their pressure is that of the liquid beside an inflow, and
-// given or kept in an outflow.
+// particle has a given velocity, as in Tafuni et al. (2018); their pressure is that of the liquid beside an inflow.
+// In an outflow it is given, or goes on from that with which each came, as its density changes.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -17,9 +17,14 @@ struct Fluid::Ends {
 };
 
 namespace {
-bool within(const FluidOutflow& o, const double* x, int dim) {
-  for (int c = 0; c < dim; ++c)
-    if (x[c] < o.low[std::size_t(c)] || x[c] > o.high[std::size_t(c)]) return false;
+// A particle beyond a side of a periodic cell, as it may be until the next list is made, is as far within on the other.
+bool within(const FluidOutflow& o, const double* x, int dim, const std::array<double, 3>& period,
+            const std::array<double, 3>& corner) {
+  for (std::size_t c = 0; c < std::size_t(dim); ++c) {
+    double at = x[c];
+    if (period[c] > 0) at -= period[c] * std::floor((at - corner[c]) / period[c]);
+    if (at < o.low[c] || at > o.high[c]) return false;
+  }
   return true;
 }
 } // namespace
@@ -35,6 +40,18 @@ void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::
   end_.assign(density_.size(), 0);
   for (std::size_t i = 0; i < lane_of.size() && i < end_.size(); ++i) end_[i] = lane_of[i] + 1;
   passed_.assign(2, 0.0);
+}
+
+// Before a step, which would otherwise be made in part: one particle at most comes in along a lane.
+void Fluid::check_ends(double h) const {
+  for (const std::int32_t end : end_) {
+    if (end <= 0) continue;
+    const double speed = ends_->lanes.speed[std::size_t(end - 1)];
+    if (!(speed * h < settings.spacing))
+      throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(speed) +
+                  " m/s by more than its spacing: give a dt of " + std::to_string(0.5 * settings.spacing / speed) +
+                  " s");
+  }
 }
 
 // Particles in buffers keep their velocity, and the back of a buffer is no free surface.
@@ -90,13 +107,13 @@ void Fluid::fill_ends(const Scene& scene) {
     if (end_[i] > 0) density_[i] = density[std::size_t(end_[i] - 1)];
     if (end_[i] >= 0) continue;
     const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
-    if (std::isfinite(o.pressure)) density_[i] = settings.density + (o.pressure) / c2;
+    if (std::isfinite(o.pressure)) density_[i] = settings.density + o.pressure / c2;
   }
 }
 
 // After the step of the liquid: particles pass from an inflow into the liquid, others come in behind them, and
 // particles pass into outflows and beyond.
-void Fluid::pass_ends(double h) {
+void Fluid::pass_ends() {
   Ends& s = *ends_;
   const FluidLanes& l = s.lanes;
   const std::size_t before = end_.size();
@@ -105,10 +122,6 @@ void Fluid::pass_ends(double h) {
     const double* x = &position_[3 * i];
     if (end_[i] > 0) {
       const auto lane = std::size_t(end_[i] - 1), axis = std::size_t(l.axis[lane]);
-      if (!(l.speed[lane] * h < settings.spacing))
-        throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(l.speed[lane]) +
-                    " m/s by more than its spacing: give a dt of " +
-                    std::to_string(0.5 * settings.spacing / l.speed[lane]) + " s");
       if (!(l.sign[lane] * x[axis] > l.face[lane])) continue;
       const std::int32_t of = end_[i];
       end_[i] = 0;
@@ -121,7 +134,7 @@ void Fluid::pass_ends(double h) {
     }
     std::int32_t now = 0;
     for (std::size_t k = 0; k < s.outflows.size(); ++k)
-      if (within(s.outflows[k], x, dim_)) now = -std::int32_t(k) - 1;
+      if (within(s.outflows[k], x, dim_, period_, corner_)) now = -std::int32_t(k) - 1;
     if (end_[i] < 0 && now == 0) {
       const FluidOutflow& o = s.outflows[std::size_t(-end_[i] - 1)];
       const double at = x[o.axis];

@@ -80,7 +80,8 @@ class Inflow:
         Raises
         ------
         ValueError
-            If the box is too short, or velocities do not lead along one axis in one direction.
+            If the box is too short, a function gives no finite velocities of the shape of places, or velocities do not lead along
+            one axis in one direction.
         """
         low, high = self.region
         many = np.round((high - low) / spacing).astype(int)
@@ -88,8 +89,8 @@ class Inflow:
             raise ValueError(f"region of cn.Inflow is narrower than the spacing of the liquid, {spacing:g} m: give a wider one")
         axes = [low[k] + (np.arange(many[k]) + 0.5) * spacing for k in range(self.dim)]
         place = np.stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")], axis=1)
-        given = self.velocity(place) if callable(self.velocity) else self.velocity
-        velocity = np.broadcast_to(checks.reals("velocity", given), place.shape).copy()
+        given = self.velocity(place.copy()) if callable(self.velocity) else np.broadcast_to(self.velocity, place.shape)
+        velocity = checks.real_array("velocity of cn.Inflow", given, place.shape).copy()
         along = np.flatnonzero(np.any(velocity != 0, axis=0))
         if len(along) != 1 or np.any(velocity[:, along] < 0) and np.any(velocity[:, along] > 0):
             raise ValueError("velocity of cn.Inflow leads along several axes or both ways: give one along an axis, or 0")
@@ -135,7 +136,8 @@ class Outflow:
         Way out, along an axis; when not given, the way from the middle of the liquid at the start to the box, along the axis on
         which it is farthest.
     pressure : float or None, default 0
-        Pressure in the box [Pa]; None: each particle keeps that with which it came.
+        Pressure in the box [Pa], the same at every height; None: that of each particle goes on from the one with which it came,
+        as its density changes.
 
     Raises
     ------
@@ -189,11 +191,13 @@ class Outflow:
         Raises
         ------
         ValueError
-            If the box is too short.
+            If the box is too short, or holds the middle of the liquid and direction is not given.
         """
         low, high = self.region
         way = 0.5 * (low + high) - middle if self.direction is None else self.direction
         axis = int(np.argmax(np.abs(way)))
+        if self.direction is None and np.all((low <= middle) & (middle <= high)):
+            raise ValueError("region of cn.Outflow holds the middle of the liquid: give direction, along an axis")
         if high[axis] - low[axis] < reach * (1 - 1e-9):
             raise ValueError(
                 f"region of cn.Outflow is {high[axis] - low[axis]:g} m long along axis {axis}, and particles reach over "

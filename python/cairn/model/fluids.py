@@ -197,7 +197,8 @@ def fluid(
         Dynamic viscosity [Pa s].
     sound_speed : float, optional
         Speed of sound [m/s], ten times the greatest speed of the flow or more: the density then varies by 1 %. When not given,
-        ten times sqrt(2 g H + v**2), with the height H of the liquid at the start and its greatest speed v.
+        ten times sqrt(2 g H + v**2), with the height H of the liquid at the start and its greatest speed v, inflows included;
+        with surface tension, 2 sigma / (rho R) is added below the root, R half the least width of the liquid.
     velocity : array_like (dim,) or (n, dim), optional
         Velocity at the start [m/s]; zero when not given.
     pressure : float or array_like (n,), optional
@@ -388,7 +389,7 @@ def slip_between(scene, material, group):
     return found
 
 
-def sound_speed_of(fluids, gravity, periodic):
+def sound_speed_of(fluids, gravity, periodic, inflow=()):
     """Finds a speed of sound for a liquid that falls over its own height.
 
     Parameters
@@ -399,6 +400,8 @@ def sound_speed_of(fluids, gravity, periodic):
         Gravity along axes that are not periodic [m/s2].
     periodic : ndarray (dim,)
         True along axes that are.
+    inflow : array_like (m, dim), optional
+        Velocities of particles in inflows [m/s].
 
     Returns
     -------
@@ -418,7 +421,8 @@ def sound_speed_of(fluids, gravity, periodic):
         height = float(np.ptp(along)) + fluids[0].spacing
     half = 0.5 * max(float(np.min(np.ptp(position, axis=0))), fluids[0].spacing)  # radius of a drop of that size
     capillary = 2 * fluids[0].surface_tension / (fluids[0].density * half)
-    speed = math.sqrt(2 * pull * height + float(np.max(np.sum(velocity**2, axis=1))) + capillary)
+    square = max(float(np.max(np.sum(v**2, axis=1))) for v in (velocity, inflow) if len(v))
+    speed = math.sqrt(2 * pull * height + square + capillary)
     if not speed > 0:
         raise ValueError(
             "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity tells how fast it will "

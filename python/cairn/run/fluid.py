@@ -34,7 +34,10 @@ class Running:
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
         _refuse_crowded(position, first.spacing)
-        speed = first.sound_speed or (0.0 if first.incompressible else sound_speed_of(self.fluids, across, periodic))
+        ends = self._ends(scene, position, bodies, periodic)
+        speed = first.sound_speed or 0.0
+        if not (speed or first.incompressible):
+            speed = sound_speed_of(self.fluids, across, periodic, ends["velocity"] if ends else ())
         pressure = np.concatenate([_pressure(f, across)[k] for f, (_, k) in zip(self.fluids, kept)])
         self.sound_speed = speed
         settings = {"spacing": first.spacing, "density": first.density, "viscosity": first.viscosity, "sound_speed": speed}
@@ -43,7 +46,6 @@ class Running:
         settings["incompressible"] = first.incompressible
         settings["threads"] = int(getattr(simulation.strategy, "threads", None) or 0)
         self.settings = settings
-        ends = self._ends(scene, position, bodies, periodic)
         if ends:
             position, velocity = (np.concatenate([a, ends[k]]) for a, k in ((position, "position"), (velocity, "velocity")))
             pressure = np.concatenate([pressure, np.zeros(len(ends["position"]))])
@@ -101,7 +103,7 @@ class Running:
         if len(liquids) > 1:
             raise ValueError(
                 f"fluids {', '.join(sorted(f.name for f in self.fluids))} differ in spacing, density, viscosity, sound_speed, "
-                "smoothing, artificial or incompressible: two liquids do not mix here, give both the same values"
+                "smoothing, artificial, incompressible or surface_tension: two liquids do not mix here, give both the same values"
             )
         strategy = type(self._simulation.strategy).__name__
         if self.fluids[0].incompressible and strategy != "NSCD":

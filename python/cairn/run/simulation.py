@@ -162,6 +162,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
     def _start_fluid(self):
         if not self.scene.fluids:
+            if self.scene.fluid_ends:
+                raise ValueError("cn.Inflow and cn.Outflow are ends of a liquid, and the scene has none: add cn.fluid(...)")
             return None
         from .fluid import Running
 

@@ -134,7 +134,7 @@ def test_wrong_ends_are_refused():
 
     def start(*ends, periodic=None, **options):
         scene = cn.Scene(dim=2, gravity=(0.0, -1.0), periodic=periodic)
-        scene.add(cn.wall((0, 0), (0, 1), rock), cn.fluid([(0, 0), (2, 1)], 0.1, sound_speed=20.0, **options), *ends)
+        scene.add(cn.wall((0, 0), (0, 1), rock), cn.fluid([(0, 0), (2, 1)], 0.1, **{"sound_speed": 20.0, **options}), *ends)
         return cn.Simulation(scene, dt=1e-2)
 
     with pytest.raises(ValueError, match="0.2 m long, and particles reach over 0.3 m"):
@@ -149,9 +149,23 @@ def test_wrong_ends_are_refused():
         start(cn.Inflow([(-0.4, 0), (0, 1)], lambda x: np.stack([x[:, 1] - 0.5, 0 * x[:, 1]], axis=1)))
     with pytest.raises(ValueError, match="regions that do not overlap"):
         start(cn.Inflow([(-0.2, 0), (0.2, 1)], (1, 0)))
+    with pytest.raises(ValueError, match="velocity of cn.Inflow"):
+        start(cn.Inflow([(-0.4, 0), (0, 1)], lambda x: np.ones(len(x))))
+    with pytest.raises(ValueError, match="give finite numbers"):
+        start(cn.Inflow([(-0.4, 0), (0, 1)], lambda x: np.stack([x[:, 1] * np.nan, 0 * x[:, 1]], axis=1)))
+    with pytest.raises(ValueError, match="holds the middle of the liquid"):
+        start(cn.Outflow([(0.5, 0), (1.5, 1)]))
+    alone = cn.Scene(dim=2)
+    alone.add(cn.Inflow([(-0.4, 0), (0, 1)], (1, 0)))
+    with pytest.raises(ValueError, match="the scene has none: add cn.fluid"):
+        cn.Simulation(alone, dt=1e-2)
     sim = start(cn.Inflow([(-0.4, 0), (0, 1)], (15, 0)))
+    begin = np.array(sim.fluid.position)
     with pytest.raises(ValueError, match="more than its spacing"):
         sim.step()
+    assert np.array_equal(sim.fluid.position, begin) and sim.time == 0  # before the step, not within
+    sim.step(1e-4)  # and it goes on
+    assert start(cn.Inflow([(-0.4, 0), (0, 1)], (3, 0)), sound_speed=None).fluid.settings["sound_speed"] > 30
     scene = cn.Scene(dim=2, gravity=(0.0, -1.0))
     scene.add(cn.disks([[0.5, 0.5]], 0.02, rock), cn.fluid([(0, 0), (2, 1)], 0.1), cn.Outflow([(2, 0), (2.4, 1)]))
     scene.interact("fluid", rock, cn.GrainDrag())
