@@ -33,7 +33,7 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
-        jointed_(!solid_bonds_ && JointedProblem::needed(system)), joints_alone_(joints_alone(system)),
+        jointed_(!solid_bonds_ && JointedProblem::needed(system)), beside_joints_(jointed_ && !joints_alone(system)),
         zones_(SolidZones::alone(system)) {
     if (zones_) SolidZones::keep_start(system);
   }
@@ -41,7 +41,7 @@ public:
   bool pays(int iterations, double error) override {
     double to_come = forecast_.sweeps_to_come(iterations, error);
     // beside contacts that press and rub, errors may stand still for a while
-    if (!solid_bonds_ && !joints_alone_) to_come = std::min(to_come, policy().newton_believed * iterations);
+    if (beside_joints_) to_come = std::min(to_come, policy().newton_believed * iterations);
     const bool last = iterations >= options_.max_iterations;
     // sweeps over nodes of meshes that zones join cost as much as passes, and seldom end by themselves
     if (zones_ && !given_up_ && !system_.condensed.empty()) return possible();
@@ -50,7 +50,7 @@ public:
     const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
     // Errors of joints move whole chains, where errors fall fast at first and then stand: work done by sweeps counts,
     // too; but passes seldom end where laws beside the joints have a local solution of their own.
-    const bool chains = options_.again == 1 && (solid_bonds_ || joints_alone_);
+    const bool chains = options_.again == 1 && !beside_joints_;
     const bool again = failures_ == 0 && (options_.again == 2 || (chains && iterations * sweep >= pass));
     if (!again && !last && !(to_come * sweep >= passes * pass)) return false;
     return possible();
@@ -146,7 +146,7 @@ private:
   double tolerance_; // that was asked for
   int refined_ = 0;
   bool only_rings_ = false;
-  bool solid_bonds_, jointed_, joints_alone_, zones_;
+  bool solid_bonds_, jointed_, beside_joints_, zones_;
   bool given_up_ = false;
 };
 
