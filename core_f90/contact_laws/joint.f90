@@ -106,12 +106,12 @@ contains
     end do
   end subroutine cairn_law_joint_solve
 
-  !> False if the coordinate is free: without a motor, limits and a spring its impulse is none.
+  !> False if the coordinate is free: without a motor, limits and a spring its impulse is none. Numbers that are none act.
   pure logical function acts(p, state)
     real(c_double), intent(in) :: p(own)        !< parameters
     real(c_double), intent(in) :: state(states) !< see prepare
-    acts = p(p_effort) > 0 .or. p(p_highest) < huge(p) .or. p(p_lowest) > -huge(p) .or. abs(state(s_drag)) > 0 .or. &
-           abs(state(s_pull)) > 0
+    acts = p(p_effort) > 0 .or. p(p_highest) < huge(p) .or. p(p_lowest) > -huge(p) .or. &
+           .not. (abs(state(s_drag)) <= 0 .and. abs(state(s_pull)) <= 0)
   end function acts
 
   !> Impulse along the coordinate: of the motor, the limits and the spring.

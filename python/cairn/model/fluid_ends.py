@@ -61,6 +61,16 @@ class Inflow:
         """2 or 3."""
         return self.region.shape[1]
 
+    def told(self):
+        """Gives what checkpoints recognise it by.
+
+        Returns
+        -------
+        tuple
+            Kind and velocity [m/s], "function" in place of one.
+        """
+        return "inflow", "function" if callable(self.velocity) else self.velocity.tolist()
+
     def lanes(self, spacing, reach):
         """Fills the box with rows of particles along the flow.
 
@@ -170,6 +180,16 @@ class Outflow:
     def dim(self):
         """2 or 3."""
         return self.region.shape[1]
+
+    def told(self):
+        """Gives what checkpoints recognise it by.
+
+        Returns
+        -------
+        tuple
+            Kind, direction and pressure [Pa].
+        """
+        return "outflow", None if self.direction is None else np.asarray(self.direction).tolist(), self.pressure
 
     def row(self, middle, reach, origin):
         """Gives the numbers of the core.

@@ -283,9 +283,9 @@ class Coupling(Spelt):
         if any(LOAD[what] == "force" for what in read.values()):
             self._refuse_held(ids)
         part = _OnBodies(self.simulation, mesh, ids, offsets, owner, read, write)
+        self._heat(part)
         if "force" in part.loads:
             self._carry(ids, part.loads["force"])
-        self._heat(part)
 
     def mesh(self, mesh, body=0, group="boundary", *, read=None, write=None):
         """Couples nodes of a deformable body.

@@ -96,9 +96,11 @@ class Restarts:
                 digest.update(np.ascontiguousarray(array).data)
         for fluid in self.scene.fluids:
             digest.update(np.ascontiguousarray(fluid.position).data)
-            digest.update(repr((float(fluid.density), fluid.incompressible)).encode())
+            tension = (fluid.surface_tension,) if fluid.surface_tension else ()
+            digest.update(repr((float(fluid.density), fluid.incompressible, *tension)).encode())
         for end in self.scene.fluid_ends:
             digest.update(np.ascontiguousarray(end.region).data)
+            digest.update(repr(end.told()).encode())
         return digest.hexdigest()
 
     def restore(self, path):

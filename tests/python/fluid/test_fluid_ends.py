@@ -96,6 +96,21 @@ def test_a_state_goes_on_with_the_same_bits(tmp_path):
             assert np.array_equal(getattr(again.fluid, name), values), name
 
 
+def test_a_checkpoint_goes_on_between_the_same_ends_alone(tmp_path):
+    def make(velocity, **options):
+        scene = cn.Scene(dim=2)
+        scene.add(cn.fluid([(0, 0), (1, 1)], 0.1, sound_speed=30.0, **options), cn.Inflow([(-0.4, 0), (0, 1)], velocity))
+        return cn.Simulation(scene, dt=0.01)
+
+    sim = make((1, 0))
+    sim.step()
+    sim.checkpoint(tmp_path / "a.checkpoint.h5")
+    make((1, 0)).restore(tmp_path / "a.checkpoint.h5")
+    for other in (make((2, 0)), make((1, 0), surface_tension=0.07)):
+        with pytest.raises(cn.FileError):
+            other.restore(tmp_path / "a.checkpoint.h5")
+
+
 def test_a_run_holds_as_many_particles_as_there_are(tmp_path):
     sim = cn.Simulation(channel(long=1.0), dt=0.02)
     many = []
