@@ -104,7 +104,7 @@ def rule(a, b, law):
         if isinstance(law, type) and hasattr(law, "parameter_names"):
             names = law.parameter_names
             given = ", ".join(f"{name}=..." for name in names[:3]) + (", ..." if len(names) > 3 else "")
-            raise ValueError(f"law is the class {law.__name__}: give a law such as {law.__name__}({given})")
+            raise ValueError(f"law is the class {law.__name__}: give a law such as cairn.{law.__name__}({given})")
         raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
     return _word("first side", a), _word("second side", b), law
 

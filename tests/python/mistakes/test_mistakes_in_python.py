@@ -98,7 +98,7 @@ MISTAKES = [
     (lambda s, r: simulated(gravity=cn.Table([0, 1], [0, 1])), r"gravity has shape \(\): give shape \(2,\)"),
     (lambda s, r: cn.Scene(2, periodic=cn.Periodic((1, 1))).add(cn.disks(XY, 1.0, ROCK)), r"lengths\[0\] .* is 1 m and body 0"),
     (lambda s, r: heap().interact(cn.Coulomb(mu=0.4), ROCK, ROCK), "law is Material.*: give a law such as cairn.Coulomb"),
-    (lambda s, r: heap().interact(ROCK, ROCK, cn.Coulomb), "law is <class .*Coulomb'>: give a law such as cairn.Coulomb"),
+    (lambda s, r: heap().interact(ROCK, ROCK, cn.Coulomb), "law is the class Coulomb: give a law such as cairn.Coulomb"),
     (lambda s, r: cn.Simulation(heap(), 1e-3, cn.NSCD), r"strategy is <class .*NSCD'>: give cairn.NSCD\(...\)"),
     (lambda s, r: simulated(cn.disks(XY, 1.2, ROCK), law=cn.JKR(young=1e9, work=0.1, restitution=0.5, mu=0.1)), "NSCD"),
     (lambda s, r: cn.Simulation(heap(), 1e-3, cn.SmoothDEM(), overlap="ignore"), "law Coulomb has no force .* LinearSpring"),
