@@ -373,8 +373,8 @@ namespace {
 
 // Solution methods of a step, tried one after the other from its start. Each may stall at contacts that close and open
 // in turns while zones soften. With a single one, rounding would decide whether a step converges. Of 840 steps of
-// sheared walls of rigid bricks past their peaks 159 fail with the first alone, 7 with all. A panel of meshes takes 29.1
-// passes a step with half of the penalty, 30.7 with the whole, which one step in 25 of 2 ms needs.
+// sheared walls of rigid bricks past their peaks 159 fail with the first alone, 7 with all. A panel of meshes takes
+// 29.1 passes a step with half of the penalty, 30.7 with the whole, which one step in 25 of 2 ms needs.
 struct Attempt {
   bool inside;   // begins with interior points
   double softer; // factor of the penalty
