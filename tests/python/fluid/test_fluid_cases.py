@@ -36,11 +36,11 @@ def test_force_on_a_wedge_that_enters_water(cases, form):
     assert errors["force, 30 degrees"] < (0.25 if form else 0.1)
 
 
-def test_the_implicit_step_breaks_a_dam_to_the_same_error_for_less(cases):
-    (explicit, cost, work), (implicit, less, steps) = cases.dam_break(0.1), cases.dam_break(0.1, incompressible=True)
+def test_the_implicit_step_breaks_a_dam_to_the_same_error_in_a_tenth_of_the_steps(cases):
+    (explicit, _, work), (implicit, _, steps) = cases.dam_break(0.1), cases.dam_break(0.1, incompressible=True)
     for name, error in explicit.items():  # ahead of experiments: without friction
         assert 0 < error < 0.11 and abs(implicit[name] - error) < 0.03
-    assert steps < 0.1 * work and less < 0.6 * cost
+    assert steps < 0.1 * work
 
 
 def test_rows_stand_beside_those_of_other_cases(cases, tmp_path, monkeypatch):
