@@ -7,6 +7,7 @@
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
 #include "fluid.hpp"
+#include "fluid_tiles.hpp"
 #include "pressure_solver.hpp"
 
 namespace cairn {
@@ -15,13 +16,6 @@ namespace {
 constexpr double loose = 0.9;        // fill below which particles at a free surface may come nearer
 constexpr double most_way = 2;       // of a particle in a step, over the spacing
 constexpr double most_shears = 1000; // sub-steps of viscosity
-
-template <class F>
-void each_tile(std::int64_t n, F&& f) {
-  const std::int64_t tiles = (n + fluid_tile - 1) / fluid_tile;
-#pragma omp parallel for schedule(dynamic, 4)
-  for (std::int64_t t = 0; t < tiles; ++t) f(fluid_tile * t, std::min(fluid_tile * (t + 1), n));
-}
 } // namespace
 
 struct Fluid::Implicit {

@@ -3,18 +3,12 @@
 #include <cmath>
 
 #include "fluid.hpp"
+#include "fluid_tiles.hpp"
 
 namespace cairn {
 
 namespace {
 constexpr double spray = 0.6; // fill below which particles fly apart, or stand in a single row
-
-template <class F>
-void each_tile(std::int64_t n, F&& f) {
-  const std::int64_t tiles = (n + fluid_tile - 1) / fluid_tile;
-#pragma omp parallel for schedule(dynamic, 4)
-  for (std::int64_t t = 0; t < tiles; ++t) f(fluid_tile * t, std::min(fluid_tile * (t + 1), n));
-}
 } // namespace
 
 // The volume of the liquid without spray over that of its mass, for particles as packed last.

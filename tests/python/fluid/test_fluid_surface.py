@@ -99,7 +99,7 @@ def test_a_drop_oscillates_with_the_period_of_rayleigh():
     long = np.array(long)
     turns = np.flatnonzero((long[:-1] > 0) != (long[1:] > 0))
     at = turns + long[turns] / (long[turns] - long[turns + 1])
-    assert len(at) >= 4 and abs(2 * np.mean(np.diff(at)) / 100 - 1) < 0.03
+    assert len(at) >= 4 and abs(2 * np.mean(np.diff(at)) / 100 - 1) < 0.02
     assert 0.5 * high < np.abs(long[150:]).max() < 2 * high
 
 
