@@ -8,6 +8,7 @@ from cairn.post import cracks, masonry_plots
 from cairn.post.masonry import Structure
 from cairn.pre import masonry
 from cairn.pre.blocks import Blocks
+from cairn.pre.import_report import BlocksWarning
 
 matplotlib.use("Agg")
 pytest.importorskip("scipy")
@@ -146,3 +147,10 @@ def test_thrust_lines_stand_out():
     ax = masonry_plots.draw(Structure(arch, sim, ids), thrust=[[7, *range(4)], [*range(3, 7), 8]])
     assert len(ax.lines) == 4 and len(ax.collections) == 2, "two lines with their dots, no lines of forces"
     assert ax.lines[0].get_path_effects()
+
+
+def test_joints_that_a_second_contact_bears_beside_are_told():
+    joint = cn.CompositeInterface(normal_stiffness=8.2e10, tangential_stiffness=3.6e10, tension=0.25e6, cohesion=0.35e6,
+                                  normal_work=18.0, tangential_work=125.0, friction=0.75, mu=0.75)  # fmt: skip
+    with pytest.warns(BlocksWarning, match="a second contact bears a part of the pressure"):
+        masonry.mesh(masonry.wall(0.44, 2), young=1e10, joint=joint)
