@@ -134,7 +134,7 @@ ERRORS = {
     "equilibrium of a scene": (lambda: cn.find_equilibrium(scene()), "give a cairn.Simulation"),
     "writing into a copy": (lambda: sim().bodies.position.__setitem__(0, 1), "is a copy"),
     # words
-    "a law by class": (lambda: scene().interact("*", "*", cn.Coulomb), r"class Coulomb: give a law such as Coulomb\(mu="),
+    "a law by class": (lambda: scene().interact("*", "*", cn.Coulomb), r"class Coulomb: give a law such as cairn.Coulomb\(mu="),
     "a law by number": (lambda: scene().interact("*", "*", 0.5), "give a law such as"),
     "friction for mu": (lambda: cn.Coulomb(friction=0.5), "has no parameter 'friction'"),
     "a material misspelt": (lambda: cn.Simulation(_ruled("rok"), 1e-3), "did you mean 'rock'"),
