@@ -5,11 +5,11 @@ Full: the published numbers of bodies and steps, hours to days. Each begins with
 
     python benchmarks/community.py [silo|penetration|drum ...] [--size reduced|full|tiny] [--plot docs/images/community.png]
 
-Writes benchmarks/results/community.csv, a row for each run, and community_curves.csv. Smooth DEM is Hertz-Mindlin with the
-restitution of each pair; a reduced form softens all moduli by a factor, and takes a step longer by its root, as is usual;
-coarser grains lengthen it in proportion. NSCD has rigid grains, Newton's restitution and Coulomb's friction at default
-settings, and a step of 200 to 650 of the published one. `cpu_s_published`: CPU time of a step times the number of steps of the
-published length (for coarser grains, in proportion longer).
+Writes benchmarks/results/community.csv, a row for each run, and community_curves.csv; of the full form community_full.csv and
+community_full_curves.csv. Smooth DEM is Hertz-Mindlin with the restitution of each pair; a reduced form softens all moduli by a
+factor, and takes a step longer by its root, as is usual; coarser grains lengthen it in proportion. NSCD has rigid grains,
+Newton's restitution and Coulomb's friction at default settings, and a step of 200 to 650 of the published one.
+`cpu_s_published`: CPU time of a step times the number of steps of the published length (for coarser grains, in proportion longer).
 """
 
 import argparse
@@ -341,7 +341,8 @@ def main():
     parser.add_argument("--output", type=Path, default=RESULTS)
     parser.add_argument("--plot", type=Path)
     given = parser.parse_args()
-    table, lines = given.output / "community.csv", given.output / "community_curves.csv"
+    of = "community_full" if given.size == "full" else "community"
+    table, lines = given.output / f"{of}.csv", given.output / f"{of}_curves.csv"
     names = ("case", "strategy", "time", "first", "second")
     for name in given.cases or CASES:
         pairs = compare(name, given.size)
