@@ -9,7 +9,7 @@ Writes benchmarks/results/community.csv, a row for each run, and community_curve
 community_full_curves.csv. Smooth DEM is Hertz-Mindlin with the restitution of each pair; a reduced form softens all moduli by a
 factor, and takes a step longer by its root, as is usual; coarser grains lengthen it in proportion. NSCD has rigid grains,
 Newton's restitution and Coulomb's friction at default settings, and a step of 200 to 650 of the published one.
-`cpu_s_published`: CPU time of a step times the number of steps of the published length (for coarser grains, in proportion longer).
+`cpu_s_published`: CPU time of a step times the count of steps of the published length (in proportion longer for coarser grains).
 """
 
 import argparse
