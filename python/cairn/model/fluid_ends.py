@@ -49,17 +49,13 @@ class Inflow:
 
     def __post_init__(self):
         object.__setattr__(self, "region", _box("cn.Inflow", self.region))
+        object.__setattr__(self, "dim", self.region.shape[1])
         if callable(self.velocity):
             return
         velocity = checks.reals("velocity", self.velocity)
         if velocity.shape != (self.dim,) or not np.all(np.isfinite(velocity)) or np.count_nonzero(velocity) != 1:
             raise ValueError(f"velocity of cn.Inflow is {velocity.tolist()}: give one along an axis, ({self.dim},) [m/s]")
         object.__setattr__(self, "velocity", velocity)
-
-    @property
-    def dim(self):
-        """2 or 3."""
-        return self.region.shape[1]
 
     def told(self):
         """Gives what checkpoints recognise it by.
@@ -168,6 +164,7 @@ class Outflow:
 
     def __post_init__(self):
         object.__setattr__(self, "region", _box("cn.Outflow", self.region))
+        object.__setattr__(self, "dim", self.region.shape[1])
         if self.direction is not None:
             way = checks.reals("direction", self.direction)
             if way.shape != (self.dim,) or np.count_nonzero(way) != 1 or not np.all(np.isfinite(way)):
@@ -175,11 +172,6 @@ class Outflow:
             object.__setattr__(self, "direction", way)
         if self.pressure is not None:
             object.__setattr__(self, "pressure", checks.number("pressure", self.pressure))
-
-    @property
-    def dim(self):
-        """2 or 3."""
-        return self.region.shape[1]
 
     def told(self):
         """Gives what checkpoints recognise it by.
