@@ -18,7 +18,7 @@ module fluid_rates
   real(c_double), parameter :: enough = 8
   integer, parameter :: most_near = 128 !< of particles whose sums are taken at once
 
-  !> Particles within reach of one: places and velocities of that one less theirs, squares of distances, volumes and pressures.
+  !> Neighbours of a particle i within its reach: x_i - x_j, u_i - u_j, squares of distances, volumes and pressures.
   type :: near_particles
     integer :: count = 0
     real(c_double), dimension(most_near + 1) :: r1, r2, r3, d2, u1, u2, u3, volume, pressure
@@ -48,7 +48,7 @@ contains
       near%r2(n) = r(2)
       near%r3(n) = r(3)
       near%d2(n) = d2
-      n = n + merge(1, 0, d2 < reach) ! no jump: what is beyond reach is overwritten
+      n = n + merge(1, 0, d2 < reach) ! without a branch: the next one overwrites a neighbour beyond reach
     end do
     near%count = n - 1
     do n = 1, near%count

@@ -14,6 +14,7 @@ struct Fluid::Ends {
   FluidLanes lanes;
   std::vector<FluidOutflow> outflows;
   std::vector<std::int32_t> front; // the particle of each lane that is farthest on; -1: none
+  std::vector<double> density;     // before each lane [kg/m3]
 };
 
 namespace {
@@ -79,7 +80,8 @@ void Fluid::fill_ends(const Scene& scene) {
     if (first < 0 || along(i, lane) > along(std::size_t(first), lane)) first = std::int32_t(i);
   }
   const double reach2 = reach() * reach(), c2 = settings.sound_speed * settings.sound_speed;
-  std::vector<double> density(l.axis.size(), settings.density);
+  std::vector<double>& density = s.density;
+  density.assign(l.axis.size(), settings.density);
   for (std::size_t lane = 0; lane < density.size(); ++lane) {
     if (s.front[lane] < 0) continue;
     const auto i = std::size_t(s.front[lane]);

@@ -55,14 +55,14 @@ public:
   // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
 
-  // Each call that all ranks make begins with a meeting. `call`: its name, and behind a line's end what has to be alike
-  // in it. Throws Error on all of them, with ranks and calls, if one makes another call, or has ended its program.
-  // Gives whether `value` is true on one of them.
+  // A meeting of all ranks, with which each call that all of them make begins. `call`: its name and, in a second line,
+  // arguments that have to be the same on all ranks. If a rank makes another call, or has ended its program, all throw
+  // Error with ranks and calls. Gives true if `value` is true on any rank.
   virtual bool meet(std::string_view call, bool value = false) {
     (void)call;
     return value;
   }
-  // What all ranks have to do together that one of them may ask for alone: the others do it where they meet next.
+  // Work of all ranks together, for which a single one may ask: the others do it at their next meeting.
   enum Wish { state = 1, contacts = 2, workspace = 3 };
   virtual void ask(Wish wish) { serve(wish); }
   std::function<void(int wish)> serve;

@@ -1,4 +1,4 @@
-// Meetings of the processes of MPI, where they find out what each of them calls.
+// Meetings of the processes of MPI, at which each learns the calls of the others.
 #pragma once
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace cairn {
 // All simulations of a process share one communicator, and so their meetings.
 class Meetings {
 public:
-  // Of this process. It lives until the program has ended.
+  // The only instance of this process; it lives until the program has ended.
   static Meetings& all();
 
   // Simulations have the same number on all processes: they are made in the same order.

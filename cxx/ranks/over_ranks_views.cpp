@@ -235,7 +235,7 @@ void OverRanks::gather(Simulation& s) {
   gather_contacts(s);
 }
 
-// Of all ranks, on each.
+// Makes the contacts of all ranks readable on each.
 void OverRanks::gather_contacts(Simulation& s) {
   if (exchange_->whole()) return view_own(s);
   double lacks[] = {lacks_bodies(s) ? 1.0 : 0.0};

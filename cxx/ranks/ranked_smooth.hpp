@@ -39,7 +39,7 @@ private:
     struct Pairs {
       std::int32_t first, last;
     };
-    std::vector<Pairs> owned; // from the first one to before the last one
+    std::vector<Pairs> owned; // from `first`, before `last`
   };
   struct Push { // on a body, by the ids of the contactor that it meets and of its own
     std::int64_t other, own;

@@ -1,4 +1,4 @@
-"""Properties of Simulation that read its state: time, reports, energy, views of arrays."""
+"""What Simulation tells of its state: time, reports, energy, views of arrays, words."""
 
 from __future__ import annotations
 
@@ -156,3 +156,30 @@ class Reading:
             self._radii = np.zeros(len(ids))
             np.maximum.at(self._radii, np.searchsorted(ids, contactors.body[round_]), reach[round_])
         return self._radii.copy()
+
+    def __repr__(self):
+        from ..base.notebook import line_of_simulation
+
+        return line_of_simulation(self)
+
+    def _repr_html_(self):
+        from ..base.notebook import of_simulation
+
+        return of_simulation(self)
+
+    def explain(self, json=False):
+        """Tells stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step.
+
+        Parameters
+        ----------
+        json : bool, default False
+            Gives plain data in the place of text.
+
+        Returns
+        -------
+        str or dict
+            The text, or the same as numbers, words and lists, which json.dumps takes.
+        """
+        from .explain import explain, explained
+
+        return explained(self) if json else explain(self)

@@ -541,35 +541,6 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self._start_functions()
         self._warn_of_shapes()
 
-    # ------------------------------------------------------------------ in words
-
-    def __repr__(self):
-        from ..base.notebook import line_of_simulation
-
-        return line_of_simulation(self)
-
-    def _repr_html_(self):
-        from ..base.notebook import of_simulation
-
-        return of_simulation(self)
-
-    def explain(self, json=False):
-        """Tells stages, arrays, bytes for each body and contact, chosen settings, scales of the scene, and the last step.
-
-        Parameters
-        ----------
-        json : bool, default False
-            Gives plain data in the place of text.
-
-        Returns
-        -------
-        str or dict
-            The text, or the same as numbers, words and lists, which json.dumps takes.
-        """
-        from .explain import explain, explained
-
-        return explained(self) if json else explain(self)
-
     # ------------------------------------------------------------------ values that change with time
 
     def _present(self):
