@@ -155,6 +155,14 @@ def pack_of_two_masses(count, seed, ratio):
 
 
 def test_auto_leaves_velocities_that_newtons_method_does_not_bring_right():
-    """In packs of two masses its rounds fail one after the other once the tolerance is met: 250 iterations made nothing of it."""
-    results = [pack_of_two_masses(count, seed, 1e4).solve("auto", tol=1e-4) for count, seed in ((200, 1), (400, 2))]
-    assert all(r.converged for r in results) and sum(r.iterations for r in results) < 650
+    """In packs of two masses its rounds fail one after the other once the tolerance is met: 250 iterations made nothing of it.
+
+    Rounding alone makes 220 to 550 iterations of the larger pack: the median of nine that differ by less than 1e-11 counts."""
+    medians, chance = [], np.random.default_rng(3)
+    for count, seed in ((200, 1), (400, 2)):
+        of = pack_of_two_masses(count, seed, 1e4)
+        friction = [of.mu * (1 + 1e-12 * chance.standard_normal(of.contacts)) for _ in range(9)]
+        results = [cairn.problems.Problem(2, of.W, of.q, mu).solve("auto", tol=1e-4) for mu in friction]
+        assert all(r.converged for r in results)
+        medians.append(np.median([r.iterations for r in results]))
+    assert sum(medians) < 600
