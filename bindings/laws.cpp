@@ -1,5 +1,6 @@
 #include "arrays.hpp"
 #include "contacts/law_rows.hpp"
+#include "laws/law_table.hpp"
 #include "plugs/plug.hpp"
 #include "scene/joint_parts.hpp"
 

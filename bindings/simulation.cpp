@@ -209,7 +209,7 @@ py::array contact_field(Simulation& s, const std::string& name) {
 py::dict contact_rows(Simulation& s) {
   stages_of(s, "the problem of a step");
   if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
-  const cairn::ContactRows rows = s.interactions.rows();
+  const cairn::ContactRows rows = s.interactions.views().rows();
   py::dict out;
   out["axes"] = array_of(rows.axes);
   out["lever"] = array_of(rows.lever);
@@ -236,8 +236,8 @@ py::array body_array(Simulation& s, const std::string& name) {
 py::object jointed_problem(Simulation& s) {
   stages_of(s, "the problem of a step");
   if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
-  if (!s.interactions.jointed()) return py::none();
-  const cairn::FrictionProblem p = s.interactions.jointed_problem(s.scene.bodies);
+  if (!s.interactions.joints().any()) return py::none();
+  const cairn::FrictionProblem p = s.interactions.joints().problem(s.scene.bodies);
   const auto d = std::size_t(p.dim);
   std::vector<double> block(p.block.size());
   for (std::size_t k = 0; k < block.size(); ++k) block[k / (d * d) * (d * d) + k % d * d + k / d % d] = p.block[k];
@@ -452,7 +452,7 @@ void bind_simulation(py::module_& m) {
       .def("law_rows", // contacts that obey a law of its own solution
            [](Simulation& s, int law) {
              if (!s.contacts_known) throw cairn::Error("there are no contacts at hand: make a step first");
-             return s.interactions.law_rows(cairn::Law(law));
+             return s.interactions.views().law_rows(cairn::Law(law));
            })
       .def_property_readonly("contact_count", [](Simulation& s) { return cairn::contacts_to_read(s); })
       .def_property_readonly("laws_keep", &Simulation::laws_keep)

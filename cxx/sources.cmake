@@ -107,6 +107,7 @@ set(CAIRN_CXX_SOURCES
   contacts/redundant_bonds.cpp
   contacts/ropes.cpp
   contacts/singular_blocks.cpp
+  contacts/step_joints.cpp
   contacts/surface_motion.cpp
   contacts/unjoined_pairs.cpp
   contacts/warm_start.cpp

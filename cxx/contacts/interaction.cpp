@@ -11,7 +11,6 @@
 #include "../base/call.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
-#include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/solid_zones.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
@@ -72,32 +71,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   s_->anchors.measure(bodies, contactors, laws, cell, numbers, found, meshes, nodes);
 }
 
-JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) { return s_->drift.miss(bodies, least); }
-void Interactions::keep_joints() { s_->drift.keep(); }
-void Interactions::correct_joints(double share) { s_->drift.correct(share); }
-bool Interactions::ease_joints(const Bodies& bodies, bool settled) { return s_->drift.ease(bodies, settled); }
-bool Interactions::must_project_joints() const { return s_->projection.is_due(); }
-void Interactions::choose_joints_to_project(const Bodies& bodies) { s_->projection.choose(bodies); }
-double Interactions::joint_violation() const { return s_->projection.violation(); }
-bool Interactions::project_joints(const Bodies& bodies, Array<double>& velocity) {
-  return s_->projection.find_velocities(bodies, velocity);
-}
-void Interactions::loads_of_joints(std::vector<JointLoad>& loads) const { s_->swing.loads(loads); }
-double Interactions::swing_across() const { return s_->swing.swing_across(); }
-
-void Interactions::act_on_surfaces(bool surfaces) {
-  s_->in.options.impulse_point = surfaces ? ImpulsePoint::own_surface : ImpulsePoint::middle_of_gap;
-}
-void Interactions::measure_from(const std::array<double, 3>& origin) { s_->in.options.origin = origin; }
-void Interactions::hold_at_detection(bool there) {
-  s_->in.options.configuration = there ? LawConfiguration::detection : LawConfiguration::midpoint;
-}
-void Interactions::limit_overlap(double share) { s_->in.options.overlap_limit = share; }
-void Interactions::correct_meshes_by(double share) { s_->in.options.mesh_correction = share; }
-void Interactions::centre_joints(double share, double left) {
-  s_->in.options.joint_theta = share > 0 ? std::optional(share) : std::nullopt;
-  s_->in.options.time_left = left;
-}
+ContactOptions& Interactions::options() { return s_->in.options; }
 void Interactions::pose(const ContactPose& pose) {
   s_->in.options.pose = pose;
   if (!pose.kernel) s_->memory.forces.clear();
@@ -134,25 +108,6 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked
   s.system.cell = nullptr;
   if (report.status == SolveStatus::diverged) s_->plugged.find(bodies, report.iterations);
   return report;
-}
-
-bool Interactions::jointed() const { return JointedProblem::needed(s_->system); }
-
-FrictionProblem Interactions::jointed_problem(const Bodies& bodies) {
-  State& s = *s_;
-  if (const std::string obstacle = JointedProblem::obstacle(s.system); !obstacle.empty())
-    throw Error(obstacle + ": leave such laws out");
-  const Array<cairn_record> record = s.system.record; // as the stage at hand has them
-  const Array<double> condensed = s.system.condensed_velocity;
-  const cairn_schedule schedule = s.system.schedule(1);
-  JointedProblem step(s.system, schedule, s.in.free(bodies));
-  step.pose_all();
-  const bool held = step.hold();
-  if (held) step.form();
-  std::copy(record.begin(), record.end(), s.system.record.begin());
-  std::copy(condensed.begin(), condensed.end(), s.system.condensed_velocity.begin());
-  if (!held) throw Error("joints of the step have no factors, masses or velocities are not finite: lower dt");
-  return step.in_order();
 }
 
 void Interactions::give_impulses(const double* local) {
@@ -219,127 +174,9 @@ ContactEnergy Interactions::commit(bool converged) {
   return s_->energy;
 }
 
-std::int64_t Interactions::count() const { return s_->in.candidates ? s_->in.candidates->count : 0; }
-
-void Interactions::impulse_local(double* out) const {
-  const int d = s_->in.dim();
-  std::fill(out, out + d * count(), 0.0);
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
-    for (int k = 0; k < d; ++k) out[d * i + k] = at(b, b.r, lane, k);
-  });
-}
-
-void Interactions::impulse_space(double* out) const {
-  const int d = s_->in.dim();
-  std::fill(out, out + d * count(), 0.0);
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
-    double p[3], m[3];
-    space_impulse(s_->in.dim(), b, lane, p, m);
-    std::copy_n(p, d, out + d * i);
-  });
-}
-
-void Interactions::moment_space(double* out) const {
-  const int d = s_->in.dim() == 2 ? 1 : 3;
-  std::fill(out, out + d * count(), 0.0);
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
-    double p[3], m[3];
-    space_impulse(s_->in.dim(), b, lane, p, m);
-    std::copy_n(m + 3 - d, d, out + d * i);
-  });
-}
-
-void Interactions::relative_velocity(double* out) const {
-  const int d = s_->in.dim();
-  std::fill(out, out + d * count(), 0.0);
-  const cairn_schedule schedule = s_->system.schedule(1);
-  for (std::size_t k = 0; k < s_->system.batches.size(); ++k) {
-    const cairn_batch& b = s_->system.batches[k];
-    double u[6 * 128];
-    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      if (s_->in.has_jumps()) add_jump(s_->in, s_->system, b, lane, u);
-      for (int c = 0; c < d; ++c)
-        out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
-    }
-  }
-}
-
-void Interactions::status(std::int32_t* out) const {
-  std::fill(out, out + count(), std::int32_t(cairn_open));
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
-}
-
-void Interactions::keys(std::int64_t* out) const {
-  for (std::int64_t i = 0; i < count(); ++i) {
-    const ContactKey k = s_->in.key(i);
-    for (const std::int64_t word : {k.contactor_a, k.contactor_b, std::int64_t(k.feature), std::int64_t(k.image)})
-      *out++ = word;
-  }
-}
-
-void Interactions::dissipated(double* out) const {
-  std::fill(out, out + count(), 0.0);
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
-}
-
-ContactRows Interactions::rows() const {
-  const int d = s_->in.dim();
-  const auto n = std::size_t(count());
-  ContactRows rows{.axes = std::vector<double>(d * d * n),
-                   .lever = std::vector<double>(2 * d * n),
-                   .bias = std::vector<double>(d * n),
-                   .mu = std::vector<double>(n),
-                   .compliance = std::vector<double>(d * n),
-                   .bodies = std::vector<std::int32_t>(2 * n),
-                   .kind = std::vector<std::int32_t>(n),
-                   .mesh = {},
-                   .node = {},
-                   .weight = {}};
-  if (s_->in.meshes) {
-    rows.mesh.assign(2 * n, -1);
-    rows.node.assign(8 * n, 0);
-    rows.weight.assign(8 * n, 0);
-  }
-  each_contact(s_->system, [&](const cairn_batch& b, int lane, std::int64_t i) {
-    double axes[3][3];
-    axes_of(b, d, lane, axes);
-    const auto lever = [&](double* from, std::int32_t side, int k) {
-      if (sides()[side].scatter == nullptr) return 0.0; // of a mesh: weights of nodes
-      return is_radial(side) ? at(b, from, lane, 0) * axes[0][k] : at(b, from, lane, k);
-    };
-    for (int k = 0; k < d; ++k) {
-      for (int c = 0; c < d; ++c) rows.axes[d * d * i + d * c + k] = axes[c][k];
-      rows.lever[2 * d * i + k] = lever(b.lever_a, b.side_a, k);
-      rows.lever[2 * d * i + d + k] = lever(b.lever_b, b.side_b, k);
-      rows.bias[d * i + k] = b.pack ? (k == 0 ? at(b, b.bias, lane, 0) : 0) : b.bias[k * b.count + lane];
-    }
-    for (int k = 0; b.compliance && k < d; ++k) rows.compliance[d * i + k] = b.compliance[k * b.count + lane];
-    const bool cone = !law_infos()[b.law].has_solve;
-    rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
-    rows.bodies[2 * i] = b.mapped_a ? -1 : b.body_a[lane];
-    rows.bodies[2 * i + 1] = b.mapped_b ? -1 : b.body_b[lane];
-    rows.kind[i] = !cone ? 2 : at(b, b.bias, lane, 0) < never() ? 1 : 0;
-    const auto map = [&](std::int64_t side, std::int32_t which, const std::int32_t* node, const double* weight) {
-      rows.mesh[side] = which;
-      const CondensedBody& body = s_->system.condensed[which];
-      const std::int32_t first = s_->in.meshes->meshes[which].node(0);
-      for (int j = 0; j < 4; ++j) {
-        const auto row = std::size_t(node[j * b.count + lane]);
-        if (row >= body.node.size())
-          throw Error(
-              "a contact of the mesh '" + s_->in.meshes->meshes[which].model.name +
-              "' is a mortar over more than four nodes, of which there are no rows: leave mortar out, or ask a scene "
-              "without");
-        rows.node[4 * side + j] = body.node[row] - first;
-        rows.weight[4 * side + j] = weight[j * b.count + lane];
-      }
-    };
-    if (b.mapped_a) map(2 * i, b.body_a[lane], b.node_a, b.lever_a);
-    if (b.mapped_b) map(2 * i + 1, b.body_b[lane], b.node_b, b.lever_b);
-  });
-  return rows;
-}
+std::int64_t Interactions::count() const { return s_->views.count(); }
+const ContactViews& Interactions::views() const { return s_->views; }
+StepJoints& Interactions::joints() { return s_->joints; }
 
 const std::vector<ContactKey>& Interactions::kept() {
   std::vector<ContactKey>& all = s_->kept_keys;
@@ -389,6 +226,13 @@ void Interactions::restore(ContactMemory m) {
   if (!m.anchors.empty() && m.anchors.size() != m.keys.size()) wrong("anchors", m.anchors.size(), m.keys.size());
   s_->memory = std::move(m);
   s_->matcher.forget_order();
+}
+
+std::span<Anchor> Interactions::anchors() { return s_->memory.anchors; }
+
+std::span<double> Interactions::states(std::size_t key) {
+  const auto each = std::size_t(s_->memory.state_components);
+  return std::span<double>(s_->memory.states).subspan(key * each, each);
 }
 
 std::int64_t Interactions::bytes() const {

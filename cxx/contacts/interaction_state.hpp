@@ -67,6 +67,9 @@ struct Interactions::State {
   ContactWork work{in, system, energy};
   LawCommit commit{in, classes, storage, plugged, system, energy};
   ContactRecorder recorder{in, classes, anchors, storage, matcher, memory, system};
+  // faces to strategies and files
+  StepJoints joints{in, drift, projection, swing, memory, system};
+  ContactViews views{in, storage, system};
   std::vector<ContactKey> kept_keys;
 };
 

@@ -4,7 +4,9 @@
 
 #include "../base/call.hpp"
 #include "../laws/law_geometry.hpp"
-#include "interaction_state.hpp"
+#include "../solvers/sweeps/batch.hpp"
+#include "assembly_input.hpp"
+#include "batch_storage.hpp"
 #include "surface_motion.hpp"
 
 namespace cairn {
@@ -28,21 +30,20 @@ void put(const std::vector<double>& from, std::size_t rows, std::size_t first, s
 
 } // namespace
 
-LawRows Interactions::law_rows(Law law) const {
-  State& s = *s_;
+LawRows ContactViews::law_rows(Law law) const {
   const LawInfo& info = law_infos()[std::size_t(law)];
   if (!info.has_solve)
     throw Error("law " + info.name +
                 " has no solution of its own, so that it cannot be asked alone: shadow solve_contacts");
-  const auto c = std::size_t(info.components(s.in.dim()));
-  const std::size_t p = info.parameters.size(), states = std::size_t(info.state_columns(s.in.dim()));
+  const auto c = std::size_t(info.components(in_.dim()));
+  const std::size_t p = info.parameters.size(), states = std::size_t(info.state_columns(in_.dim()));
   const auto geometry = std::size_t(geometry_columns(info));
   LawRows rows;
   rows.components = int(c);
-  rows.h = s.in.h;
-  rows.theta = s.in.theta_of(info);
+  rows.h = in_.h;
+  rows.theta = in_.theta_of(info);
   std::size_t n = 0;
-  for (const cairn_batch& b : s.system.batches) n += Law(b.law) == law ? std::size_t(b.contacts) : 0;
+  for (const cairn_batch& b : system_.batches) n += Law(b.law) == law ? std::size_t(b.contacts) : 0;
   for (auto [column, width] : {std::pair{&rows.gap, std::size_t(1)},
                                {&rows.velocity, c},
                                {&rows.velocity_free, c},
@@ -53,22 +54,22 @@ LawRows Interactions::law_rows(Law law) const {
                                {&rows.geometry, geometry},
                                {&rows.state, states}})
     column->resize(n * width);
-  if (s.in.has_fields()) rows.fields.resize(4 * n);
-  const cairn_schedule schedule = s.system.schedule(1);
-  for (std::size_t which = 0, at = 0; which < s.system.batches.size(); ++which) {
-    const cairn_batch& b = s.system.batches[which];
+  if (in_.has_fields()) rows.fields.resize(4 * n);
+  const cairn_schedule schedule = system_.schedule(1);
+  for (std::size_t which = 0, at = 0; which < system_.batches.size(); ++which) {
+    const cairn_batch& b = system_.batches[which];
     if (Law(b.law) != law) continue;
-    const BatchStorage::LawColumns& own = s.storage.of_law[which];
+    const BatchStorage::LawColumns& own = storage_.of_law[which];
     rows.over_bodies = own.context.over_bodies;
     alignas(64) double u[6 * lanes];
     cairn_relative_velocities(&schedule, std::int32_t(which), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane, ++at) {
-      const std::int64_t i = s.system.candidate[std::size_t(b.first + lane)];
+      const std::int64_t i = system_.candidate[std::size_t(b.first + lane)];
       const auto of = [&](const double* from, std::size_t k) {
         return from[k * std::size_t(b.count) + std::size_t(lane)];
       };
       rows.candidate.push_back(i);
-      rows.gap[at] = s.in.candidates->gap[std::size_t(i)];
+      rows.gap[at] = in_.candidates->gap[std::size_t(i)];
       for (std::size_t k = 0; k < c; ++k) {
         double free = of(u, k) + of(b.bias, k) + (b.compliance ? of(b.compliance, k) * of(b.r, k) : 0);
         for (std::size_t l = 0; l < c; ++l) {
@@ -79,7 +80,7 @@ LawRows Interactions::law_rows(Law law) const {
         rows.bias[k * n + at] = of(b.bias, k);
         rows.impulse[k * n + at] = of(b.r, k);
       }
-      if (s.in.has_jumps()) add_jump(s.in, s.system, b, lane, u);
+      if (in_.has_jumps()) add_jump(in_, system_, b, lane, u);
       for (std::size_t k = 0; k < c; ++k) rows.velocity[k * n + at] = of(u, k) + (own.flight ? of(own.flight, k) : 0);
       for (std::size_t k = 0; k < p; ++k) rows.params[k * n + at] = of(b.params, k);
       for (std::size_t k = 0; k < geometry; ++k) rows.geometry[k * n + at] = of(own.geometry, k);

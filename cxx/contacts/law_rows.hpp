@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "interaction.hpp"
+#include "contact_views.hpp"
 
 namespace cairn {
 

@@ -56,7 +56,7 @@ public:
     double told[] = {0, 0, 0, 0, -1}; // others tell the least that there is
     if (part_) {
       const KeptVelocities kept(*part_);
-      const JointMiss own = part_->simulation->interactions.miss_of_joints(part_->simulation->scene.bodies, least);
+      const JointMiss own = part_->simulation->interactions.joints().miss(part_->simulation->scene.bodies, least);
       told[0] = own.gap;
       told[1] = own.error;
       told[2] = own.swing;
@@ -67,22 +67,22 @@ public:
     return {told[0], told[1], std::int64_t(told[4]), told[2], told[3] > 0};
   }
   void keep() override {
-    if (part_) part_->simulation->interactions.keep_joints();
+    if (part_) part_->simulation->interactions.joints().keep();
   }
   void correct(double share) override {
-    if (part_) part_->simulation->interactions.correct_joints(share);
+    if (part_) part_->simulation->interactions.joints().correct(share);
   }
   bool ease(bool settled) override {
     bool eased = false;
     if (part_) {
       const KeptVelocities kept(*part_);
-      eased = part_->simulation->interactions.ease_joints(part_->simulation->scene.bodies, settled);
+      eased = part_->simulation->interactions.joints().ease(part_->simulation->scene.bodies, settled);
     }
     return ranks_.any_rank(eased);
   }
   std::string name(std::int64_t contact) override {
     Packer mine;
-    const std::string own = part_ ? part_->simulation->interactions.name_of_joint(contact) : std::string();
+    const std::string own = part_ ? part_->simulation->interactions.joints().name(contact) : std::string();
     if (part_) mine.put_all(std::span<const char>(own.data(), own.size()));
     std::string found;
     for (const Bytes& bytes : ranks_.exchange_->gather(mine.bytes)) {

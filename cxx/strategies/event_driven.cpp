@@ -226,8 +226,8 @@ void EventDriven::solve_impacts(Simulation& s, bool plastic) {
   }
   Interactions& contacts = s.interactions;
   contacts.forget_impulses();
-  contacts.act_on_surfaces(false);
-  contacts.hold_at_detection(true);
+  contacts.options().impulse_point = ImpulsePoint::middle_of_gap;
+  contacts.options().configuration = LawConfiguration::detection;
   contacts.pose({});
   b.velocity_free.values = b.velocity.values;
   b.velocity_begin.values = b.velocity.values;
@@ -244,11 +244,11 @@ void EventDriven::solve_impacts(Simulation& s, bool plastic) {
   status_.resize(n + more);
   dissipated_.resize(n + more);
   for (auto* array : {&impulse_, &local_, &after_}) array->resize(dim * (n + more));
-  contacts.impulse_space(&impulse_[dim * n]);
-  contacts.impulse_local(&local_[dim * n]);
-  contacts.relative_velocity(&after_[dim * n]);
-  contacts.dissipated(&dissipated_[n]);
-  contacts.status(&status_[n]);
+  contacts.views().impulse_space(&impulse_[dim * n]);
+  contacts.views().impulse_local(&local_[dim * n]);
+  contacts.views().relative_velocity(&after_[dim * n]);
+  contacts.views().dissipated(&dissipated_[n]);
+  contacts.views().status(&status_[n]);
   const ContactEnergy energy = contacts.commit();
   s.energy.dissipated_normal += energy.normal;
   s.energy.dissipated_friction += energy.tangential;

@@ -131,7 +131,7 @@ struct ContactScene {
             l[0] * r[1] - l[1] * r[0] + moment[2]};
   }
   SolveReport step(Interactions& interactions, const LawTable& laws, const SolverOptions& options) {
-    interactions.hold_at_detection(true); // what the checks of laws know of
+    interactions.options().configuration = LawConfiguration::detection; // what the checks of laws know of
     interactions.assemble(bodies, contactors, candidates, laws, cell, h, theta);
     const SolveReport report = interactions.solve(bodies, options);
     bodies.velocity_begin.values = bodies.velocity.values;
@@ -175,12 +175,12 @@ inline Solution read(const Interactions& i, int dim) {
   s.velocity.resize(dim * n);
   s.dissipated.resize(n);
   s.status.resize(n);
-  i.impulse_local(s.local.data());
-  i.impulse_space(s.space.data());
-  i.moment_space(s.moment.data());
-  i.relative_velocity(s.velocity.data());
-  i.dissipated(s.dissipated.data());
-  i.status(s.status.data());
+  i.views().impulse_local(s.local.data());
+  i.views().impulse_space(s.space.data());
+  i.views().moment_space(s.moment.data());
+  i.views().relative_velocity(s.velocity.data());
+  i.views().dissipated(s.dissipated.data());
+  i.views().status(s.status.data());
   return s;
 }
 

@@ -180,7 +180,7 @@ TEST(OneDisk, RubsAsItsLawSays) {
   EXPECT_NEAR(v[0] + v[2], 0, 1e-15);
   EXPECT_DOUBLE_EQ(v[0], 2 * 2.0 / 3);
   std::int32_t status = -1;
-  rolls.i.status(&status);
+  rolls.i.views().status(&status);
   EXPECT_EQ(status, cairn_stick);
 }
 
@@ -231,8 +231,8 @@ TEST(PeriodicCell, ImagesLendTheirVelocity) {
   Interactions i(2);
   s.step(i, coulomb(10), {1e-12, 1, 100, 1});
   double r[2], u[2];
-  i.impulse_space(r);
-  i.relative_velocity(u);
+  i.views().impulse_space(r);
+  i.views().relative_velocity(u);
   EXPECT_DOUBLE_EQ(r[1], -0.5);
   EXPECT_GT(r[0], 0);
   EXPECT_NEAR(u[1], 0, 1e-15);

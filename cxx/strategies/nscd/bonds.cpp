@@ -99,7 +99,7 @@ void BondSearch::make(Simulation& s, const StepScheme& step, const std::function
 void BondSearch::find(Simulation& s, const StepScheme& step, const std::function<void()>& free_velocity) {
   constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
-  s.interactions.measure_from(s.scene.origin);
+  s.interactions.options().origin = s.scene.origin;
   double within = 0;
   bool keeping = false;
   for (int e = 0; e < s.laws.entries(); ++e) {

@@ -27,11 +27,11 @@ class ContactsOfSimulation final : public JointedContacts {
 public:
   explicit ContactsOfSimulation(Simulation& s) : s_(s) {}
   SolveReport solve(const SolverOptions& options) override { return s_.interactions.solve(s_.scene.bodies, options); }
-  JointMiss miss(double least) override { return s_.interactions.miss_of_joints(s_.scene.bodies, least); }
-  void keep() override { s_.interactions.keep_joints(); }
-  void correct(double share) override { s_.interactions.correct_joints(share); }
-  bool ease(bool settled) override { return s_.interactions.ease_joints(s_.scene.bodies, settled); }
-  std::string name(std::int64_t contact) override { return s_.interactions.name_of_joint(contact); }
+  JointMiss miss(double least) override { return s_.interactions.joints().miss(s_.scene.bodies, least); }
+  void keep() override { s_.interactions.joints().keep(); }
+  void correct(double share) override { s_.interactions.joints().correct(share); }
+  bool ease(bool settled) override { return s_.interactions.joints().ease(s_.scene.bodies, settled); }
+  std::string name(std::int64_t contact) override { return s_.interactions.joints().name(contact); }
 
 private:
   Simulation& s_;

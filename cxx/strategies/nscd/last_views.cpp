@@ -17,23 +17,23 @@ constexpr std::pair<const char*, int> kept_fields[] = { // components at most
 
 void read_known(const Simulation& s, std::string_view field, double* out) {
   if (field == "impulse")
-    s.interactions.impulse_space(out);
+    s.interactions.views().impulse_space(out);
   else if (field == "impulse_local")
-    s.interactions.impulse_local(out);
+    s.interactions.views().impulse_local(out);
   else if (field == "moment")
-    s.interactions.moment_space(out);
+    s.interactions.views().moment_space(out);
   else if (field == "relative_velocity")
-    s.interactions.relative_velocity(out);
+    s.interactions.views().relative_velocity(out);
   else if (field == "dissipated")
-    s.interactions.dissipated(out);
+    s.interactions.views().dissipated(out);
   else if (field == "beta")
-    s.interactions.kept(out);
+    s.interactions.views().soundness(out);
   else if (field == "stored")
-    s.interactions.stored(out);
+    s.interactions.views().stored(out);
   else if (field == "attraction")
-    s.interactions.attraction(out);
+    s.interactions.views().attraction(out);
   else // "state." before it: as the law has it
-    s.interactions.law_state(std::string(field.substr(field.starts_with("state.") ? 6 : 0)), out);
+    s.interactions.views().law_state(std::string(field.substr(field.starts_with("state.") ? 6 : 0)), out);
 }
 
 } // namespace
@@ -62,7 +62,7 @@ void LastViews::keep(Simulation& s, bool contacts_too) {
     read_known(s, kept_fields[k].first, fields_[k].data());
   }
   status_.resize(n);
-  s.interactions.status(status_.data());
+  s.interactions.views().status(status_.data());
 }
 
 void LastViews::put_back_meshes(Simulation& s) const {
@@ -94,7 +94,7 @@ void LastViews::read(Simulation& s, std::string_view field, int components, doub
 
 void LastViews::status(Simulation& s, std::int32_t* out) const {
   if (s.contacts_known)
-    s.interactions.status(out);
+    s.interactions.views().status(out);
   else if (contacts_ == Contacts::read)
     std::copy_n(status_.begin(), s.candidates.count, out);
 }

@@ -13,19 +13,19 @@ void JointSeats::seat(Simulation& s, double h, const std::function<void()>& dete
   constexpr double fall = 0.25;
   if (seated_) return;
   seated_ = true;
-  if (!s.interactions.must_project_joints()) return;
-  s.interactions.joints_projected();
+  if (!s.interactions.joints().must_project()) return;
+  s.interactions.joints().projected();
   Bodies& b = s.scene.bodies;
-  s.interactions.choose_joints_to_project(b);
-  const double begun = s.interactions.joint_violation();
+  s.interactions.joints().choose_to_project(b);
+  const double begun = s.interactions.joints().violation();
   if (!(begun > 0)) return;
   const Array<double> position = b.position.values, rotation = b.rotation.values;
   double off = begun, potential = 0;
   for (int pass = 0; pass < most && off > 0; ++pass) {
-    if (!s.interactions.project_joints(b, velocity_)) break;
+    if (!s.interactions.joints().project(b, velocity_)) break;
     move_bodies(s, velocity_, h);
     detect();
-    const double now = s.interactions.joint_violation();
+    const double now = s.interactions.joints().violation();
     const bool nearer = now <= fall * off;
     off = now;
     if (!nearer) break;

@@ -237,15 +237,19 @@ void Nscd::detect_contacts(Simulation& s) {
 void Nscd::prepare_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   if (!settings.warm_start) s.interactions.forget_impulses();
-  s.interactions.act_on_surfaces(settings.act_on_surfaces);
-  s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
+  ContactOptions& options = s.interactions.options();
+  options.impulse_point = settings.act_on_surfaces ? ImpulsePoint::own_surface : ImpulsePoint::middle_of_gap;
+  options.configuration =
+      settings.act_on_surfaces || settings.pose.kernel ? LawConfiguration::detection : LawConfiguration::midpoint;
   constexpr double slow = 0.01;
   const bool beside =
       step_.scheme.stiffness > 0 && step_.scheme.histories > 0 && std::abs(step_.scheme.position[0]) > 0;
-  s.interactions.correct_meshes_by(beside ? slow : 1);
+  options.mesh_correction = beside ? slow : 1;
   const bool theta = by_theta();
-  s.interactions.centre_joints(theta ? step_.law_share() : 0.5, theta ? step_.law_share() : 1 - step_.ahead / step_.h);
-  s.interactions.limit_overlap(settings.overlap);
+  const double share = theta ? step_.law_share() : 0.5;
+  options.joint_theta = share > 0 ? std::optional(share) : std::nullopt;
+  options.time_left = theta ? share : 1 - step_.ahead / step_.h;
+  options.overlap_limit = settings.overlap;
   s.interactions.pose(settings.pose);
   assemble_contacts(s);
   if (s.meshes.linear())

@@ -154,7 +154,7 @@ bool StiffJoints::stiffen(Simulation& s, double h) {
   Bodies& b = s.scene.bodies;
   const bool was = !stiffened_.empty();
   restore(s);
-  s.interactions.loads_of_joints(loads_);
+  s.interactions.joints().loads(loads_);
   const int d = s.scene.dim, n = b.dofs() - d;
   for (const JointLoad& load : loads_) {
     Stiffened one{load.body, {}, {}, {}, {}};
@@ -185,8 +185,8 @@ bool StiffJoints::stiffen(Simulation& s, double h) {
 
 bool StiffJoints::swing(Simulation& s, double h) {
   constexpr double fast = 3; // square of step times rate; steps hold below 4
-  if (s.interactions.swing_across() > fast) return true;
-  s.interactions.loads_of_joints(loads_);
+  if (s.interactions.joints().swing_across() > fast) return true;
+  s.interactions.joints().loads(loads_);
   for (const JointLoad& load : loads_) {
     double inverse[6];
     inverse_of(s.scene.bodies, load.body, inverse);

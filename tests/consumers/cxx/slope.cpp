@@ -27,7 +27,7 @@ int main() {
   for (int step = 0; step < 100; ++step) simulation.step(1e-3);
   double impulse[2];
   if (simulation.interactions.count() != 1) return 1;
-  simulation.interactions.impulse_space(impulse);
+  simulation.interactions.views().impulse_space(impulse);
   std::printf("impulse / weight %.15g\n", impulse[1] / (3 * 9.81 * 1e-3));
   return std::abs(impulse[1] / (3 * 9.81 * 1e-3) - 1) < 1e-12 ? 0 : 1;
 }
