@@ -1,6 +1,9 @@
 // Newton's method on the active set of few contacts: tried after 64 sweeps and whenever their number has grown
 // fourfold, and to rounding where contacts are at rest.
 #include "../sweeps/active_set.hpp"
+
+#include <algorithm>
+
 #include "../policy.hpp"
 #include "nlgs_part.hpp"
 
@@ -10,12 +13,12 @@ namespace {
 
 class FewContacts final : public NlgsPart {
 public:
-  explicit FewContacts(NlgsState& s) : s_(s), newton_(s.system, s.schedule, s.velocity_free, s.error_square) {}
+  explicit FewContacts(NlgsState& s)
+      : s_(s), newton_(s.system, s.schedule, s.velocity_free, [this] { return square(); }) {}
 
   void measured(StepError& error) override {
     if (!s_.above(error) || s_.report.iterations < next_) return;
-    newton_.improve(error.square, s_.wanted,
-                    s_.help && !s_.help->given_up() ? s_.help->few_unknowns() : ActiveSet::most_unknowns);
+    improve(error, s_.wanted, s_.help && !s_.help->given_up() ? s_.help->few_unknowns() : ActiveSet::most_unknowns);
     s_.changed = true;
     error = s_.measure();
     next_ = policy().active_set_again * s_.report.iterations;
@@ -26,13 +29,27 @@ public:
     constexpr double rounding = 0x1p-80; // the square of an error that only rounding is left of
     if (s_.help && !s_.uneven && s_.report.contacts <= policy().settled_unknowns && error.square > rounding &&
         near_rest(s_))
-      newton_.improve(error.square, rounding, policy().settled_unknowns);
+      improve(error, rounding, policy().settled_unknowns);
     return Verdict::none;
   }
 
 private:
+  void improve(const StepError& error, double wanted, int most) {
+    growth_ = std::max(1.0, error.growth);
+    newton_.improve(error.square, wanted, most);
+  }
+
+  // Square of the error of the impulses at hand, relative to those at the start if these were smaller. Sticking
+  // contacts of wedged bodies carry impulses that balance each other. Where the matrix is nearly singular, Newton's
+  // method adds millions of times the weight of such impulses; relative to these, any error would be small.
+  double square() const {
+    const StepError error = s_.measure();
+    return error.square * std::max(1.0, error.growth / growth_);
+  }
+
   NlgsState& s_;
   ActiveSet newton_;
+  double growth_ = 1;                    // of the impulses at the start, see StepError
   int next_ = policy().active_set_first; // sweeps
 };
 
