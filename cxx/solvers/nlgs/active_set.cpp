@@ -24,10 +24,12 @@ public:
     next_ = policy().active_set_again * s_.report.iterations;
   }
 
-  // Small systems at rest are solved to rounding.
+  // Small systems at rest are solved to rounding, unless their error counts as rest: where contacts are redundant, the
+  // last digits are out of reach, and each step would try anew.
   Verdict judge(StepError& error) override {
     constexpr double rounding = 0x1p-80; // the square of an error that only rounding is left of
-    if (s_.help && !s_.uneven && s_.report.contacts <= policy().settled_unknowns && error.square > rounding &&
+    const double least = policy().rest_least * policy().rest_least;
+    if (s_.help && !s_.uneven && s_.report.contacts <= policy().settled_unknowns && error.square > least &&
         near_rest(s_))
       improve(error, rounding, policy().settled_unknowns);
     return Verdict::none;

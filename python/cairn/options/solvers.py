@@ -255,8 +255,8 @@ class Default(ContactSolver):
     Parameters
     ----------
     tol : float, optional
-        Largest true error, the natural map in an energy norm [-]. None: 1e-4; in dense packs of balls, clumps, polygons and
-        polyhedra, 1e-3 once a step has taken 50 iterations, and NSCD takes back overlap beyond 0.005 of a radius after such
+        Largest true error, the natural map in an energy norm [-]. None: 1e-4; in dense packs of balls, clumps, polygons,
+        polyhedra, capsules, cylinders and superquadrics, 1e-3 once a step has taken 50 iterations, and NSCD takes back overlap beyond 0.005 of a radius after such
         steps. Blocks that bear on each other's faces, as in walls and arches, are no pack. Stress and
         volume of a pack are then right within a few percent, at a tenth of the cost (docs/study.md).
     min_iter : int, default 1
@@ -340,7 +340,7 @@ class Default(ContactSolver):
 
 
 def may_be_pack(core, rules, meshes):
-    """Tells if all that moves is balls, clumps, polygons, polyhedra and walls, under laws that ask for no overlap or gap.
+    """Tells if all that moves is balls, round and faced bodies and walls, under laws that ask for no overlap or gap.
 
     Bodies with faces are 20 at least. Contacts on faces, as in masonry, are looked for in each step (contacts/overlap_limit.cpp).
 
@@ -374,8 +374,8 @@ HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3
-SHAPES_OF_PACKS = ("disk", "sphere", "half_plane", "plane", "tube", "ring")
-FACES_OF_PACKS, LEAST_OF_PACKS = ("polygon", "polyhedron"), 20  # fewer bodies have no hundred contacts as grains
+SHAPES_OF_PACKS = ("disk", "sphere", "capsule", "superquadric", "half_plane", "plane", "tube", "ring")
+FACES_OF_PACKS, LEAST_OF_PACKS = ("polygon", "polyhedron", "cylinder"), 20  # fewer bodies have no hundred contacts as grains
 LAWS_OF_PACKS = (
     "Coulomb", "Frictionless", "Restitution", "Rolling", "LimitedSlip", "Wet", "Capillary", "RollingWet", "RollingCapillary",
 )  # fmt: skip

@@ -160,7 +160,8 @@ def _accuracy(strategy):
 def _enough(strategy):
     solver, lines = strategy.solver, []
     if getattr(solver, "enough", None) is not None:
-        lines.append(f"A step of a dense pack ends at a true error of {solver.enough:g} after {solver.patience} iterations")
+        early = f"A step of a dense pack ends at a true error of {solver.enough:g} after {solver.patience} iterations"
+        lines.append(f"{early}; walls and arches, which bear on faces, are no pack")
     if strategy.overlap is not None and math.isfinite(strategy.overlap):
         lines.append(f"Displacements take back overlap beyond {strategy.overlap:g} of the smaller body's size after the step")
     return lines
