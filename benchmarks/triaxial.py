@@ -55,11 +55,11 @@ def packed(count, seed=1):
     return sim.bodies.position[:count].copy(), radii, width, sides(sim)
 
 
-def shear(pack, strategy, steps):
-    """A row: what a test with this strategy found and cost."""
+def tested(pack, strategy, steps, dt=DT):
+    """Rows of (strain, gain of volume, axial stress [Pa]) of a test with this strategy, and what its steps cost, by name."""
     centers, radii, width, sides = pack
     scene, place = box(centers, radii, width, sides, 0.5, PRESSURE, 0.05)
-    sim = cn.Simulation(scene, DT, strategy, overlap="ignore")
+    sim = cn.Simulation(scene, dt, strategy, overlap="ignore")
     sim.drive([place["vz"]], "vz", -INERTIAL / (DIAMETER * math.sqrt(DENSITY / PRESSURE)) * sides[1])
     rows, converged, sweeps, error, cpu, deepest = [], 0, 0, 0.0, 0.0, 0.0
     for _ in range(steps):
@@ -73,20 +73,34 @@ def shear(pack, strategy, steps):
         x, z = sim.bodies.position[place["vx"], 0], sim.bodies.position[place["vz"], 2]
         on_top = np.any(sim.contacts.bodies == place["vz"], axis=1)
         rows.append((1 - z / sides[1], x * z / np.prod(sides) - 1, np.abs(sim.contacts.force[on_top, 2]).sum() / (x * width)))
-    strain, volume, stress = np.array(rows).T
-    smooth = np.convolve(stress, np.ones(15) / 15, "valid")
-    peak = int(np.argmax(smooth))
-    return {
+    cost = {
         "cpu_ms": f"{1e3 * cpu / steps:.1f}",
         "sweeps": f"{sweeps / steps:.0f}",
         "converged": f"{converged / steps:.3f}",
         "largest_error": f"{error:.1e}",
-        "peak_kPa": f"{smooth[peak] / 1e3:.0f}",
-        "peak_strain": f"{strain[peak + 7]:.4f}",
-        "volume": f"{volume[-1]:+.4f}",
-        "strain": f"{strain[-1]:.3f}",
-        "overlap": f"{info['penetration']:.4f}",
-        "deepest": f"{deepest:.4f}",
+    }
+    overlap = {"overlap": f"{info['penetration']:.4f}", "deepest": f"{deepest:.4f}"}
+    return np.array(rows), cost, overlap
+
+
+def smoothed(rows, window=15):
+    """Strain and axial stress [Pa], the mean of so many steps."""
+    half = window // 2
+    return rows[half : len(rows) - half, 0], np.convolve(rows[:, 2], np.ones(window) / window, "valid")
+
+
+def shear(pack, strategy, steps):
+    """A row: what a test with this strategy found and cost."""
+    rows, cost, overlap = tested(pack, strategy, steps)
+    strain, stress = smoothed(rows)
+    peak = int(np.argmax(stress))
+    return {
+        **cost,
+        "peak_kPa": f"{stress[peak] / 1e3:.0f}",
+        "peak_strain": f"{strain[peak]:.4f}",
+        "volume": f"{rows[-1, 1]:+.4f}",
+        "strain": f"{rows[-1, 0]:.3f}",
+        **overlap,
     }
 
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "../solvers/policy.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/step_error.hpp"
@@ -415,6 +416,13 @@ int RankedSweeps::sweeps_to_check(double square, double wanted) {
   return int(to_come);
 }
 
+// A few contacts that slip may cycle, for ever if sweeps are extrapolated or over-relaxed.
+void RankedSweeps::damp() {
+  extrapolates_ = false;
+  cycles_ = true;
+  relaxation_ = policy().relaxation_damped;
+}
+
 // Projected over-relaxation where sweeps are not extrapolated (Cryer 1971), less where an error did not fall.
 void RankedSweeps::relax(double square) {
   if (once_) {
@@ -424,7 +432,7 @@ void RankedSweeps::relax(double square) {
     return;
   }
   constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
-  if (extrapolates_) return;
+  if (extrapolates_ || cycles_) return;
   if (!relaxes_ && iterations_ >= plain_sweeps) {
     relaxes_ = true;
     relaxation_ = first;
@@ -502,7 +510,7 @@ SolveReport RankedSweeps::solve() {
   double wanted = options_.tolerance * options_.tolerance;
   int next = std::max(options_.min_iterations, 1);
   while (iterations_ < options_.max_iterations) {
-    if (clumps_ && iterations_ >= astray) extrapolates_ = false;
+    if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
     sweep();
     if (iterations_ < next && iterations_ < options_.max_iterations) continue;
     const Error error = measure();

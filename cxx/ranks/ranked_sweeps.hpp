@@ -70,6 +70,7 @@ private:
   Error measure();
   static void add_rounding(const Share& share, ExactSum& sum);
   int sweeps_to_check(double square, double wanted);
+  void damp();
   void relax(double square);
   void keep_best(double square);
   bool give_back(double square);
@@ -90,7 +91,7 @@ private:
   double relaxation_ = 1;
   double relaxed_square_ = std::numeric_limits<double>::infinity(); // the smallest that was measured
   double least_square_ = std::numeric_limits<double>::infinity();   // that of the impulses that were kept
-  bool relaxes_ = false, extrapolates_ = true, clumps_ = false;
+  bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
   NesterovSequence sequence_;
   double change_ = 0; // of the last extrapolated sweep, or what comes near it [J]

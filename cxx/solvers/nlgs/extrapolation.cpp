@@ -61,7 +61,10 @@ public:
 
   void prepare(SweepPass& pass) override {
     const int done = s_.report.iterations;
-    if (system_.clumps && done >= policy().clump_sweeps) s_.extrapolates = false;
+    if (system_.clumps && done >= policy().clump_sweeps) {
+      s_.extrapolates = false;
+      s_.cycles = true;
+    }
     if (!s_.extrapolates) return;
     if (done >= policy().plain_sweeps)
       pass.by = this;

@@ -33,6 +33,7 @@ struct NlgsState {
   double ends_at;          // error at which the step counts as converged
   double ratio = 0;        // square of the error over the change of a sweep, which foretells the next [1/J]
   bool extrapolates;       // sweeps are extrapolated, from the tenth on
+  bool cycles = false;     // extrapolated sweeps of a pack took so long that a few of its contacts may cycle
   bool taken_over = false; // the last pass was made by a part
   bool uneven;             // masses differ so much that light errors count
   bool help_waits = false; // the other solver is not asked yet

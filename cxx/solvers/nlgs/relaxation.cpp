@@ -1,7 +1,8 @@
 // Projected over-relaxation (Cryer 1971), where sweeps are not extrapolated: an impulse changes by more than its
 // contact alone asks, and stays in its cone. It equals blocks of W divided by the factor; bonds keep theirs. A few
 // contacts are solved sooner, and to rounding, without it. For Coulomb's cones convergence is not proved above 1: where
-// an error did not fall the factor is lowered, down to 1.
+// an error did not fall the factor is lowered, down to 1. A few contacts of a pack that slip may cycle for ever at 1
+// and above; below 1 they come to rest.
 #include <algorithm>
 #include <limits>
 
@@ -16,8 +17,12 @@ class Relaxation final : public NlgsPart {
 public:
   explicit Relaxation(NlgsState& s) : s_(s) { s_.schedule.relaxation = 1; }
 
+  void prepare(SweepPass&) override {
+    if (s_.cycles) s_.schedule.relaxation = policy().relaxation_damped;
+  }
+
   bool follow(const StepError& error, double) override {
-    if (s_.extrapolates) return false;
+    if (s_.extrapolates || s_.cycles) return false;
     double& factor = s_.schedule.relaxation;
     if (!begun_ && s_.report.iterations >= policy().plain_sweeps) {
       begun_ = true;

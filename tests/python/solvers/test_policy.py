@@ -19,14 +19,30 @@ solver = cn.NLGS(tol=1e-6, max_iter=1000, acceleration="none")
 print(cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=solver)).step()["iterations"])
 """
 
+PACK = """
+import cairn as cn
+import numpy as np
+
+rock = cn.Material("rock", density=2500.0)
+radii = np.random.default_rng(1).uniform(0.004, 0.006, 200)
+scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -9.81))
+scene.add(cn.spheres(cn.pre.deposit_spheres(radii, (0.05, 0.05)), radii, rock))
+scene.add(cn.box(np.zeros(3), (0.05, 0.05, 0.2), rock, lid=False))
+scene.interact("*", "*", cn.Coulomb(mu=0.5))
+sim = cn.Simulation(scene, dt=1e-3, overlap="ignore")
+sim.run(steps=40, progress=False)
+sim.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-12, enough=2e-12, patience=1, max_iter=200))
+print(sim.step()["error"].hex())
+"""
+
 
 def listed():
     return ROW.findall((ROOT / "cxx/solvers/policy.def").read_text(encoding="utf-8"))
 
 
-def ran(change):
+def ran(change, script=STEP):
     environment = {**os.environ, "CAIRN_POLICY": change, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    return subprocess.run([sys.executable, "-c", STEP], env=environment, capture_output=True, text=True, timeout=60)
+    return subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=60)
 
 
 def test_the_page_has_every_number_of_the_list():
@@ -47,3 +63,12 @@ def test_a_study_changes_a_number_and_is_told():
     assert "CAIRN_POLICY" not in own.stderr and "CAIRN_POLICY changes active_set_first=16" in sooner.stderr
     assert int(sooner.stdout) < int(own.stdout)
     assert wrong.returncode != 0 and "CAIRN_POLICY has 'active_set_last=1': give name=number" in wrong.stderr
+
+
+def test_extrapolated_sweeps_of_packs_end_in_damped_ones():
+    """From the number clump_sweeps on, with the factor relaxation_damped, which means nothing before."""
+    results = [ran(change, PACK) for change in ("", "relaxation_damped=0.75", "relaxation_damped=1", "clump_sweeps=1000",
+                                                "clump_sweeps=1000 relaxation_damped=1")]  # fmt: skip
+    assert not any(r.returncode for r in results), results[0].stderr
+    own, same, other, extrapolated, unaffected = (float.fromhex(r.stdout) for r in results)
+    assert own == same and own != other and own != extrapolated == unaffected
