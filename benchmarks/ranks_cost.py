@@ -1,14 +1,17 @@
-"""Cost of ranks: processor time of a step over ranks in one process beside that of a run without, in turns.
+"""Cost of ranks in turns in one process: processor time of a step beside that of runs without, by one thread and by two.
 
-    script/bench ranks_cost [--bodies 20000] [--steps 4] [--ranks 1 2]
+    script/bench ranks_cost [--bodies 20000] [--steps 4] [--ranks 1 2] [--csv benchmarks/results/ranks_cost.csv]
 
-A line for each scene: ratio of processor times a sweep (a step, of smooth balls), the least over the turns, since all else that
-runs on the machine adds to it, and bytes that the largest rank holds over those of one.
+A row for each scene and number of ranks: processor time a sweep (a step, of smooth balls) over that without ranks, by one thread and
+by two; sweeps of a step of both; bytes that the largest rank holds over those of one. Times are the least over the turns, since all
+else that runs on the machine adds to them.
 """
 
 import argparse
+import csv
 import os
 import time
+from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -34,11 +37,23 @@ def box(dim, n, law):
     return scene
 
 
-def scenes(n):
-    sweeps = cn.NSCD(solver=cn.NLGS(tol=1e-12, max_iter=60), threads=1)
-    smooth = cn.SmoothDEM(energy=False)
+def wall_of_boxes(n):
+    """Courses of boxes on a floor, about n of them."""
+    side = round(n ** (1 / 3))
+    x = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3) * (1.01, 1.01, 0.999) + 0.5
+    x[:, 0] += 0.5 * (np.floor(x[:, 2]) % 2)
+    scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -9.81))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.4))
+    scene.add(cn.boxes(x, [1.0, 1.0, 1.0], ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    return scene
+
+
+def scenes(n, threads=1):
+    sweeps = cn.NSCD(solver=cn.NLGS(tol=1e-12, max_iter=60), threads=threads)
+    smooth = cn.SmoothDEM(energy=False, threads=threads)
     yield "disks", box(2, n, cn.Coulomb(mu=0.4)), sweeps, 1e-3
     yield "spheres", box(3, n, cn.Coulomb(mu=0.4)), sweeps, 1e-3
+    yield "boxes", wall_of_boxes(max(n // 10, 8)), sweeps, 1e-3
     yield "smooth spheres", box(3, n, cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)), smooth, 1e-4
 
 
@@ -52,23 +67,45 @@ def timed(sim, steps):
     return least
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bodies", type=int, default=20_000)
-    parser.add_argument("--steps", type=int, default=4)
-    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
-    options = parser.parse_args()
+def rows(options):
+    """A row for each scene and number of ranks."""
+    of_two = {name: strategy for name, _, strategy, _ in scenes(8, threads=2)}
     for name, scene, strategy, dt in scenes(options.bodies):
         runs = {ranks: cn.Simulation(scene, dt, strategy, overlap="ignore", ranks=ranks) for ranks in [None, *options.ranks]}
+        runs["threads"] = cn.Simulation(scene, dt, of_two[name], overlap="ignore")
         least = {ranks: timed(sim, 1) for ranks, sim in runs.items()}
         for _ in range(options.steps):
             least = {ranks: min(least[ranks], timed(sim, 1)) for ranks, sim in runs.items()}
         held = {ranks: runs[ranks].ranks.held_bytes.max() for ranks in options.ranks}
         for ranks in options.ranks:
-            print(
-                f"{name}: {len(runs[None].bodies)} bodies, {ranks} ranks: {least[ranks] / least[None]:.2f} of the time without, "
-                f"held {held[ranks] / held[options.ranks[0]]:.3f}"
-            )
+            yield {
+                "scene": name,
+                "bodies": len(runs[None].bodies),
+                "ranks": ranks,
+                "over_one_thread": round(least[ranks] / least[None], 3),
+                "over_two_threads": round(least[ranks] / least["threads"], 3),
+                "sweeps": runs[ranks].info.get("iterations") or 1,
+                "sweeps_without": runs[None].info.get("iterations") or 1,
+                "held": round(held[ranks] / held[options.ranks[0]], 3),
+            }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bodies", type=int, default=20_000)
+    parser.add_argument("--steps", type=int, default=4)
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--csv", default=str(Path(__file__).parent / "results" / "ranks_cost.csv"))
+    options = parser.parse_args()
+    with open(options.csv, "w", newline="") as file:
+        table = None
+        for row in rows(options):
+            table = table or csv.DictWriter(file, row)
+            if file.tell() == 0:
+                table.writeheader()
+            table.writerow(row)
+            file.flush()
+            print(", ".join(f"{name} {value}" for name, value in row.items()), flush=True)
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ void bind_controls(py::class_<Simulation>& simulation) {
            })
       .def("grow",
            [](Simulation& s, const Input<std::int64_t>& ids, const std::string& rate) {
-             s.controlled().grow(s, {ids.data(), std::size_t(ids.size())}, cairn::Expression(rate));
+             s.controlled().grow(known(s), {ids.data(), std::size_t(ids.size())}, cairn::Expression(rate));
            })
       .def("stop_growth",
            [](Simulation& s, const Input<std::int64_t>& ids) {

@@ -63,8 +63,20 @@ StoredValue value_of(const py::handle& value, const std::string& here) {
   }
 }
 
+// An array whose numbers stay in their file, and that nobody can write.
+py::object left_in_file(const StoredValue& value) {
+  auto* const kept = new std::shared_ptr<const unsigned char>(value.mapped);
+  const py::capsule file(kept, [](void* of) { delete static_cast<std::shared_ptr<const unsigned char>*>(of); });
+  const cairn::StoredType type = value.array.type;
+  const py::array out(py::dtype(std::string(1, type.kind) + std::to_string(type.item)), value.array.shape,
+                      value.mapped.get(), file);
+  out.attr("setflags")(py::arg("write") = false);
+  return out;
+}
+
 py::object object_of(const StoredValue& value) {
   if (value.is_tree()) return dict_of(value);
+  if (value.mapped) return left_in_file(value);
   const StoredArray& a = value.array;
   if (value.kind == "array" || value.kind == "flags") return numpy_of(a);
   if (value.kind == "number" || value.kind == "flag") return numpy_of(a).attr("__getitem__")(py::tuple());
@@ -332,12 +344,17 @@ void bind_files(py::module_& m) {
   bind_reader(m);
   bind_runs(m);
   m.def("save_tree", [](const std::string& path, const py::dict& tree) { cairn::save_tree(path, tree_of(tree)); });
-  m.def("load_tree", [](const std::string& path, const std::string& what, const std::string& given) {
-    const StoredValue tree = cairn::load_tree(path, what, given);
-    try {
-      return dict_of(tree);
-    } catch (const std::exception& e) {
-      throw cairn::FileError(path, what + " is damaged (" + e.what() + ")", "write it again");
-    }
-  });
+  m.def(
+      "load_tree",
+      [](const std::string& path, const std::string& what, const std::string& given,
+         std::optional<std::uint64_t> stays_from) {
+        const StoredValue tree =
+            cairn::load_tree(path, what, given, stays_from.value_or(std::numeric_limits<std::uint64_t>::max()));
+        try {
+          return dict_of(tree);
+        } catch (const std::exception& e) {
+          throw cairn::FileError(path, what + " is damaged (" + e.what() + ")", "write it again");
+        }
+      },
+      py::arg("path"), py::arg("what"), py::arg("given"), py::arg("stays_from") = py::none());
 }

@@ -55,6 +55,7 @@ void bind_ranks(py::module_& m) {
              return unlike;
            })
       .def("meet", [](cairn::Exchange& e, const std::string& call) { e.meet(call); })
+      .def("fail", [](cairn::Exchange& e, const std::string& error) { e.fail(error); })
       .def("abort", [](cairn::Exchange& e, int code) { e.abort(code); });
   m.def("virtual_ranks", [](int ranks) { return std::shared_ptr<cairn::Exchange>(cairn::virtual_ranks(ranks)); });
   m.def(

@@ -45,6 +45,14 @@ void Hulls::scale(std::int32_t h, double factor) {
   radius[std::size_t(h)] *= factor;
 }
 
+void Hulls::take_lengths(std::int32_t h, const Hulls& from, std::int32_t of) {
+  std::copy_n(from.vertex.begin() + std::ptrdiff_t(from.dim) * from.first_vertex[of], dim * vertices(h),
+              vertex.begin() + std::ptrdiff_t(dim) * first_vertex[h]);
+  std::copy_n(from.offset.begin() + from.first_face[of], faces(h), offset.begin() + first_face[h]);
+  inner[std::size_t(h)] = from.inner[std::size_t(of)];
+  radius[std::size_t(h)] = from.radius[std::size_t(of)];
+}
+
 // A face whose corners left their plane keeps the mean of their normals (Newell), and holds all of them.
 void Hulls::follow_vertices(std::int32_t h) {
   const double* v = &vertex[std::size_t(dim) * first_vertex[h]];

@@ -51,6 +51,8 @@ struct Hulls {
   void move_facet(std::int32_t hull, std::span<const double> x);
   std::int32_t copy(std::int32_t hull); // returns its number
   void scale(std::int32_t hull, double factor);
+  // Lengths of a hull become those of one of `from`, of which it is a copy.
+  void take_lengths(std::int32_t hull, const Hulls& from, std::int32_t of);
   void follow_vertices(std::int32_t hull); // planes and balls of a polygon or polyhedron whose vertices moved a little
   std::size_t bytes() const;
 

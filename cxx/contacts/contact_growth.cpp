@@ -41,26 +41,30 @@ void ContactGrowth::add(const cairn_batch& b, const double* gap, double* bias) c
   }
 }
 
-// Work of growth: growing surfaces act as moving carriers. Their work on the bodies is heat's, the rest of a contact's
-// work is dissipated or created. Both use the mean of velocities before and after the step; before it contacts under
-// pressure moved at the growth of that time.
-void ContactGrowth::count() const {
+// Growing surfaces act as moving carriers. Their work on the bodies is heat's, the rest of a contact's work is
+// dissipated or created. It goes by the mean of velocities before and after the step; before it contacts under pressure
+// moved at the growth of that time.
+double ContactGrowth::work_at(const cairn_batch& b, int lane) const {
   const int kept = memory_.impulse_components;
+  const double push = at(b, b.r, lane, 0);
+  if (push < 0 && law_infos()[b.law].energy) return 0; // springs in tension tell their stored energy
+  double speed = storage_.parted[b.first + lane];
+  if (const std::int32_t was = matcher_.place[b.first + lane]; was >= 0 && memory_.h > 0) {
+    const double* r = &memory_.impulses[std::size_t(was) * kept];
+    const bool pressed = std::any_of(r, r + kept, [](double p) { return p < 0 || p > 0; });
+    // an overlap that laws left alone takes up what shrank
+    const double left = in_.candidates->gap[system_.candidate[b.first + lane]] +
+                        grown_at(b, lane, in_.bodies->stretch, in_.bodies->bend);
+    const double was_grown = grown_at(b, lane, in_.bodies->stretch_before, in_.bodies->bend_before);
+    if (pressed) speed += (was_grown < 0 ? std::min(0.0, was_grown - std::min(0.0, left)) : was_grown) / memory_.h;
+  }
+  return 0.5 * push * speed;
+}
+
+void ContactGrowth::count() const {
   for (const cairn_batch& b : system_.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
-      const double push = at(b, b.r, lane, 0), given = 0.5 * b.scale[lane];
-      if (push < 0 && law_infos()[b.law].energy) continue; // springs in tension tell their stored energy
-      double speed = storage_.parted[b.first + lane];
-      if (const std::int32_t was = matcher_.place[b.first + lane]; was >= 0 && memory_.h > 0) {
-        const double* r = &memory_.impulses[std::size_t(was) * kept];
-        const bool pressed = std::any_of(r, r + kept, [](double p) { return p < 0 || p > 0; });
-        // an overlap that laws left alone takes up what shrank
-        const double left = in_.candidates->gap[system_.candidate[b.first + lane]] +
-                            grown_at(b, lane, in_.bodies->stretch, in_.bodies->bend);
-        const double was_grown = grown_at(b, lane, in_.bodies->stretch_before, in_.bodies->bend_before);
-        if (pressed) speed += (was_grown < 0 ? std::min(0.0, was_grown - std::min(0.0, left)) : was_grown) / memory_.h;
-      }
-      const double work = 0.5 * push * speed;
+      const double given = 0.5 * b.scale[lane], work = work_at(b, lane);
       if (!(work < 0 || work > 0)) continue;
       b.scale[lane] -= 2 * work;
       energy_.grown += work;

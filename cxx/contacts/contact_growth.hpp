@@ -14,6 +14,8 @@ public:
       : in_(in), storage_(storage), matcher_(matcher), memory_(memory), system_(system), energy_(energy) {}
   void add(const cairn_batch& b, const double* gap, double* bias) const;
   void count() const; // its work, which contacts do not make from nothing
+  // Work that the bodies of a contact which grew give it [J].
+  double work_at(const cairn_batch& b, int lane) const;
 
 private:
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;

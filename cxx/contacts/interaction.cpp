@@ -149,6 +149,10 @@ void Interactions::update_velocity(Bodies& bodies) {
   if (bodies.reaction.active) s.transfer.add_reactions(bodies);
 }
 
+double Interactions::work_of_growth(const cairn_batch& b, int lane) const {
+  return s_->storage.parted ? s_->growth.work_at(b, lane) : 0;
+}
+
 void Interactions::refresh_meshes(const Bodies& bodies) {
   if (!s_->in.meshes || s_->system.batches.empty()) return;
   ContactSystem& system = s_->system;

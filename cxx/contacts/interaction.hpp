@@ -74,6 +74,8 @@ public:
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
   // energy.
   void update_velocity(Bodies&);
+  // Work that the bodies of a contact of the system which grew give it in the step [J].
+  double work_of_growth(const cairn_batch& b, int lane) const;
   // Impulses of the present solution on the nodes of meshes, each in its MeshBody::impulse; then the impulses as those
   // that the next assemble begins from, within the same step.
   void give_meshes() const;

@@ -1,6 +1,7 @@
 #include "hdf5_image.hpp"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -91,6 +92,15 @@ Image::Image(const std::string& path) : path_(path) {
 }
 
 Image::~Image() { ::close(fd_); }
+
+std::shared_ptr<const unsigned char> Image::map(std::uint64_t address, std::uint64_t count) const {
+  if (count == 0 || address > size_ || count > size_ - address) damaged("numbers lie beyond its end");
+  const auto page = std::uint64_t(::sysconf(_SC_PAGESIZE)), before = address % page, length = before + count;
+  void* const first = ::mmap(nullptr, length, PROT_READ, MAP_PRIVATE, fd_, off_t(address - before));
+  if (first == MAP_FAILED) throw system_error(path_, errno);
+  return {static_cast<const unsigned char*>(first) + before,
+          [first, length](const unsigned char*) { ::munmap(first, length); }};
+}
 
 void Image::damaged(const std::string& what) const { throw FileError(path_, "the file is damaged: " + what, remedy); }
 

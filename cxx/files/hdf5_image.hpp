@@ -14,6 +14,8 @@ public:
   std::uint64_t root() const { return root_; }
   void read(std::uint64_t address, void* to, std::uint64_t count) const;
   Bytes read(std::uint64_t address, std::uint64_t count) const;
+  // The same bytes as memory that the operating system reads from the file when it is looked at; it outlives the image.
+  std::shared_ptr<const unsigned char> map(std::uint64_t address, std::uint64_t count) const;
   // Messages of an object header, of version 1 or 2, in their order.
   std::vector<std::pair<int, Bytes>> header(std::uint64_t address) const;
   [[noreturn]] void damaged(const std::string& what) const;

@@ -283,6 +283,14 @@ void Hdf5Node::check_size() const {
 
 StoredArray Hdf5Node::read() const { return rows(0, shape_.empty() ? 1 : shape_[0]); }
 
+std::shared_ptr<const unsigned char> Hdf5Node::mapped() const {
+  const StoredType of = type();
+  const bool lies = layout_.kind == Layout::contiguous && layout_.address != undefined && !filtered_;
+  if (group_ || !lies || of.kind == 'S' || datatype_->big_endian || layout_.address % of.item != 0) return nullptr;
+  const std::uint64_t size = bytes_of(*image_, *datatype_, shape_);
+  return size > 0 ? image_->map(layout_.address, size) : nullptr;
+}
+
 StoredArray Hdf5Node::rows(std::int64_t first, std::int64_t count) const {
   type();
   if (group_) image_->damaged(name_ + " is a group, and no array");

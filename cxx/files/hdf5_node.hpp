@@ -56,6 +56,9 @@ public:
   const std::vector<std::int64_t>& shape() const { return shape_; }
   StoredArray read() const;
   StoredArray rows(std::int64_t first, std::int64_t count) const;
+  // Numbers of an array that stand in the file one after the other as in memory, which reads them when they are looked
+  // at; null: they do not.
+  std::shared_ptr<const unsigned char> mapped() const;
 
   std::uint64_t address() const { return address_; }
   bool is_chunked() const { return layout_.kind == hdf5::Layout::chunked; }

@@ -33,12 +33,12 @@ std::string numpy_name(StoredType t) {
 
 // one_as_row: numbers alone were taken in as rows of one, up to version 1.0.
 void take_in(Blake2b& digest, const std::string& place, const std::string& kind, const StoredArray& array,
-             bool one_as_row = false) {
+             const unsigned char* bytes, bool one_as_row = false) {
   std::string shape = array.shape.empty() && one_as_row ? "(1," : "(";
   for (std::size_t k = 0; k < array.shape.size(); ++k) shape += (k ? ", " : "") + std::to_string(array.shape[k]);
   shape += array.shape.size() == 1 ? ",)" : ")";
   digest.update(place + "|" + kind + "|" + numpy_name(array.type) + "|" + shape + "|");
-  digest.update(array.bytes.data(), array.bytes.size());
+  digest.update(bytes, std::size_t(array.size()) * array.type.item);
 }
 
 std::vector<const StoredMember*> by_name(const std::vector<StoredMember>& members) {
@@ -58,7 +58,7 @@ void store(Group& group, const StoredValue& tree, Blake2b& digest, const std::st
       store(group.group(name), value, digest, here);
     } else {
       group.array(name, value.array, {{"kind", StoredArray::text(value.kind)}});
-      take_in(digest, here, value.kind, value.array);
+      take_in(digest, here, value.kind, value.array, value.array.bytes.data());
     }
   }
 }
@@ -69,23 +69,41 @@ std::string text_of(const std::optional<StoredArray>& a) {
   return all.substr(0, all.find('\0'));
 }
 
-StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& place, std::set<std::uint64_t>& seen,
-                 bool one_as_row) {
+struct Reading {
+  Blake2b& digest;
+  bool one_as_row;
+  std::uint64_t stays_from; // bytes
+  std::set<std::uint64_t> seen{};
+};
+
+// An array, which stays in the file if it is large.
+StoredValue value_of(const Hdf5Node& member, const Reading& how) {
+  StoredValue value{text_of(member.attribute("kind")), {}, {}};
+  value.array.type = member.type();
+  value.array.shape = member.shape();
+  const auto bytes = std::uint64_t(value.array.size()) * value.array.type.item;
+  if (value.kind == "array" && bytes >= how.stays_from) value.mapped = member.mapped();
+  if (!value.mapped) value.array = member.read();
+  return value;
+}
+
+StoredValue read(const Hdf5Node& group, const std::string& place, Reading& how) {
   StoredValue out;
   std::vector<std::string> names = group.names();
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const Hdf5Node member = group.child(name);
     const std::string here = std::string(place).append("/").append(name);
-    if (!seen.insert(member.address()).second) malformed(here + " stands under two names");
+    if (!how.seen.insert(member.address()).second) malformed(here + " stands under two names");
     if (member.is_group()) {
-      digest.update(here + "|dict|");
-      out.add(name, read(member, digest, here, seen, one_as_row));
+      how.digest.update(here + "|dict|");
+      out.add(name, read(member, here, how));
       continue;
     }
-    StoredValue value{text_of(member.attribute("kind")), member.read(), {}};
+    StoredValue value = value_of(member, how);
     if (value.kind.empty()) malformed(here + " has no kind");
-    take_in(digest, here, value.kind, value.array, one_as_row);
+    const unsigned char* const bytes = value.mapped ? value.mapped.get() : value.array.bytes.data();
+    take_in(how.digest, here, value.kind, value.array, bytes, how.one_as_row);
     if (value.kind == "flags" || value.kind == "flag") value.array.type.kind = 'b';
     out.add(name, std::move(value));
   }
@@ -246,7 +264,8 @@ void save_tree(const std::string& path, const StoredValue& tree) {
   file->commit(true);
 }
 
-StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given) {
+StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given,
+                      std::uint64_t stays_from) {
   const std::string it = what.starts_with("a ") ? "the " + what.substr(2) : what;
   const std::string remedy = what == "a checkpoint" ? "restart from an earlier checkpoint" : "write it again";
   const std::string give = "give a " + given + " file that Cairn wrote";
@@ -266,9 +285,8 @@ StoredValue load_tree(const std::string& path, const std::string& what, const st
                           ", this Cairn reads up to " + std::to_string(tree_version[0]),
                       "use a newer Cairn");
     Blake2b digest(32);
-    std::set<std::uint64_t> seen;
-    const bool one_as_row = version[0] == 1 && version[1] == 0;
-    StoredValue tree = read(root.child("state"), digest, "", seen, one_as_row);
+    Reading how{digest, version[0] == 1 && version[1] == 0, stays_from};
+    StoredValue tree = read(root.child("state"), "", how);
     if (digest.hexdigest() != text_of(root.attribute("checksum")))
       throw FileError(path, it + " is damaged: its checksum does not match", remedy);
     return tree;

@@ -1,5 +1,7 @@
 // Trees of named values, the form of checkpoints and scenes in files.
 #pragma once
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@ struct StoredValue {
   std::string kind;
   StoredArray array;
   std::vector<StoredMember> members;
+  std::shared_ptr<const unsigned char> mapped = nullptr; // numbers of an array that stays in its file: it has no bytes
 
   bool is_tree() const { return kind.empty(); }
   const StoredValue* find(const std::string& name) const; // null: none
@@ -53,7 +56,9 @@ std::vector<T> numbers_of(const StoredArray& array, const std::string& name);
 // Writes a file "cairn-checkpoint" with a checksum over names, types, shapes and bytes; load_tree refuses a damaged
 // file. Bits are preserved: NaN with their payload, -0.0, subnormal numbers.
 void save_tree(const std::string& path, const StoredValue& tree);
-// what, given: words for messages ("a checkpoint", ".checkpoint.h5").
-StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given);
+// what, given: words for messages ("a checkpoint", ".checkpoint.h5"). Arrays of at least `stays_from` bytes stay in the
+// file, if they lie there as in memory.
+StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given,
+                      std::uint64_t stays_from = std::numeric_limits<std::uint64_t>::max());
 
 } // namespace cairn

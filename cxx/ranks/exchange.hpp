@@ -55,13 +55,17 @@ public:
   // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
 
-  // A meeting of all ranks, with which each call that all of them make begins. `call`: its name and, in a second line,
-  // arguments that have to be the same on all ranks. If a rank makes another call, or has ended its program, all throw
-  // Error with ranks and calls. Gives true if `value` is true on any rank.
+  // A meeting of all ranks, with which each call that all of them make begins. `call`: its name; arguments that have to
+  // be the same on all ranks, as messages show them, in a second line, and their digest in a third one. If a rank makes
+  // another call, or has ended its program, all throw Error with ranks and calls. Gives true if `value` is true on any
+  // rank.
   virtual bool meet(std::string_view call, bool value = false) {
     (void)call;
     return value;
   }
+  // An error of this process between two calls: all ranks throw Error with it at their next meeting, as this one does.
+  // Returns where there is one process.
+  virtual void fail(std::string_view error) { (void)error; }
   // Work of all ranks together, for which a single one may ask: the others do it at their next meeting.
   enum Wish { state = 1, contacts = 2, workspace = 3 };
   virtual void ask(Wish wish) { serve(wish); }

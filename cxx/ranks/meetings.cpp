@@ -1,5 +1,6 @@
 #include "meetings.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -10,7 +11,8 @@ namespace cairn {
 namespace {
 
 constexpr std::string_view end_of_program = "the end of its program";
-constexpr int wishes = 4; // numbers for each simulation
+constexpr int wishes = 4;       // numbers for each simulation
+constexpr double failure = 2.0; // the value that a rank tells after an error
 
 void check(std::int32_t code) {
   if (code != 0) throw Error("a call of MPI failed with code " + std::to_string(code));
@@ -24,6 +26,36 @@ double code_of(std::string_view text, int number) {
 }
 
 std::string_view name_of(std::string_view call) { return call.substr(0, call.find('\n')); }
+
+// Arguments of a call as messages show them; empty: it has none.
+std::string_view arguments_of(std::string_view call) {
+  const std::size_t first = call.find('\n');
+  if (first == std::string_view::npos) return {};
+  return call.substr(first + 1, call.find('\n', first + 1) - first - 1);
+}
+
+// "0, 2 to 4".
+std::string listed(const std::vector<int>& ranks) {
+  std::string told;
+  for (std::size_t k = 0; k < ranks.size(); ++k) {
+    std::size_t last = k;
+    while (last + 1 < ranks.size() && ranks[last + 1] == ranks[last] + 1) ++last;
+    told += (k > 0 ? ", " : "") + std::to_string(ranks[k]);
+    if (last > k) told += (last > k + 1 ? " to " : ", ") + std::to_string(ranks[last]);
+    k = last;
+  }
+  return told;
+}
+
+// "rank 0 <one> step, ranks 1 to 3 <many> checkpoint" of the ranks by text.
+std::string told_by_rank(const std::map<std::string, std::vector<int>>& ranks, const char* one, const char* many) {
+  std::string told;
+  for (const auto& [text, of] : ranks) {
+    told += told.empty() ? "" : ", ";
+    told += (of.size() > 1 ? "ranks " : "rank ") + listed(of) + (of.size() > 1 ? many : one) + text;
+  }
+  return told;
+}
 
 } // namespace
 
@@ -53,7 +85,7 @@ Meetings::Told Meetings::compare(std::string_view call, int number, int wish, bo
   double told[] = {value ? 1.0 : 0.0, wish ? double(wishes * number + wish) : none, wish ? none : code,
                    wish ? none : -code};
   check(calls_->largest(told, 4));
-  Told found{told[0] > 0, told[2] != -told[3], -1, 0};
+  Told found{told[0] > 0, told[2] != -told[3], told[0] >= failure, -1, 0};
   if (std::isfinite(told[1])) {
     found.number = int(told[1]) / wishes;
     found.wish = int(told[1]) % wishes;
@@ -75,6 +107,7 @@ bool Meetings::serve(const Told& told) {
 bool Meetings::meet(int number, std::string_view call, bool value) {
   for (;;) {
     const Told told = compare(call, number, 0, value);
+    if (told.failed) tell_of_fault({});
     if (told.number >= 0) {
       serve(told);
       continue;
@@ -87,6 +120,7 @@ bool Meetings::meet(int number, std::string_view call, bool value) {
 void Meetings::ask(int number, Exchange::Wish wish) {
   for (;;) {
     const Told told = compare("sim.bodies or sim.contacts", number, wish, false);
+    if (told.failed) tell_of_fault({});
     const bool served = serve(told);
     if (told.number != number || (told.wish != wish && wish != Exchange::state)) continue;
     if (served) return;
@@ -101,25 +135,22 @@ void Meetings::end() noexcept {
   try {
     for (;;) {
       const Told told = compare(end_of_program, 0, 0, false);
-      if (told.number >= 0) {
+      if (told.number >= 0 && !told.failed) {
         serve(told);
         continue;
       }
-      bool one_ended = true;
-      if (told.unlike) calls_of_all(end_of_program, one_ended); // the others refuse their calls
+      if (told.failed || told.unlike) texts_of_all(end_of_program); // the others refuse their calls
       break;
     }
   } catch (...) {} // nobody is left to be told
   ended_ = true;
 }
 
-// "rank 0 step, ranks 1 to 3 checkpoint".
-std::string Meetings::calls_of_all(std::string_view call, bool& one_ended) {
-  const Bytes mine = [&] {
-    Packer packer;
-    packer.put_all(std::span<const char>(call.data(), call.size()));
-    return packer.bytes;
-  }();
+// A text of each rank.
+std::vector<std::string> Meetings::texts_of_all(std::string_view text) {
+  Packer packer;
+  packer.put_all(std::span<const char>(text.data(), text.size()));
+  const Bytes& mine = packer.bytes;
   std::vector<std::int64_t> counts(std::size_t(ranks_), 0);
   counts[std::size_t(me_)] = std::int64_t(mine.size());
   check(calls_->sum(counts.data(), ranks_));
@@ -128,39 +159,49 @@ std::string Meetings::calls_of_all(std::string_view call, bool& one_ended) {
   Bytes bytes(static_cast<std::size_t>(total));
   check(calls_->gather(mine.data(), std::int64_t(mine.size()), counts.data(), bytes.data()));
   Unpacker from(bytes);
-  std::map<std::string, std::vector<int>> ranks; // by call
+  std::vector<std::string> texts;
   for (int rank = 0; rank < ranks_; ++rank) {
-    const std::vector<char> text = from.get_all<char>();
-    ranks[std::string(name_of({text.data(), text.size()}))].push_back(rank);
+    const std::vector<char> of_rank = from.get_all<char>();
+    texts.emplace_back(of_rank.begin(), of_rank.end());
   }
-  one_ended = ranks.count(std::string(end_of_program)) > 0;
-  if (ranks.size() == 1) return {};
-  std::string told;
-  for (const auto& [name, of] : ranks) {
-    told += told.empty() ? "" : ", ";
-    told += of.size() > 1 ? "ranks " : "rank ";
-    for (std::size_t k = 0; k < of.size(); ++k) {
-      std::size_t last = k;
-      while (last + 1 < of.size() && of[last + 1] == of[last] + 1) ++last;
-      told += (k > 0 ? ", " : "") + std::to_string(of[k]);
-      if (last > k) told += (last > k + 1 ? " to " : ", ") + std::to_string(of[last]);
-      k = last;
-    }
-    told += (of.size() > 1 ? " make " : " makes ") + name;
-  }
-  return told;
+  return texts;
+}
+
+void Meetings::fail(std::string_view error) {
+  if (ended_) throw Error(std::string(error));
+  const double none = -std::numeric_limits<double>::infinity();
+  double told[] = {failure, none, none, none}; // it makes no call, which the others would be compared with
+  check(calls_->largest(told, 4));
+  tell_of_fault(error);
+}
+
+// The error of the lowest rank that has one.
+void Meetings::tell_of_fault(std::string_view error) {
+  const std::vector<std::string> texts = texts_of_all(error);
+  ended_ = std::ranges::find(texts, end_of_program) != texts.end();
+  for (std::size_t rank = 0; rank < texts.size(); ++rank)
+    if (!texts[rank].empty() && texts[rank] != end_of_program)
+      throw Error("rank " + std::to_string(rank) + " of " + std::to_string(ranks_) + ": " + texts[rank]);
+  throw Error("a rank failed without a message");
 }
 
 void Meetings::refuse(std::string_view call) {
-  bool one_ended = false;
-  const std::string told = calls_of_all(call, one_ended);
-  if (one_ended) ended_ = true;
+  std::map<std::string, std::vector<int>> names, arguments;
+  const std::vector<std::string> texts = texts_of_all(call);
+  for (std::size_t rank = 0; rank < texts.size(); ++rank) {
+    names[std::string(name_of(texts[rank]))].push_back(int(rank));
+    arguments[std::string(arguments_of(texts[rank]))].push_back(int(rank));
+  }
+  if (names.count(std::string(end_of_program)) > 0) ended_ = true;
   const std::string name(name_of(call));
-  if (told.empty())
-    throw Error("ranks were given unlike values for " + name +
-                ", or make it of unlike simulations: every process has to run the same script to the same values");
-  throw Error("rank " + std::to_string(me_) + " of " + std::to_string(ranks_) + " makes the call " + name + ", where " +
-              told + ": all ranks have to make each call of a simulation, but for what reads bodies and contacts");
+  if (names.size() > 1)
+    throw Error("rank " + std::to_string(me_) + " of " + std::to_string(ranks_) + " makes the call " + name +
+                ", where " + told_by_rank(names, " makes ", " make ") +
+                ": all ranks have to make each call of a simulation, but for what reads bodies and contacts");
+  const std::string given = arguments.size() > 1 ? " (" + told_by_rank(arguments, " gives ", " give ") + ")" : "";
+  throw Error("ranks were given unlike values for " + name + given +
+              ", or make it of unlike simulations: every process has to run the same script to the same values (give "
+              "seeds to random numbers, take no time of a clock)");
 }
 
 } // namespace cairn

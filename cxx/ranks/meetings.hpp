@@ -19,20 +19,22 @@ public:
   void remove(int number) { simulations_[std::size_t(number)] = nullptr; }
 
   bool meet(int number, std::string_view call, bool value);
+  [[noreturn]] void fail(std::string_view error);
   void ask(int number, Exchange::Wish wish);
   // At the end of the program: serves what others still read, until all are there.
   void end() noexcept;
 
 private:
   struct Told {
-    bool value, unlike;
+    bool value, unlike, failed;
     int number; // of the simulation that one reads alone; -1: none
     int wish;
   };
   Told compare(std::string_view call, int number, int wish, bool value);
   bool serve(const Told& told);
   [[noreturn]] void refuse(std::string_view call);
-  std::string calls_of_all(std::string_view call, bool& one_ended);
+  std::vector<std::string> texts_of_all(std::string_view text);
+  [[noreturn]] void tell_of_fault(std::string_view error);
 
   const cairn_mpi_calls* calls_ = nullptr;
   std::vector<Exchange*> simulations_;

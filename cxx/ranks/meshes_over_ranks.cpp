@@ -195,6 +195,9 @@ public:
     ranks_.solve_step(whole_, options, h_);
     told();
   }
+  void agree(const std::string& fault) override {
+    if (!ranks_.exchange_->whole()) ranks_.end_by_fault({fault}); // a process has one rank
+  }
   void end() override {
     for (std::size_t l = 0; l < at_begin_.size(); ++l) ranks_.parts_[l].simulation->interactions.restore(at_begin_[l]);
   }

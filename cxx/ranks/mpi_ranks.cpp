@@ -110,6 +110,7 @@ public:
     ++traffic.sums;
     return Meetings::all().meet(number_, call, value);
   }
+  void fail(std::string_view error) override { Meetings::all().fail(error); }
   void ask(Wish wish) override {
     ++traffic.sums;
     Meetings::all().ask(number_, wish);

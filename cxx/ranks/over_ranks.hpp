@@ -71,6 +71,8 @@ protected:
   // Largest way of an own body since the partition, and what `more` adds for it; over all ranks. of_meshes: the same of
   // deformable bodies.
   double farthest(const std::vector<std::vector<double>>& more, double of_meshes = 0);
+  // Adds by how much bodies of the parts grew since the partition [m].
+  void add_growth(std::vector<std::vector<double>>& more) const;
   // Way of a point of a part since the partition [m].
   static double way_since(const Scene& scene, const double* now, const double* then);
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
@@ -88,6 +90,8 @@ protected:
     });
     end_by_fault(fault);
   }
+  // fault: of each rank of this process. All ranks throw the first of them.
+  void end_by_fault(const std::vector<std::string>& fault);
   virtual void undo() {}
   virtual std::int64_t own_contacts(const Part& part) const { return part.simulation->candidates.count; }
   // Networks of heat and current, on all ranks alike: their contacts are gathered first.
@@ -115,7 +119,6 @@ protected:
   Traffic before_, last_; // of the last step
 
 private:
-  void end_by_fault(const std::vector<std::string>& fault);
   std::vector<std::int64_t> costs(const Simulation& s) const;
   int heir(const Simulation& s, const ContactKey& key) const;
   void give_memory(const Simulation& s, const std::vector<ContactMemory>& memory);
@@ -147,6 +150,7 @@ private:
 
   std::int64_t order_seen_ = -1;
   std::vector<const MeshBody*> meshes_seen_; // at the last partition
+  std::int32_t hulls_seen_ = 0;              // likewise: bodies that begin to grow get hulls of their own
   std::int64_t seen_ = 0, began_ = 0;        // ids of contactors below these bond no more, after a step and in it
   Cell cell_then_;                           // when bodies were given to ranks
   ContactMemory pending_;                    // of contacts before the next partition, where it came from elsewhere

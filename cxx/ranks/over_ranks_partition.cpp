@@ -179,6 +179,7 @@ bool OverRanks::must_partition(const Simulation& s) const {
   constexpr double most_imbalance = 1.2;
   constexpr std::int64_t least_steps = 50;
   if (anew_ || parts_.empty() || s.scene.order_version() != order_seen_ || !knows_meshes(s)) return true;
+  if (s.scene.contactors.hulls.count() != hulls_seen_) return true;
   return exchange_->ranks() > 1 && imbalance_ > most_imbalance && since_partition_ >= least_steps;
 }
 
@@ -203,6 +204,7 @@ std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
 
 void OverRanks::partition(Simulation& s, double margin) {
   fetch(s);
+  if (partitions_ == 0) return_freed_memory(); // of the insertion of bodies, which parts would come on top of
   const Bodies& b = s.scene.bodies;
   const int ranks = exchange_->ranks();
   const std::vector<double> radius = radii_of(s);
@@ -263,6 +265,7 @@ void OverRanks::partition(Simulation& s, double margin) {
       part.own.push_back(owner_[std::size_t(body)] == rank);
       part.owner.push_back(owner_[std::size_t(body)]);
       part.fixed.push_back(fixed_[std::size_t(body)]);
+      if (s.scene.has(Need::growing)) part.radius_then.push_back(radius[std::size_t(body)]);
     }
     find_runs(part);
     part.has_joints = rank == joint_rank_;
@@ -272,6 +275,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   give_memory(s, memory);
   link_ghosts();
   order_seen_ = s.scene.order_version();
+  hulls_seen_ = s.scene.contactors.hulls.count();
   meshes_seen_.clear();
   for (const MeshBody& mesh : s.meshes.meshes) meshes_seen_.push_back(&mesh);
   anew_ = false;
@@ -279,6 +283,16 @@ void OverRanks::partition(Simulation& s, double margin) {
   since_partition_ = 0;
   imbalance_ = 1;
   ++partitions_;
+}
+
+void OverRanks::add_growth(std::vector<std::vector<double>>& more) const {
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const std::vector<double>& then = parts_[l].radius_then;
+    if (then.empty()) continue;
+    const std::vector<double> now = radii_of(*parts_[l].simulation);
+    for (std::size_t i = 0; i < then.size(); ++i)
+      if (std::isfinite(then[i])) more[l][i] += std::max(0.0, now[i] - then[i]);
+  }
 }
 
 // Bodies that joints hold, and their contacts, are on one rank, which projects joints and stiffens their bodies as a

@@ -1,6 +1,7 @@
 // Refusals by name, settings, and readable contacts of strategies over ranks.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <typeinfo>
 
@@ -59,7 +60,7 @@ void OverRanks::check_scene(const Simulation& s) const {
   if (s.networks && s.networks->repeats()) refuse("steps are repeated with the temperatures at their end (coupling)");
   if (!s.forces.empty()) refuse("the plugged force " + s.forces[0].name + " acts on bodies");
   if (s.free_velocity) refuse("the plugged free velocity " + s.free_velocity->name + " moves bodies");
-  if (s.scene.has(Need::growing)) refuse("bodies grow");
+  if (s.scene.has(Need::growing) && s.expands()) refuse("bodies grow with their temperature");
 }
 
 void OverRanks::check_laws(const Simulation& s) const {
@@ -71,10 +72,23 @@ void OverRanks::check_laws(const Simulation& s) const {
   }
 }
 
+namespace {
+
+// The call of a step with what all ranks have to give it.
+std::string told_of_step(const Simulation& s, double h) {
+  constexpr int most = 160;
+  char text[most];
+  const double* g = s.scene.gravity.data();
+  std::snprintf(text, most, "step\ndt=%.17g, gravity=(%.17g, %.17g, %.17g)", h, g[0], g[1], g[2]);
+  return text;
+}
+
+} // namespace
+
 void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
   exchange_->serve = [this, &s](int wish) { serve(s, wish); };
   serves_ = true;
-  exchange_->meet("step");
+  exchange_->meet(exchange_->whole() ? "step" : told_of_step(s, h));
   check_scene(s);
   check_laws(s);
   s.apply_controls(h, end_share, true);

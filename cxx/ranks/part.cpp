@@ -73,6 +73,24 @@ void make_room(const Scene& scene, Field<T>& field) {
   if (scene.has(field.need) && (!field.active || field.values.size() != due)) field.activate(scene.bodies.count);
 }
 
+// What a step changes as a body grows, beside its velocity.
+bool changes_with_size(std::string_view name) {
+  return name == "mass" || name == "inertia" || name == "angular_momentum";
+}
+
+// Sizes of contactors of rigid bodies, which the whole has.
+void take_sizes(const Contactors& all, const Simulation& whole, Contactors& own) {
+  auto& from = const_cast<Contactors&>(all);
+  for (std::int64_t k = 0; k < own.count; ++k) {
+    if (*own.body[k] < 0) continue;
+    const std::int32_t row = whole.contactor(*own.id[k]);
+    *own.radius[k] = *from.radius[row];
+    if (own.offset.active) std::copy_n(from.offset[row], own.offset.components, own.offset[k]);
+    if (own.direction.active) std::copy_n(from.direction[row], own.direction.components, own.direction[k]);
+    if (own.hull.active && *own.hull[k] >= 0) own.hulls.take_lengths(*own.hull[k], all.hulls, *from.hull[row]);
+  }
+}
+
 // Rows of driven bodies.
 template <class T>
 void copy_driven(const Field<T>& from, const Bodies& bodies, const std::vector<Run>& runs, Field<T>& to) {
@@ -193,11 +211,15 @@ void bring(const Simulation& whole, Part& part, Known known) {
   s.scene.cell = whole.scene.cell;
   s.steps = whole.steps;
   s.time = whole.time;
+  const bool grows = whole.scene.has(Need::growing);
+  if (grows) take_sizes(whole.scene.contactors, whole, s.scene.contactors);
   each_pair(from.scene.bodies, s.scene.bodies, [&](auto& of_whole, auto& own) {
     if (made_in_step(own.name)) return make_room(s.scene, own);
     if (is_released(of_whole, whole.scene.bodies.count)) return;
     if (own.active != of_whole.active || own.values.size() != part.bodies.size() * std::size_t(own.components))
       copy_rows(of_whole, part.bodies, own);
+    else if (grows && own.active && changes_with_size(own.name))
+      copy_runs(of_whole, part.runs, true, own);
     else if (!own.active || (known != Known::whole && comes_with_body(own.name)))
       return;
     else if (std::string_view(own.name) == "driven_velocity" && whole.scene.bodies.driven.active)
@@ -333,9 +355,13 @@ void release(Simulation& whole, bool loads) {
   };
   whole.scene.bodies.for_each_field(free);
   whole.scene.contactors.for_each_field(free);
-#ifdef __GLIBC__
   constexpr std::size_t much = 1 << 20; // bytes for which looking through the heap pays
-  if (freed > much) malloc_trim(0);
+  if (freed > much) return_freed_memory();
+}
+
+void return_freed_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
 #endif
 }
 

@@ -23,6 +23,7 @@ struct Part {
   std::vector<std::int32_t> owner;             // (bodies) rank
   std::vector<std::uint8_t> fixed;             // (bodies) 1: contacts do not move it
   std::vector<double> position_then;           // (dim, bodies) when bodies were given to ranks [m]
+  std::vector<double> radius_then;             // (bodies) of bodies that grow, likewise [m]; empty: none grows
   bool has_joints = false;                     // all that there are
   bool has_meshes = false;                     // it makes their step; contacts with them are on one rank alone
   std::vector<double> node_then;               // (dim, nodes) as position_then [m]
@@ -61,6 +62,8 @@ void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays);
 // Frees numbers of the whole that its parts hold too, and gives their memory back to the operating system. loads:
 // somebody writes loads and drives of the whole, which stay.
 void release(Simulation& whole, bool loads);
+// Gives memory that was freed back to the operating system.
+void return_freed_memory();
 // Frees the workspace of the whole, which its parts have for their own bodies.
 void release_workspace(Simulation& whole);
 

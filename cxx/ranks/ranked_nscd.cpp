@@ -220,6 +220,7 @@ bool RankedNscd::reaches_far_enough() {
       of_body = std::max(of_body, std::isnan(constant) ? of(part).margins()[std::size_t(k)] : constant);
     }
   }
+  add_growth(margins);
   return exchange_->ranks() == 1 || 2 * farthest(margins, way_of_meshes()) <= reach_;
 }
 
@@ -357,7 +358,7 @@ void RankedNscd::add_reactions(Simulation& s) {
 }
 
 // Work of contacts at the mean of the velocities at both ends of the step, by contact: normal, rest, given, size; with
-// the velocities of surfaces and images, and the work of these.
+// the velocities of surfaces and images, the work of these, and that of bodies which grew.
 void RankedNscd::add_contact_sums(const Cell& begin, std::span<ExactSum> sums) {
   for (Part& part : parts_) {
     ContactSystem& system = part.simulation->interactions.system();
@@ -394,11 +395,14 @@ void RankedNscd::add_contact_sums(const Cell& begin, std::span<ExactSum> sums) {
           of_jump -= r * jump[at_lane];
         }
         batch.scale[lane] = work[0] + work[1];
+        const double grown = part.simulation->interactions.work_of_growth(batch, lane);
+        batch.scale[lane] -= 2 * grown;
         sums[0].add(work[0]);
         sums[1].add(work[1]);
         sums[2].add(std::max(0.0, batch.scale[lane]));
-        sums[3].add(std::abs(batch.scale[lane]));
+        sums[3].add(std::abs(batch.scale[lane]) + 2 * std::abs(grown));
         if (jumps) sums[4].add(of_jump);
+        if (grown < 0 || grown > 0) sums[5].add(grown);
       }
     }
     system.load({b.velocity, &scene.nodes.velocity});
@@ -435,6 +439,15 @@ void RankedNscd::add_work_of_cell(Simulation& s) {
   const double work = sum[0].value();
   s.energy.work_driven += work;
   s.energy.turned_over += std::abs(work);
+}
+
+// Energy stored by contacts at the begin of a step whose meshes are made [J].
+double RankedNscd::stored_of_contacts(Simulation& s) {
+  double stored = s.energy.stored;
+  if (Part* part = mesh_part())
+    for (const MeshBody& mesh : part->simulation->meshes.meshes)
+      stored -= mesh.work.stored - mesh.work.stored_change - mesh.work.warmed;
+  return stored;
 }
 
 // The balance of energy, from exact sums over bodies and contacts.
@@ -475,12 +488,14 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
   double value[std::size(sums)];
   for (std::size_t k = 0; k < std::size(sums); ++k) value[k] = sums[k].value();
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size,
-              of_jumps, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over,
+              of_jumps, grown, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over,
               driven_rest, driven_normal] = value;
-  const double normal = -0.5 * w_normal - taken_normal + driven_normal,
+  const double normal = -0.5 * w_normal + grown - taken_normal + driven_normal,
                friction = -0.5 * w_rest - taken_rest + driven_rest, by_laws = driven_rest + driven_normal,
                stored_change = taken_normal + taken_rest - released;
   Energy& e = s.energy;
+  const double strained = s.scene.has(Need::growing) ? stored - stored_of_contacts(s) - stored_change : 0;
+  e.work_growth += grown + strained;
   e.kinetic = kinetic;
   e.potential += d_potential + seated;
   e.work_projection += seated;
@@ -493,9 +508,9 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
   e.stored = stored;
   e.released += released;
   e.closure += d_kinetic + d_potential - external - driven - of_jumps - by_laws + normal + friction + bulk + by_theta +
-               stiffened + (stored_change + released);
+               stiffened + (stored_change + released) - grown;
   e.turned_over += std::abs(d_potential) + std::abs(seated) + std::abs(external) + std::abs(driven) + std::abs(normal) +
-                   std::abs(friction) + std::abs(bulk) + (std::abs(stored_change) + released);
+                   std::abs(friction) + std::abs(bulk) + (std::abs(stored_change) + released) + std::abs(strained);
   double moving = kinetic, moved = kinetic - d_kinetic; // nodes as points of mass, and what their matrix adds
   if (Part* part = mesh_part())
     for (const MeshBody& mesh : part->simulation->meshes.meshes) {

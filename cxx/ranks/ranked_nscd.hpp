@@ -45,8 +45,9 @@ private:
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
   void add_work_of_cell(Simulation& s);
+  double stored_of_contacts(Simulation& s);
   void account(Simulation& s, double h, std::span<ExactSum> work);
-  static constexpr int contact_terms = 5, beside_terms = 2;
+  static constexpr int contact_terms = 6, beside_terms = 2;
 
   std::vector<ColourShare> shares_;
   ColourLinks links_;

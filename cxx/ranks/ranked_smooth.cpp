@@ -105,6 +105,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
       for (std::size_t i = 0; i < part.bodies.size(); ++i)
         of_part.push_back(law / 2 + 1.01 * next_way(part, std::int64_t(i), h));
     }
+    add_growth(ways);
     const double needed = farthest(ways) + h * spread_of(parts_[0].simulation->scene.cell);
     if (2 * needed <= reach_) break;
     if (tries == 20 || !std::isfinite(needed))

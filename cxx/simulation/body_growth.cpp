@@ -14,13 +14,6 @@
 namespace cairn {
 namespace {
 
-bool expands(const Simulation& s) {
-  if (!s.networks || !s.networks->thermal) return false;
-  const auto& materials = s.networks->thermal->materials;
-  return std::any_of(materials.begin(), materials.end(),
-                     [](const NetworkMaterial& m) { return m.expansion < 0 || m.expansion > 0; });
-}
-
 // Contactors that grow get a hull of their own each.
 void part_hulls(Contactors& k, const std::vector<std::uint8_t>& grows) {
   if (!k.hull.active) return;
@@ -76,9 +69,16 @@ void scale_contactor(Contactors& k, int dim, std::int64_t c, double factor) {
 
 } // namespace
 
+bool Simulation::expands() const {
+  if (!networks || !networks->thermal) return false;
+  const auto& materials = networks->thermal->materials;
+  return std::any_of(materials.begin(), materials.end(),
+                     [](const NetworkMaterial& m) { return m.expansion < 0 || m.expansion > 0; });
+}
+
 void Controls::grow(Simulation& s, std::span<const std::int64_t> ids, Expression rate) {
   Scene& scene = s.scene;
-  if (expands(s)) throw Error("bodies grow with their temperature: no rate can be given beside that");
+  if (s.expands()) throw Error("bodies grow with their temperature: no rate can be given beside that");
   Growth made{{ids.begin(), ids.end()}, std::move(rate), {}};
   std::vector<std::uint8_t> grows(std::size_t(scene.bodies.count), 0);
   for (const std::int64_t id : made.ids) {
@@ -142,7 +142,7 @@ void Controls::grow_bodies(Simulation& s, double h) {
 // After a step: what grew in it; nothing, if nothing drives growth any more.
 void Simulation::grow_bodies(double h) {
   Bodies& b = scene.bodies;
-  if (!b.stretch.active || expands(*this)) return;
+  if (!b.stretch.active || expands()) return;
   b.stretch_before.values = b.stretch.values;
   std::fill(b.stretch.values.begin(), b.stretch.values.end(), 0.0);
   if (controls) controls->grow_bodies(*this, h);

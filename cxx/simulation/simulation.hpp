@@ -128,6 +128,7 @@ public:
   // Networks of potential and temperature; null: none. The strategy advances them in its step, after the contacts.
   std::unique_ptr<Networks> networks;
   void advance_networks(double h);
+  bool expands() const; // bodies grow with their temperature
 
   // Particles of a liquid among the bodies; null: none. They move first, and bodies take their impulses as forces.
   std::unique_ptr<Fluid> fluid;

@@ -11,7 +11,7 @@ module extrapolated_sweep
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
-  public :: cairn_extrapolated_sweep, cairn_sweep_chosen, lean_some
+  public :: cairn_extrapolated_sweep, cairn_sweep_chosen, lean
   integer, parameter :: w8 = 8 !< contacts at a time
 contains
 

@@ -3,62 +3,95 @@
 !> scenes are of this kind, and this is about twice as fast; everything else goes the open way. The inverse masses of the records
 !> give W, and the normal gives the tangents: less to read from memory, which is what limits a large scene.
 module radial_sweep
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   use contact_batch, only: cairn_record
   implicit none
   private
   public :: sweep_radial2, sweep_radial3, sweep_associated2, sweep_associated3
   public :: sweep_extrapolated2, sweep_extrapolated3, sweep_extrapolated_associated2, sweep_extrapolated_associated3
+  public :: sweep_counted2, sweep_counted3, units
   integer, parameter :: w8 = 8 !< contacts at a time: a register of doubles
+  real(c_double), parameter :: most = 2.0_c_double**51 !< units of a term, at most
 contains
 
   !> Spheres.
-  subroutine sweep_radial3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .false., extrapolated = .false.
+  subroutine sweep_radial3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                           rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .false., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_radial3
 
   !> Disks.
-  subroutine sweep_radial2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .false., extrapolated = .false.
+  subroutine sweep_radial2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                           rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .false., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_radial2
 
   !> Spheres with associated slip (associated_normal).
-  subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .true., extrapolated = .false.
+  subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                               rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .true., extrapolated = .false., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_associated3
 
   !> Disks with associated slip (associated_normal).
-  subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .true., extrapolated = .false.
+  subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                               rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .true., extrapolated = .false., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_associated2
 
   !> Spheres, from beyond the last sweep: see extrapolated_sweep.
-  subroutine sweep_extrapolated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .false., extrapolated = .true.
+  subroutine sweep_extrapolated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                                 rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .true., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_extrapolated3
 
   !> Disks, from beyond the last sweep: see extrapolated_sweep.
-  subroutine sweep_extrapolated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .false., extrapolated = .true.
+  subroutine sweep_extrapolated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                                 rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .true., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_extrapolated2
 
   !> Spheres with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
-  subroutine sweep_extrapolated_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .true., extrapolated = .true.
+  subroutine sweep_extrapolated_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, &
+                                            ahead, before, along, rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .true., extrapolated = .true., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_extrapolated_associated3
 
   !> Disks with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
-  subroutine sweep_extrapolated_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
-    logical, parameter :: associated = .true., extrapolated = .true.
+  subroutine sweep_extrapolated_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, &
+                                            ahead, before, along, rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .true., extrapolated = .true., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_extrapolated_associated2
+
+  !> Spheres, from beyond the last sweep, with sums of whole numbers: see ranked_sweep.
+  subroutine sweep_counted3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                            rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .true., counted = .true.
+    include "radial_sweep3.inc"
+  end subroutine sweep_counted3
+
+  !> Disks, from beyond the last sweep, with sums of whole numbers: see ranked_sweep.
+  subroutine sweep_counted2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
+                            rho, unit_change, unit_along, changed, turned)
+    logical, parameter :: associated = .false., extrapolated = .true., counted = .true.
+    include "radial_sweep2.inc"
+  end subroutine sweep_counted2
+
+  !> Sum of eight terms as whole numbers. What is too large, or no number, counts as much as a term may.
+  pure integer(c_int64_t) function units(x)
+    real(c_double), intent(in) :: x(w8)
+    real(c_double) :: within(w8)
+    within = merge(x, most, x < most)
+    within = merge(within, -most, within > -most)
+    units = sum(int(within, c_int64_t))
+  end function units
 
   !> The normal impulse where slip opens a contact by mu times as much: the nearest point of the cone in the energy of the contact.
   !> Contacts of this kind make a convex problem (Anitescu 2006; Tasora & Anitescu 2011), and where nothing slips in its solution

@@ -3,16 +3,16 @@
 !> zero to a multiple of a given unit (Demmel & Nguyen 2013), so that the sums do not depend on which rank has which contact.
 module ranked_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
-  use contact_batch, only: cairn_schedule, cairn_batch, max_batch, max_components
+  use contact_batch, only: cairn_schedule, cairn_batch, cairn_record, max_batch, max_components
   use contact_schedule, only: schedule_view, open_schedule
-  use extrapolated_sweep, only: lean_some
+  use extrapolated_sweep, only: lean
   use nlgs, only: sweep_batch
+  use radial_sweep, only: sweep_counted2, sweep_counted3, units
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
   public :: cairn_ranked_sweep
   integer, parameter :: w8 = 8 !< contacts at a time
-  real(c_double), parameter :: most = 2.0_c_double**51 !< units of a term, at most
 contains
 
   !> A sweep over the contacts of the schedule alone: velocities of bodies were extrapolated already.
@@ -47,6 +47,11 @@ contains
       integer, intent(in) :: me !< thread, from 1
       real(c_double) :: start(max_batch*max_components), swept
       associate (batch => s%batch(b))
+        if (batch%pack > 0) then
+          call sweep_packed(batch, s%record, s%relaxation, factor, r_before(1, batch%first + 1), unit_change, unit_along, &
+                            change(b), along(b))
+          return
+        end if
         call lean(batch, factor, r_before(1, batch%first + 1), start)
         call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
                          s%associated, s%work(:, me), swept)
@@ -55,39 +60,32 @@ contains
     end subroutine one_batch
   end subroutine cairn_ranked_sweep
 
-  !> A pack has eight contacts after eight; impulses beside it stand component by component.
-  subroutine lean(batch, factor, before, start)
-    type(cairn_batch), intent(in) :: batch
-    real(c_double), value         :: factor   !< [-]
-    real(c_double), intent(inout) :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
-    real(c_double), intent(out)   :: start(batch%count*batch%components) !< impulses that the sweep begins with [N s]
-    real(c_double), pointer, contiguous :: r(:)
-    integer :: lines, k, at, beside
-    call c_f_pointer(batch%r, r, [batch%count*max(batch%components, batch%pack)])
-    if (batch%pack == 0) then
-      call lean_some(batch%count*batch%components, factor, before, r, start)
-      return
+  !> Begins beyond the last sweep, sweeps and counts, eight contacts at a time: a batch is gone through once.
+  subroutine sweep_packed(batch, record, relaxation, factor, before, unit_change, unit_along, change, along)
+    type(cairn_batch), intent(in)     :: batch
+    type(cairn_record), intent(inout) :: record(*)
+    real(c_double), value             :: relaxation !< factor on changes of impulse [-]
+    real(c_double), value             :: factor     !< [-]
+    real(c_double), intent(inout)     :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
+    real(c_double), value             :: unit_change, unit_along !< reciprocals of the units [1/J]
+    integer(c_int64_t), intent(out)   :: change, along !< [units]
+    real(c_double), pointer, contiguous :: packed(:), rho(:)
+    integer(c_int32_t), pointer, contiguous :: a(:), b(:)
+    real(c_double) :: swept
+    integer :: n
+    n = batch%count
+    call c_f_pointer(batch%frame, packed, [batch%pack*n])
+    call c_f_pointer(batch%rho, rho, [n])
+    call c_f_pointer(batch%body_a, a, [n])
+    call c_f_pointer(batch%body_b, b, [n])
+    if (batch%components == 2) then
+      call sweep_counted2(n/w8, batch%contacts, a, b, relaxation, packed, record, swept, factor, before, &
+                          rho=rho, unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
+    else
+      call sweep_counted3(n/w8, batch%contacts, a, b, relaxation, packed, record, swept, factor, before, &
+                          rho=rho, unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
     end if
-    do lines = 0, batch%count - 1, w8
-      do k = 0, batch%components - 1
-        at = lines*batch%pack + k*w8
-        beside = k*batch%count + lines
-        call lean_eight(factor, before(beside + 1), r(at + 1:at + w8), start(beside + 1))
-      end do
-    end do
-  end subroutine lean
-
-  pure subroutine lean_eight(factor, before, r, start)
-    real(c_double), value         :: factor    !< [-]
-    real(c_double), intent(inout) :: before(w8) !< [N s]
-    real(c_double), intent(inout) :: r(w8)     !< impulses [N s]
-    real(c_double), intent(out)   :: start(w8) !< [N s]
-    real(c_double) :: now(w8)
-    now = r
-    if (factor > 0) r = now + factor*(now - before)
-    start = r
-    before = now
-  end subroutine lean_eight
+  end subroutine sweep_packed
 
   !> Of contacts alone: lanes beyond them hold none.
   subroutine note(batch, start, before, unit_change, unit_along, change, along)
@@ -98,8 +96,8 @@ contains
     integer(c_int64_t), intent(out) :: change, along !< [units]
     real(c_double), pointer, contiguous :: r(:), rho(:)
     real(c_double) :: square(w8), way(w8), weight(w8)
-    integer :: lines, k, at, beside, n
-    call c_f_pointer(batch%r, r, [batch%count*max(batch%components, batch%pack)])
+    integer :: lines, k, at, n
+    call c_f_pointer(batch%r, r, [batch%count*batch%components])
     call c_f_pointer(batch%rho, rho, [batch%count])
     change = 0
     along = 0
@@ -107,18 +105,10 @@ contains
       n = min(w8, batch%contacts - lines)
       square = 0
       way = 0
-      if (batch%pack > 0) then
-        do k = 0, batch%components - 1
-          at = lines*batch%pack + k*w8
-          beside = k*batch%count + lines
-          call note_eight(start(beside + 1), r(at + 1:at + w8), before(beside + 1), square, way)
-        end do
-      else
-        do k = 0, batch%components - 1
-          at = k*batch%count + lines
-          call note_some(n, start(at + 1), r(at + 1:at + n), before(at + 1), square, way)
-        end do
-      end if
+      do k = 0, batch%components - 1
+        at = k*batch%count + lines
+        call note_some(n, start(at + 1), r(at + 1:at + n), before(at + 1), square, way)
+      end do
       if (n < w8) then
         square(n + 1:) = 0
         way(n + 1:) = 0
@@ -131,18 +121,6 @@ contains
       along = along + units(way*weight*unit_along)
     end do
   end subroutine note
-
-  pure subroutine note_eight(start, r, before, square, way)
-    real(c_double), intent(in)    :: start(w8)  !< [N s]
-    real(c_double), intent(in)    :: r(w8)      !< impulses [N s]
-    real(c_double), intent(in)    :: before(w8) !< impulses before that [N s]
-    real(c_double), intent(inout) :: square(w8) !< to which |dr|^2 is added [N2 s2]
-    real(c_double), intent(inout) :: way(w8)    !< to which -dr.(r - r before) is added [N2 s2]
-    real(c_double) :: back(w8)
-    back = start - r
-    square = square + back*back
-    way = way + back*(r - before)
-  end subroutine note_eight
 
   pure subroutine note_some(n, start, r, before, square, way)
     integer, value                :: n         !< numbers, at most eight
@@ -158,13 +136,4 @@ contains
       way(i) = way(i) + (start(i) - r(i))*(r(i) - before(i))
     end do
   end subroutine note_some
-
-  !> Sum of eight terms. What is too large, or no number, counts as much as a term may.
-  pure integer(c_int64_t) function units(x)
-    real(c_double), intent(in) :: x(w8)
-    real(c_double) :: within(w8)
-    within = merge(x, most, x < most)
-    within = merge(within, -most, within > -most)
-    units = sum(int(within, c_int64_t))
-  end function units
 end module ranked_sweep

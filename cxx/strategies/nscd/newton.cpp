@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <limits>
 
 #include "../../base/call.hpp"
@@ -69,6 +70,49 @@ private:
 
 } // namespace
 
+namespace {
+
+// Errors of the meshes that are not linear, and the worst of them.
+struct JudgedMeshes {
+  bool whole = true;
+  const MeshBody* worst = nullptr;
+  NewtonError of_worst;
+};
+
+JudgedMeshes judge_meshes(Simulation& s, double tolerance) {
+  JudgedMeshes judged;
+  s.report.newton_error = 0;
+  for (MeshBody& mesh : s.meshes.meshes) {
+    if (mesh.linear()) continue;
+    const NewtonError found = mesh.judge(tolerance);
+    if (!found.fault.ok())
+      mesh.fail(found.fault, " in step " + std::to_string(s.steps + 1), ": " + mesh.model.bulk->remedy_of(found.fault));
+    judged.whole = judged.whole && found.whole;
+    if (judged.worst && !(found.error > s.report.newton_error)) continue;
+    s.report.newton_error = found.error;
+    judged.worst = &mesh;
+    judged.of_worst = found;
+  }
+  return judged;
+}
+
+// f(), which may call functions of the user: an error of one process is one of all.
+template <class F>
+void met_by_all(ContactPasses& passes, F&& f) {
+  std::exception_ptr own;
+  std::string fault;
+  try {
+    f();
+  } catch (const std::exception& e) {
+    own = std::current_exception();
+    fault = e.what();
+  }
+  passes.agree(fault);
+  if (own) std::rethrow_exception(own);
+}
+
+} // namespace
+
 void Nscd::newton_passes(Simulation& s) {
   OwnPasses passes(*this, s);
   newton_passes(s, passes);
@@ -82,22 +126,9 @@ void Nscd::newton_passes(Simulation& s, ContactPasses& passes) {
     for (int pass = 1;; ++pass) {
       passes.give();
       s.report.newton_passes = pass;
-      s.report.newton_error = 0;
-      bool whole = true;
-      const MeshBody* worst = nullptr;
-      NewtonError of_worst;
-      for (MeshBody& mesh : s.meshes.meshes) {
-        if (mesh.linear()) continue;
-        const NewtonError found = mesh.judge(settings.newton_tolerance);
-        if (!found.fault.ok())
-          mesh.fail(found.fault, " in step " + std::to_string(s.steps + 1),
-                    ": " + mesh.model.bulk->remedy_of(found.fault));
-        whole = whole && found.whole;
-        if (worst && !(found.error > s.report.newton_error)) continue;
-        s.report.newton_error = found.error;
-        worst = &mesh;
-        of_worst = found;
-      }
+      JudgedMeshes judged;
+      met_by_all(passes, [&] { judged = judge_meshes(s, settings.newton_tolerance); });
+      const auto& [whole, worst, of_worst] = judged;
       contacts.judge(s.report.solve);
       if (whole && s.report.newton_error <= settings.newton_tolerance) return back();
       contacts.after(pass, s.report.newton_error, settings.newton_tolerance);
@@ -117,8 +148,10 @@ void Nscd::newton_passes(Simulation& s, ContactPasses& passes) {
         s.report.solve.hint = hint;
         return;
       }
-      for (MeshBody& mesh : s.meshes.meshes)
-        if (!mesh.linear()) mesh.linearise(s.scene.nodes);
+      met_by_all(passes, [&] {
+        for (MeshBody& mesh : s.meshes.meshes)
+          if (!mesh.linear()) mesh.linearise(s.scene.nodes);
+      });
       passes.again(settings.solver);
     }
   } catch (...) {

@@ -90,11 +90,17 @@ SmoothDem::Target SmoothDem::target_of(Simulation& s, NeighbourList& list, const
   const int nd = s.scene.bodies.dofs();
   if (keeps_pushes) {
     double* push = &list.push[2 * batch.first * nd];
-    std::fill_n(push, std::int64_t(batch.count) * nd, 0.0);
     return {in_turn.data(), push, push + std::int64_t(batch.count) * nd};
   }
   return {&list.body_a[batch.first], s.scene.bodies.contact_force.values.data(),
           batch.other < 0 ? nullptr : &list.other[batch.other * nd]};
+}
+
+// Kernels add to the pushes of pairs in contact; those of others are not read.
+void SmoothDem::clear_pushes(const Target& to, const std::int32_t* lane, int count, int components) const {
+  for (int i = 0; i < count && keeps_pushes; ++i)
+    for (double* side : {to.force, to.other})
+      std::fill_n(side + std::int64_t(lane[i] - 1) * components, components, 0.0);
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
@@ -134,6 +140,7 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, shape.turns ? 6 : 3, &context, w.lane_gap, w.u, entry.params, w.state,
                                             w.f, energy);
+  clear_pushes(to, w.lane, count, 6);
   if (one_spring)
     cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state, state,
                          lane_force, to.force, to.other);
@@ -162,7 +169,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const EntryShape& shape = entries_[batch.entry];
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   const Target to = target_of(s, list, batch);
-  if (to.other) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
+  if (to.other && !keeps_pushes) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
   if ((spheres_alone_ || clumps_) && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0)
     return;
@@ -203,6 +210,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const int components = shape.turns ? nd : dim_;
   law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
                                             energy);
+  clear_pushes(to, w.lane, count, nd);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
       w.state, stored, &list.force[p * dim_], to.force, to.other);

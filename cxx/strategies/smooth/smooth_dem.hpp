@@ -186,6 +186,7 @@ private:
   int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, const Target& to, Lanes& w,
                     double h, double* sums);
   Target target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const;
+  void clear_pushes(const Target& to, const std::int32_t* lane, int count, int components) const;
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
   void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                  bool first, Lanes& w) const;

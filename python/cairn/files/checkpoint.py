@@ -28,11 +28,12 @@ def save(path, state, what="a checkpoint"):
     _core.save_tree(named(path, what, ".h5"), state)
 
 
-def load(path, what="a checkpoint", given=".checkpoint.h5"):
+def load(path, what="a checkpoint", given=".checkpoint.h5", stays_from=None):
     """The state that `save` wrote, bit for bit.
 
+    Arrays of at least `stays_from` bytes stay in the file, from which they are read where they are looked at, and cannot be written.
     Raises FileError if there is no such file, it is truncated, damaged, something else or of a later format.
     """
     if not isinstance(path, (str, bytes, os.PathLike)):
         raise ValueError(f"path of {what} is {path!r}: give the name of a {given} file")
-    return _core.load_tree(os.fspath(path), what, given)
+    return _core.load_tree(os.fspath(path), what, given, stays_from)

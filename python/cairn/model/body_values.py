@@ -21,7 +21,17 @@ def spread(name, value, n, components, dim):
             f"or translations only, ({dim},) or ({n}, {dim})"
         )
     # copied, so that a later change of the user's array has no effect
-    return checks.real_array(name, np.array(array, dtype=array.dtype, order="C"), (n, components))
+    array = array if _stays_in_file(array) else np.array(array, dtype=array.dtype, order="C")
+    return checks.real_array(name, array, (n, components))
+
+
+def _stays_in_file(array):
+    """True for a view of a file that nobody can write, see Scene.load."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return False
+        array = array.base
+    return type(array).__name__ == "PyCapsule"
 
 
 def per_body(name, value, shape):

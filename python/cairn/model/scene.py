@@ -14,6 +14,8 @@ from .periodic import Periodic
 from .rules import chosen_rule, in_order, mesh_groups, rule, rules_from_dict, rules_to_dict
 from .scene_sets import checked_sets, set_from_dict, set_to_dict
 
+STAYS_IN_FILE = 1 << 16  # bytes from which on an array of a scene that ranks share stays in its file
+
 
 class Scene(Spelt):
     """Bodies and the laws between them.
@@ -60,6 +62,7 @@ class Scene(Spelt):
         self.fluid_ends: list = []  # of cn.Inflow and cn.Outflow
         self.count = 0
         self.legacy = None  # origin of a scene made by cairn.legacy
+        self.ranks = None  # of Scene.load
         self._made = True
 
     @property
@@ -419,13 +422,16 @@ class Scene(Spelt):
         save(path, content, "a scene")
 
     @classmethod
-    def load(cls, path):
+    def load(cls, path, *, ranks=None):
         """Reads a scene written by save().
 
         Parameters
         ----------
         path : path-like
             Name of the file.
+        ranks : int, "mpi" or communicator of mpi4py, optional
+            Ranks that share the scene, which simulations of it run over. Large arrays then stay in the file: processes look at
+            them there, and none has them in memory of its own. They cannot be written.
 
         Returns
         -------
@@ -436,15 +442,21 @@ class Scene(Spelt):
         ------
         FileError
             If there is no such file, or it holds no scene.
+        ValueError
+            If ranks is no number of ranks, "mpi" or communicator.
         """
         from ..base.errors import FileError
+        from ..base.given_ranks import asked
         from ..files.checkpoint import load
 
-        content = load(path, "a scene", ".scene.h5")
+        ranks = None if ranks is None else asked(ranks)
+        content = load(path, "a scene", ".scene.h5", None if ranks is None else STAYS_IN_FILE)
         if not isinstance(content.get("kind"), str) or content["kind"] != "scene":
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
         try:
-            return cls._made_of(content)
+            scene = cls._made_of(content)
+            scene.ranks = ranks
+            return scene
         except FileError:
             raise
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError) as error:

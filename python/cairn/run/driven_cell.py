@@ -61,7 +61,7 @@ class CellDriving:
         ValueError
             If the scene has no periodic cell, or a component is none or has a value that the core cannot evaluate.
         """
-        self.between_steps("drive_cell")
+        self.between_steps("drive_cell", rate=rate, stress=stress, constant_volume=constant_volume)
         if self.scene.periodic is None:
             raise ValueError("the scene has no periodic cell: give cairn.Scene(periodic=cairn.Periodic(...))")
         given = {"rate": rate, "stress": stress, "constant_volume": constant_volume, "shear_rate": 0.0}

@@ -495,23 +495,27 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     if ranks is not None and not ranks.first:
         progress = False
     left = contextlib.nullcontext() if ranks is None else ranks.leaving_state()
+    together = contextlib.nullcontext if ranks is None else ranks.failing_together
     try:
         with StopAtSignal() as stop, Progress(total, enabled=progress) as bar, left:
             ended = False
             while last is None or simulation.steps < last:
                 # half a step of tolerance, since time is a rounded sum of steps
                 ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
-                ended = ended or (while_ is not None and not while_(simulation))
+                with together():
+                    ended = ended or (while_ is not None and not while_(simulation))
                 if ended if ranks is None else ranks.any(ended, "run"):  # one rank ends the run of all
                     break
                 info = _stepped(simulation, first, time_error_every)
-                recorder.record()
+                with together():
+                    recorder.record()
                 if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
                     log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
                                 info["iterations"])  # fmt: skip
                 bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"],
                            overlap=simulation._deepest)  # fmt: skip
-                ended = callback is not None and callback(simulation) is False
+                with together():
+                    ended = callback is not None and callback(simulation) is False
         failed = False
     finally:
         recorder.close(failed)

@@ -6,39 +6,19 @@ import atexit
 import contextlib
 import hashlib
 import os
+import re
 import sys
 import time
 import traceback
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from .. import _core
-from ..base import checks
+from ..base.given_ranks import VARIABLE
 from ..options.solvers import NLGS, TOL, Default
 from ..options.strategies import NSCD
+from .compared import call_of
 from .views import core_of
-
-VARIABLE = "CAIRN_RANKS"  # by which `cairn run --ranks` tells the script
-
-
-def asked(ranks):
-    """Ranks for a simulation: the given ones, or those of `cairn run --ranks`; None for no ranks.
-
-    Raises
-    ------
-    ValueError
-        If it is neither a number, "mpi" nor a communicator of mpi4py.
-    """
-    if ranks is None:
-        text = os.environ.get(VARIABLE, "")
-        ranks = int(text) if text.isdecimal() else text or None
-    if ranks is None or ranks == "mpi" or hasattr(ranks, "py2f"):
-        return ranks
-    if isinstance(ranks, str) or isinstance(ranks, bool):
-        raise ValueError(f'ranks is {ranks!r}: give a number of ranks in this process, "mpi", or a communicator of mpi4py')
-    return checks.count("ranks", ranks, 1, 100_000)
 
 
 def solved_by_sweeps(strategy):
@@ -144,25 +124,36 @@ class Ranks:
                 "values (give seeds to random numbers, take no time of a clock)"
             )
 
-    def check_same_arrays(self, of, *arrays):
-        """Compares arrays that ranks were given; all ranks call it.
+    def check_same_call(self, of, given):
+        """Compares the arguments that ranks gave to a call; all ranks call it.
 
         Parameters
         ----------
         of : str
-            Name of the call that takes them.
-        *arrays : array_like or None
-            The arrays.
+            Name of the call.
+        given : dict
+            {name: value}.
 
         Raises
         ------
         ValueError
-            On every rank, if ranks have unlike ones.
+            On every rank, if ranks gave unlike ones; it names ranks and values.
         """
-        digest = hashlib.blake2b(digest_size=8)
-        for array in arrays:
-            digest.update(b"none" if array is None else np.ascontiguousarray(array).data)
-        self._exchange.meet(f"{of}\n{digest.hexdigest()}")
+        self._exchange.meet(call_of(of, given))
+
+    @contextlib.contextmanager
+    def failing_together(self):
+        """Makes an error within the `with` block, in what this process does by itself, one of all ranks at their next call."""
+        try:
+            yield
+        except Exception as error:
+            if self.kind != "mpi" or _is_of_all(error):
+                raise
+            try:
+                self._exchange.fail(f"{type(error).__name__}: {error}")
+            except ValueError as told:
+                raise told from error
+            raise
 
     def any(self, value, of="ranks.any"):
         """Gives whether a value is true on any rank. All ranks call it.
@@ -198,6 +189,12 @@ class Ranks:
 
 
 _exchange = None  # of the ranks of MPI that this process is one of
+_TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
+
+
+def _is_of_all(error):
+    """True for an error that all ranks raise."""
+    return _TOLD.match(str(error)) is not None or str(error).startswith("ranks were given unlike")
 
 
 def _end_all_by_errors(exchange):
@@ -224,9 +221,10 @@ def ended_by(kind, error, trace):
     if _exchange is None:
         return
     me, count = _exchange.local[0], _exchange.ranks
-    everywhere = f" of {count}: " in str(error) and str(error).startswith("rank ")  # one that all ranks raise
-    if everywhere and me != 0:
-        time.sleep(5)  # rank 0 tells it and ends all
+    told_by = _TOLD.match(str(error))
+    everywhere = told_by is not None and told_by[2] == ":"
+    if everywhere and me != int(told_by[1]):
+        time.sleep(5)  # the rank that it names tells it and ends all
     sys.stdout.flush()
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
     print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)

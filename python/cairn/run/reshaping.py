@@ -37,8 +37,8 @@ class Reshaping:
             sim.run(while_=lambda s: np.pi * np.sum(s.radii() ** 2) < 0.8 * 0.01, until=1.0)
             sim.grow(disks, None)
         """
-        self.between_steps("grow")
         ids = checks.body_ids(ids)
+        self.between_steps("grow", ids=ids, rate=rate)
         if rate is None:
             self._core.stop_growth(ids)
             return
@@ -77,7 +77,7 @@ class Reshaping:
         """
         from .reshape import deform
 
-        self.between_steps("deform")
+        self.between_steps("deform", id=id)
         return deform(self, id, body, material=material, **options)
 
     def rigidify(self, mesh, shape=None):
@@ -183,7 +183,7 @@ class Reshaping:
         """
         from .joining import unjoin
 
-        self.between_steps("unjoin")
+        self.between_steps("unjoin", name=name)
         unjoin(self, name)
 
     def merge(self, ids):
@@ -210,5 +210,5 @@ class Reshaping:
         """
         from .merging import merge
 
-        self.between_steps("merge")
+        self.between_steps("merge", ids=ids)
         return merge(self, checks.body_ids(ids))

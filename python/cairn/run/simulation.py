@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 
 from .. import _core
 from ..base import checks
+from ..base.given_ranks import asked
 from ..model import bodies, missing_laws
 from ..model.rules import rule
 from ..model.scene import Scene
@@ -42,7 +45,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     overlap_share : float, default 0.02
         Share of the smaller radius, or of half the least width of shapes that are not round [-].
     ranks : int, "mpi" or communicator of mpi4py, optional
-        Ranks that share the scene: a number, in turns in this process; or one a process of MPI. See docs/machines.md.
+        Ranks that share the scene: a number, in turns in this process; or one a process of MPI; those of Scene.load when not
+        given. See docs/machines.md.
     exchange : {"colour", "sweep"}
         When ranks tell each other what contacts of NSCD changed: after each colour of a sweep, with the same bits for every
         number of ranks, or once a sweep, with fewer messages and bits that depend on it.
@@ -68,7 +72,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
         given = checked_strategy(NSCD() if strategy is None else strategy)
-        ranks, self._ranks = over.asked(ranks), None
+        ranks, self._ranks = asked(scene.ranks if ranks is None else ranks), None
         one_of("exchange", exchange, ("colour", "sweep"))
         if ranks is not None:
             given = over.solved_by_sweeps(given)
@@ -138,9 +142,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
     @dt.setter
     def dt(self, value):
-        self._stage.at_rest("dt")
+        self._stage.at_rest("dt", dt=value)
         self._dt = _step_length(value)
-        self._check_same_arrays("dt", self._dt)
 
     @property
     def strategy(self):
@@ -149,7 +152,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
     @strategy.setter
     def strategy(self, value):
-        self.between_steps("strategy")
+        self.between_steps("strategy", strategy=value)
         value = checked_strategy(value) if self._ranks is None else over.solved_by_sweeps(checked_strategy(value))
         chosen = value.for_scene(self._core.scene, self._rules, free_masses(self._sets))
         if self._fluid:
@@ -169,9 +172,12 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
         return Running(self, self._core)
 
-    def _check_same_arrays(self, of, *arrays):
+    def _check_same(self, of, **given):
         if self._ranks is not None:
-            self._ranks.check_same_arrays(of, *arrays)
+            self._ranks.check_same_call(of, given)
+
+    def _failing_together(self):
+        return contextlib.nullcontext() if self._ranks is None else self._ranks.failing_together()
 
     def follow_rotations(self):
         """Stores rotations of bodies from now on even if no contact needs them, for readers of run files."""
@@ -208,10 +214,12 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             from . import shadow
 
             return shadow.step(self, dt, self._shadows)
-        h = self.ready(dt)
+        with self._failing_together():
+            h = self.ready(dt)
         with self._stage.of_step(self):
             report = self._core.step(h)
-        return self.stepped(report, h)
+        with self._failing_together():
+            return self.stepped(report, h)
 
     def ready(self, dt=None):
         """Prepares a step: gravity, loads and driven velocities at its time. See stages.
@@ -292,20 +300,22 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self.between_steps("time_error")
         return time_error(self, dt)
 
-    def between_steps(self, what):
-        """Refuses an operation if a step is in progress, in the core or stage by stage.
+    def between_steps(self, what, **given):
+        """Refuses an operation if a step is in progress, in the core or stage by stage, or if ranks give it unlike arguments.
 
         Parameters
         ----------
         what : str
             Name of the operation.
+        **given : optional
+            Its arguments.
 
         Raises
         ------
         ValueError
             If a step is in progress.
         """
-        self._stage.at_rest(what)
+        self._stage.at_rest(what, **given)
         if self._stage.due is not None:
             text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
             raise ValueError(f"{text}; go on to stages.end_step(), or stages.undo_step()")
@@ -409,7 +419,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ValueError
             If a side is no name of the scene or the law is none.
         """
-        self._stage.at_rest("interact")
+        self._stage.at_rest("interact", a=a, b=b, law=law)
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
         self._use_laws(self._species, rules)
@@ -436,6 +446,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             raise ValueError(f"{name} of the scene was set after the simulation was made of it: make another Simulation of it")
         self.scene._stepped = True
         if fresh:
+            self._check_same("scene.interact", rules=fresh)
             rules = self._rules + fresh
             self.scene.check_names(self._species, rules)
             self._use_laws(self._species, rules)
@@ -466,8 +477,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         if self._fluid:
             self._fluid.refuse_inside(sets)
-        given = ("position", "rotation", "mass", "inertia", "velocity")
-        self._check_same_arrays("add", *(getattr(s, name) for s in sets for name in given))
+        self._check_same("add", **_arrays_of(sets))
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
@@ -501,9 +511,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ValueError
             If there is no such body, or one is named twice.
         """
-        self.between_steps("remove")
         ids = checks.body_ids(ids)
-        self._check_same_arrays("remove", ids)
+        self.between_steps("remove", ids=ids)
         self._core.remove_bodies(ids)
         self._radii = None
         self._sets = living(self._sets, self._sets_seen, self._present())
@@ -531,7 +540,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ValueError
             If there is no such body or dof, or a velocity is not finite.
         """
-        self._stage.at_rest("drive")
+        self._stage.at_rest("drive", ids=ids, dofs=dofs, velocity=velocity)
         ids, dim = checks.body_ids(ids), self.scene.dim
         imposed = {"driven": dofs, "drive": bodies.driven_at(dofs, velocity, len(ids), dim)}
         carrier = bodies.checked(bodies.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], ids=ids, **imposed))
@@ -568,6 +577,13 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     def _call(self, function, t):
         """Value at time t [s] of a function of time, or of a function of time and simulation (Servo)."""
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
+
+
+def _arrays_of(sets):
+    """{name: array} of sets of bodies, by which ranks compare them; those of several sets are numbered."""
+    names = ("position", "rotation", "mass", "inertia", "velocity")
+    found = ((f"{name}[{k}]" if len(sets) > 1 else name, getattr(s, name)) for k, s in enumerate(sets) for name in names)
+    return {name: array for name, array in found if array is not None}
 
 
 def _step_length(value, *words):

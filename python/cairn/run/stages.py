@@ -22,6 +22,7 @@ from threading import get_ident
 import numpy as np
 
 from ..base import checks
+from .compared import call_of
 from .contact_rows import ContactRows
 
 ORDER = (
@@ -47,16 +48,16 @@ class Place:
         self.due = self.h = self.begin = None
         self.asks, self.works, self.loads, self.ranks = False, set(), set(), None
 
-    def at_rest(self, what):
-        """Raises ValueError if the core is in the middle of a step, or another rank does something else. what: name of the
-        refused operation."""
+    def at_rest(self, what, **given):
+        """Raises ValueError if the core is in the middle of a step, or another rank does something else, or the same with other
+        arguments. what: name of the refused operation; given: its arguments."""
         if self.asks:
             raise ValueError(f"{what} stands between steps, and one is being made in parts: finish its stages first")
         if get_ident() in self.works:
             text = f"{what} stands between steps, and one is being made, which called this function"
             raise ValueError(f"{text}: wait for its end, or do it in `callback` of run")
         if self.ranks is not None and what not in ("step", "run"):  # these compare more than their name
-            self.ranks.meet(what)
+            self.ranks.meet(call_of(what, given) if given else what)
 
     @contextmanager
     def of_loads(self):

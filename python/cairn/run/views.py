@@ -98,7 +98,7 @@ class BodyView(_View):
                     raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
-        simulation._check_same_arrays("bodies.set", *ready.values())
+        simulation._check_same("bodies.set", **ready)
         if simulation._fluid and ("position" in ready or "rotation" in ready):
             simulation._fluid.refuse_moved(ready.get("position"), ready.get("rotation"))
         for name, values in ready.items():
@@ -147,7 +147,7 @@ class NodeView(_View):
 
     def set(self, **arrays):
         """Replaces whole arrays: set(velocity=v). Only position and velocity can be set."""
-        self._simulation._stage.at_rest("nodes.set")
+        self._simulation._stage.at_rest("nodes.set", **arrays)
         ready = {}
         for name, values in arrays.items():
             if name not in SETTABLE_OF_NODES:

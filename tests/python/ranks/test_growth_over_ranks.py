@@ -1,0 +1,202 @@
+"""Bodies that grow over ranks: the same bits for every number of them, and the sizes, masses and works of a run without."""
+
+import hashlib
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2600.0)
+SWEEPS = cn.NSCD(solver=cn.NLGS(tol=1e-6, max_iter=300))
+RANKS = (1, 2, 3, 4, 7)
+
+
+def places(dim, n, pitch, seed=3, shift=0.02):
+    rng = np.random.default_rng(seed)
+    x = np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), -1).reshape(-1, dim) + 0.5
+    return x * pitch + rng.uniform(-shift, shift, x.shape) * pitch, rng
+
+
+def balls(dim, law=None, periodic=True):
+    n = 7 if dim == 2 else 4
+    x, rng = places(dim, n, 1.0)
+    scene = cn.Scene(dim, periodic=cn.Periodic((float(n),) * dim) if periodic else None)
+    velocity = np.zeros((len(x), 3 * dim - 3))
+    velocity[:, :dim] = rng.normal(0, 0.3, x.shape)
+    ids = scene.add((cn.disks if dim == 2 else cn.spheres)(x, rng.uniform(0.38, 0.46, len(x)), ROCK, velocity=velocity))
+    scene.interact("*", "*", law or cn.Coulomb(mu=0.3))
+    return scene, ids
+
+
+def disks():
+    return balls(2)
+
+
+def spheres():
+    return balls(3)
+
+
+def shapes(dim):
+    """Clumps, capsules, and bodies of one hull, in a corner: every third body keeps its size."""
+    x, rng = places(dim, 5 if dim == 2 else 3, 1.0, shift=0.03)
+    scene = cn.Scene(dim, gravity=(-2.0,) + (0.0,) * (dim - 2) + (-5.0,))
+    kind = np.arange(len(x)) % 2
+    if dim == 2:
+        square = np.array([(-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4)])
+        ids = [*scene.add(cn.polygons(square + x[kind == 0][:, None], ROCK))]
+        rows = [[-0.2, 0.0], [0.2, 0.0]]
+        ids += [*scene.add(cn.clumps(x[kind == 1], rows, [0.25, 0.22], 900.0, 60.0, ROCK))]
+    else:
+        ids = [*scene.add(cn.boxes(x[kind == 0], [0.8, 0.7, 0.75], ROCK))]
+        rows = [[-0.2, 0.0, 0.0], [0.2, 0.0, 0.0]]
+        ids += [*scene.add(cn.clumps(x[kind == 1], rows, [0.25, 0.22], 500.0, [20.0, 30.0, 31.0], ROCK))]
+    for axis in range(dim):
+        scene.add(cn.wall(np.zeros(dim), np.eye(dim)[axis], ROCK))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    return scene, [i for k, i in enumerate(ids) if k % 3]
+
+
+def polygons():
+    return shapes(2)
+
+
+def boxes():
+    return shapes(3)
+
+
+def sticky():
+    return balls(2, cn.Wet(force=2e3, reach=0.02, mu=0.3))
+
+
+def springs():
+    return balls(3, cn.LinearSpring(stiffness=1e5, restitution=0.3, mu=0.2))
+
+
+def springs_in_plane():
+    return balls(2, cn.LinearSpring(stiffness=1e6, restitution=0.3, mu=0.2), periodic=False)
+
+
+def smooth(scene):
+    return scene in (springs, springs_in_plane)
+
+
+def start(scene, ranks):
+    made, ids = scene()
+    strategy = cn.SmoothDEM(energy=False) if smooth(scene) else SWEEPS
+    return cn.Simulation(made, 2e-4 if smooth(scene) else 4e-3, strategy, overlap="ignore", ranks=ranks), ids
+
+
+def grown(sim, ids, rate="6 + 20*t"):
+    """Steps before growth, with it, at another rate, shrinking, and after."""
+    quick = 10 if sim.dt < 1e-3 else 1
+    sim.run(3, progress=False)
+    sim.grow(ids, cn.Expression(f"{quick}*({rate})"))
+    sim.run(12, progress=False)
+    sim.grow(ids[: len(ids) // 2], -2.0 * quick)
+    for _ in range(6):
+        sim.step()
+    sim.grow(ids, None)
+    sim.run(4, progress=False)
+    return sim
+
+
+def digest(sim):
+    fields = [getattr(sim.bodies, name) for name in ("position", "velocity", "mass", "inertia")]
+    fields += [sim.contactors.radius, sim.contacts.key, sim.contacts.impulse]
+    energy = np.array(list(sim.energy.values()))
+    return hashlib.blake2b(b"".join(np.ascontiguousarray(a).tobytes() for a in [*fields, energy])).hexdigest()
+
+
+@pytest.mark.parametrize("scene", [disks, spheres, polygons, boxes, sticky, springs, springs_in_plane])
+def test_the_same_bits_for_every_number_of_ranks(scene):
+    sims = [grown(*start(scene, ranks)) for ranks in RANKS]
+    assert len({digest(sim) for sim in sims}) == 1
+    assert len(sims[0].contacts) > 5 and sims[-1].ranks.figures()["ghosts"] > 0
+
+
+@pytest.mark.parametrize("scene", [disks, spheres, polygons, boxes, springs])
+def test_sizes_and_works_are_those_of_a_run_without_ranks(scene):
+    alone, three = (grown(*start(scene, ranks)) for ranks in (None, 3))
+    for name in ("mass", "inertia"):
+        assert np.array_equal(getattr(alone.bodies, name), getattr(three.bodies, name))
+    assert np.array_equal(alone.contactors.radius, three.contactors.radius)
+    assert np.array_equal(alone.contactors.offset, three.contactors.offset)
+    if smooth(scene):
+        assert np.allclose(alone.bodies.position, three.bodies.position, atol=1e-9)
+        return
+    one, other = alone.energy, three.energy
+    scale = abs(one["work_growth"])
+    assert scale > 0 and other["work_growth"] == pytest.approx(one["work_growth"], rel=2e-2)
+    assert abs(other["closure"]) < 1e-9 * (scale + other["kinetic"])
+
+
+def test_grains_that_grow_to_many_times_their_size_find_each_other():
+    """Ghosts were sought for the sizes at the last cut."""
+    def far():
+        x, _ = places(2, 6, 1.0, shift=0.01)
+        scene = cn.Scene(2, periodic=cn.Periodic((6.0, 6.0)))
+        ids = scene.add(cn.disks(x, 0.05, ROCK))
+        scene.interact("*", "*", cn.Coulomb(mu=0.0))
+        return scene, ids
+
+    sims = []
+    for ranks in (1, 2, 4, 7):
+        sim, ids = start(far, ranks)
+        sim.grow(ids, 100.0)
+        sim.run(6, progress=False)
+        sim.grow(ids, 20.0)
+        sim.run(4, progress=False)
+        sims.append(sim)
+    assert sims[0].radii().max() > 0.45
+    assert len({digest(sim) for sim in sims}) == 1 and np.linalg.norm(sims[0].contacts.impulse, axis=1).max() > 0
+
+
+@pytest.mark.parametrize("scene", [disks, boxes, springs])
+def test_a_restart_goes_on_growing_on_any_number_of_ranks(scene, tmp_path):
+    whole, ids = start(scene, 3)
+    rate = 40.0 if smooth(scene) else 6.0
+    whole.grow(ids, rate)
+    whole.run(6, progress=False)
+    whole.checkpoint(tmp_path / "grown.checkpoint.h5")
+    whole.run(6, progress=False)
+    for ranks in (1, 5):
+        again, _ = start(scene, ranks)
+        again.restore(tmp_path / "grown.checkpoint.h5")
+        again.grow(ids, rate)
+        again.run(6, progress=False)
+        assert digest(again) == digest(whole)
+
+
+def test_bodies_that_come_go_or_are_set_while_others_grow():
+    sims = []
+    for ranks in (1, 4):
+        sim, ids = start(disks, ranks)
+        sim.grow(ids, 5.0)
+        sim.run(4, progress=False)
+        sim.remove(ids[[3, 11]])
+        new = sim.add(cn.disks([(0.02, 0.03)], 0.1, ROCK))
+        sim.run(4, progress=False)
+        sim.grow(new, 9.0)
+        sim.bodies.set(velocity=0.5 * sim.bodies.velocity)
+        sim.run(4, progress=False)
+        sims.append(sim)
+    assert digest(sims[0]) == digest(sims[1])
+
+
+def test_a_step_that_fails_while_bodies_grow_leaves_their_sizes():
+    sim, ids = start(disks, 3)
+    sim.grow(ids, 5.0)
+    sim.run(3, progress=False)
+    mass, before = sim.bodies.mass.copy(), digest(sim)
+    force = np.zeros((len(mass), 3))
+    force[5] = 1e308
+    sim._core.assign_body("force", force)
+    with pytest.raises(cn.Error, match="rank "):
+        sim.step()
+    assert np.array_equal(mass, sim.bodies.mass)
+    sim._core.assign_body("force", np.zeros_like(force))
+    sim.run(2, progress=False)
+    other, _ = start(disks, 2)
+    other.grow(ids, 5.0)
+    other.run(5, progress=False)
+    assert before != digest(other) and np.array_equal(sim.bodies.mass, other.bodies.mass)
