@@ -118,6 +118,7 @@ set(CAIRN_CXX_SOURCES
   detection/declared_pairs.cpp
   detection/dropped_contacts.cpp
   detection/edge_rows.cpp
+  detection/facet_outline.cpp
   detection/far_sides.cpp
   detection/flat_sides.cpp
   detection/interaction_handler.cpp

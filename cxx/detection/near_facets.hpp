@@ -3,14 +3,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "facet_outline.hpp"
 #include "kept_pairs.hpp"
 #include "placed_scene.hpp"
 
 namespace cairn::detection {
 
-// A search reaches farther than most of its pairs ever come; a triangle whose plane meets the ball beside it costs a
-// few numbers here instead of a narrow phase, and none as long as the ball stays where it was, seen from the body of
-// the triangle. No pair is left out that the narrow phase would count.
+// A search reaches farther than most of its pairs ever come; a triangle whose plane meets the ball beside it, or
+// beside which another triangle is nearer, costs a few numbers here instead of a narrow phase, and none as long as the
+// ball stays where it was, seen from the body of the triangle. No pair is left out that the narrow phase would count.
 class NearFacets {
 public:
   explicit NearFacets(const PlacedScene& scene) : scene_(scene) {}
@@ -19,7 +20,7 @@ public:
   void find(const OrderedPairs& found, std::int64_t searches);
   const OrderedPairs& pairs() const { return near_; }
   std::size_t bytes() const {
-    return near_.bytes() + facet_.capacity() * sizeof(double) + close_.capacity() * sizeof(std::int64_t) +
+    return near_.bytes() + facets_.capacity() * sizeof(FacetOutline) + close_.capacity() * sizeof(std::int64_t) +
            groups_.capacity() * sizeof(Group);
   }
 
@@ -31,17 +32,20 @@ private:
     bool known = false;
     double at[3] = {0, 0, 0}, reach = 0; // in axes of the body; of the ball then [m]
   };
+  struct Seen { // a ball in the axes of a body [m]
+    double at[3], rounding;
+  };
   void place_of(std::int32_t contactor, double* x) const;
   void list_groups(const OrderedPairs& found, std::int64_t first, std::int64_t last);
-  void place_facet(std::int32_t i);
-  void place_ball(const Group& group, double* x) const;
-  bool is_far(const OrderedPairs& found, std::int64_t p, const double* ball, double reach) const;
+  Seen see_ball(const Group& group) const;
+  bool is_far(const OrderedPairs& found, std::int64_t p, const Seen& ball, double reach, bool exactly) const;
   void look_at(const OrderedPairs& found, Group& group);
 
   const PlacedScene& scene_;
   OrderedPairs near_;
-  std::vector<double> facet_; // triangles in axes of their bodies
-  std::vector<std::uint8_t> placed_, may_touch_;
+  std::vector<FacetOutline> facets_;
+  std::vector<std::int32_t> facet_of_; // of the contactors; -1: none so far
+  std::vector<std::uint8_t> may_touch_;
   std::vector<std::int64_t> close_; // pairs
   std::vector<Group> groups_;
   std::vector<std::size_t> kind_groups_; // end of the groups of each kind
