@@ -6,24 +6,16 @@
 #include "detection_grid.hpp"
 #include "pair_kinds.hpp"
 #include "pair_list.hpp"
+#include "turning.hpp"
 
 namespace cairn::detection {
 
 namespace {
 
 constexpr double on_the_safe_side = 1e-6; // of lengths, against rounding
-constexpr double rounding = 0x1p-48;      // of places in space
 // Way of a ball in parts of its reach until its close triangles are sought again. A longer way lasts longer, and every
 // step tests more triangles.
 constexpr double near_skin = 0.02;
-
-// Turns x from the axes of a body to those of space; q: unit quaternion (w, x, y, z).
-void turn(const double* q, const double* x, double* out) {
-  double t[3];
-  for (int k = 0; k < 3; ++k) t[k] = 2 * (q[1 + (k + 1) % 3] * x[(k + 2) % 3] - q[1 + (k + 2) % 3] * x[(k + 1) % 3]);
-  for (int k = 0; k < 3; ++k)
-    out[k] = x[k] + q[0] * t[k] + q[1 + (k + 1) % 3] * t[(k + 2) % 3] - q[1 + (k + 2) % 3] * t[(k + 1) % 3];
-}
 
 } // namespace
 
@@ -69,16 +61,8 @@ NearFacets::Seen NearFacets::see_ball(const Group& group) const {
   double at[3], shift[3] = {0, 0, 0};
   place_of(group.ball, at);
   if (scene_.any_periodic) image_shift(*scene_.cell, group.image, shift);
-  const double* from = &scene_.position[3 * std::int64_t(group.body)];
-  for (int d = 0; d < 3; ++d) {
-    ball.rounding += rounding * (std::abs(at[d]) + std::abs(shift[d]) + std::abs(from[d]));
-    at[d] -= shift[d] + from[d];
-  }
-  std::copy_n(at, 3, ball.at);
-  if (!scene_.rotation) return ball;
-  const double* q = &scene_.rotation[4 * std::int64_t(group.body)];
-  const double back[4] = {q[0], -q[1], -q[2], -q[3]};
-  turn(back, at, ball.at);
+  for (int d = 0; d < 3; ++d) at[d] -= shift[d];
+  ball.rounding = scene_.into_body(group.body, at, ball.at);
   return ball;
 }
 

@@ -18,6 +18,7 @@ public:
 
   // Keeps the pairs of hulls of the last search (`searches`: its number) that may touch where bodies are now.
   void find(const OrderedPairs& found, std::int64_t searches);
+  void forget() { placed_in_ = -1; } // triangles have other places in the axes of their bodies
   const OrderedPairs& pairs() const { return near_; }
   std::size_t bytes() const {
     return near_.bytes() + facets_.capacity() * sizeof(FacetOutline) + close_.capacity() * sizeof(std::int64_t) +
