@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../base/vectors.hpp"
-
 namespace cairn::detection {
 
 namespace {
@@ -34,8 +32,8 @@ FacetOutline::FacetOutline(const Contactors& contactors, std::int32_t facet) {
   for (int k = 0; k < 3; ++k) {
     Edge& e = edge[k];
     const double *from = vertex + 3 * k, *to = vertex + 3 * ((k + 1) % 3), *third = vertex + 3 * ((k + 2) % 3);
-    away_from(from, to, third, e.out);
-    e.end = dot(e.out, from);
+    away_from(from, to, third, out[k]);
+    end[k] = dot(out[k], from);
     std::fill_n(e.out_next, 3, 0.0);
     e.end_next = 0;
     if (const std::int32_t beyond = of_edge[4 * k + 3]) {
@@ -51,26 +49,14 @@ FacetOutline::FacetOutline(const Contactors& contactors, std::int32_t facet) {
   }
 }
 
-bool FacetOutline::is_beyond(const double x[3], double reach, double slack) const {
-  const double height = dot(x, normal) - offset, square = dot(x, x);
-  reach += slack;
-  const double disk = reach * reach - height * height;
-  if (disk < 0) return true;
-  const double cut = std::sqrt(disk), apart = cut + size + slack;
-  if (square - height * height > apart * apart) return true;
-  for (const Edge& e : edge)
-    if (dot(x, e.out) - e.end > cut + slack) return true;
-  return false;
-}
-
 bool FacetOutline::is_elsewhere(const double x[3], double reach, double slack) const {
-  double out[3], along[3];
-  for (int k = 0; k < 3; ++k) out[k] = dot(x, edge[k].out) - edge[k].end;
-  if (std::max({out[0], out[1], out[2]}) <= slack) return false; // over the triangle
+  double past[3], along[3];
+  for (int k = 0; k < 3; ++k) past[k] = dot(x, out[k]) - end[k];
+  if (std::max({past[0], past[1], past[2]}) <= slack) return false; // over the triangle
   for (int k = 0; k < 3; ++k) {
     const Edge& e = edge[k];
     along[k] = dot(x, e.along) - e.begin;
-    if (!e.owned || out[k] < -slack || along[k] < -slack || along[k] > e.length + slack) continue;
+    if (!e.owned || past[k] < -slack || along[k] < -slack || along[k] > e.length + slack) continue;
     if (dot(x, e.out_next) - e.end_next >= -slack) return false; // beyond this edge of both its triangles
   }
   const double height = dot(x, normal) - offset, far = reach + slack;
@@ -78,7 +64,7 @@ bool FacetOutline::is_elsewhere(const double x[3], double reach, double slack) c
     const Edge &e = edge[k], &before = edge[(k + 2) % 3];
     if (!e.owns_first || along[k] > slack || along[(k + 2) % 3] < before.length - slack) continue;
 
-    const double across = out[k], beside = along[k]; // from the first vertex of the edge
+    const double across = past[k], beside = along[k]; // from the first vertex of the edge
     if (height * height + across * across + beside * beside <= far * far) return false;
   }
   return true;

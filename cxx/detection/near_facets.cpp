@@ -13,9 +13,8 @@ namespace cairn::detection {
 namespace {
 
 constexpr double on_the_safe_side = 1e-6; // of lengths, against rounding
-// Way of a ball in parts of its reach until its close triangles are sought again. A longer way lasts longer, and every
-// step tests more triangles.
-constexpr double near_skin = 0.02;
+// Calls for which close triangles should serve; results do not depend on it, time does.
+constexpr std::int32_t often = 8, seldom = 64;
 
 } // namespace
 
@@ -33,26 +32,60 @@ void NearFacets::place_of(std::int32_t contactor, double* x) const {
   for (int d = 0; d < 3; ++d) x[d] += turned_offset[d];
 }
 
-// Pairs of a kind by ball and body, which stand one after the other.
+void NearFacets::place_facet(std::int32_t facet) {
+  std::int32_t& place = facet_of_[std::size_t(facet)];
+  if (place >= 0) return;
+  place = std::int32_t(facets_.size());
+  facets_.emplace_back(*scene_.contactors, facet);
+}
+
+// Pairs of a kind by ball and body, which stand one after the other; of these the ones within the margin.
 void NearFacets::list_groups(const OrderedPairs& found, std::int64_t first, std::int64_t last) {
   const Contactors& k = *scene_.contactors;
+  Seen ball{};
+  double reach = 0;
   for (std::int64_t p = first; p < last; ++p) {
     const std::int32_t body = k.body.values[std::size_t(found.b[p])], image = found.image[p] & image_bits;
     if (p == first || groups_.back().ball != found.a[p] || groups_.back().body != body ||
         groups_.back().image != image) {
-      groups_.emplace_back();
-      groups_.back().first = p;
-      groups_.back().ball = found.a[p];
-      groups_.back().body = body;
-      groups_.back().image = image;
+      Group group;
+      group.first = group.last = std::int64_t(listed_.size());
+      group.ball = found.a[p];
+      group.body = body;
+      group.image = image;
+      ball = see_ball(group);
+      reach = k.radius.values[std::size_t(group.ball)] + scene_.share(group.ball);
+      groups_.push_back(group);
     }
-    groups_.back().last = p + 1;
-    std::int32_t& place = facet_of_[std::size_t(found.b[p])];
-    if (place < 0) {
-      place = std::int32_t(facets_.size());
-      facets_.emplace_back(k, found.b[p]);
-    }
+    place_facet(found.b[p]);
+    if (is_far(found, p, ball, reach, false)) continue;
+    listed_.push_back(p);
+    ++groups_.back().last;
   }
+}
+
+void NearFacets::take(const OrderedPairs& found, bool surfaces_known) {
+  if (!surfaces_known) {
+    facets_.clear();
+    facet_of_.assign(std::size_t(scene_.contactors->count), -1);
+  }
+  listed_.clear();
+  groups_.clear();
+  kind_groups_.assign(kinds, 0);
+  for (int kind = 0; kind < kinds; ++kind) {
+    if (pair_kinds[kind].hull_contact == cairn_pair_sphere_facet)
+      list_groups(found, found.begin_of(kind), found.kind_end[std::size_t(kind)]);
+    kind_groups_[std::size_t(kind)] = groups_.size();
+  }
+  close_.resize(listed_.size());
+  may_touch_.resize(listed_.size());
+}
+
+void NearFacets::place_anew(const OrderedPairs& found) {
+  facets_.clear();
+  facet_of_.assign(std::size_t(scene_.contactors->count), -1);
+  for (const std::int64_t p : listed_) place_facet(found.b[p]);
+  for (Group& group : groups_) group.known = false;
 }
 
 // Where the ball of a group is, in the axes of the body of its triangles, and how much of it is rounded.
@@ -84,35 +117,25 @@ void NearFacets::look_at(const OrderedPairs& found, Group& group) {
   double square = 0;
   const double reach = scene_.contactors->radius.values[std::size_t(group.ball)] + scene_.share(group.ball);
   for (int d = 0; d < 3; ++d) square += (ball.at[d] - group.at[d]) * (ball.at[d] - group.at[d]);
-  const double room = near_skin * group.reach - (reach - group.reach);
+  const double room = group.skin * group.reach - (reach - group.reach);
+  ++group.age;
   if (!group.known || scene_.margin->per_contactor || !(room >= 0) || !(square <= room * room)) {
+    if (group.known && group.age < often) group.skin = std::min(2 * group.skin, most_skin);
+    if (group.known && group.age > seldom) group.skin = std::max(group.skin / 2, least_skin);
     group.known = true;
+    group.age = 0;
     group.close = 0;
     group.reach = reach;
     std::copy_n(ball.at, 3, group.at);
-    for (std::int64_t p = group.first; p < group.last; ++p)
-      if (!is_far(found, p, ball, (1 + near_skin) * reach, false)) close_[std::size_t(group.first + group.close++)] = p;
+    for (std::int64_t n = group.first; n < group.last; ++n)
+      if (const std::int64_t p = listed_[std::size_t(n)]; !is_far(found, p, ball, (1 + group.skin) * reach, false))
+        close_[std::size_t(group.first + group.close++)] = p;
   }
   for (std::int64_t n = group.first; n < group.first + group.close; ++n)
     may_touch_[std::size_t(n)] = !is_far(found, close_[std::size_t(n)], ball, reach, true);
 }
 
-void NearFacets::find(const OrderedPairs& found, std::int64_t searches) {
-  const auto first_of = [&](int kind) { return kind > 0 ? found.kind_end[std::size_t(kind - 1)] : 0; };
-  if (placed_in_ != searches) {
-    placed_in_ = searches;
-    facets_.clear();
-    facet_of_.assign(std::size_t(scene_.contactors->count), -1);
-    close_.resize(std::size_t(found.count()));
-    may_touch_.resize(std::size_t(found.count()));
-    groups_.clear();
-    kind_groups_.assign(kinds, 0);
-    for (int kind = 0; kind < kinds; ++kind) {
-      if (pair_kinds[kind].hull_contact == cairn_pair_sphere_facet)
-        list_groups(found, first_of(kind), found.kind_end[std::size_t(kind)]);
-      kind_groups_[std::size_t(kind)] = groups_.size();
-    }
-  }
+void NearFacets::find(const OrderedPairs& found) {
   const auto count = std::int64_t(groups_.size());
 #pragma omp parallel for schedule(static) if (count > 1024)
   for (std::int64_t g = 0; g < count; ++g) look_at(found, groups_[std::size_t(g)]);
@@ -120,7 +143,7 @@ void NearFacets::find(const OrderedPairs& found, std::int64_t searches) {
   std::size_t g = 0;
   for (int kind = 0; kind < kinds; ++kind) {
     if (pair_kinds[kind].hull_contact && pair_kinds[kind].hull_contact != cairn_pair_sphere_facet)
-      near_.append(found, first_of(kind), found.kind_end[std::size_t(kind)]);
+      near_.append(found, found.begin_of(kind), found.kind_end[std::size_t(kind)]);
     for (; g < kind_groups_[std::size_t(kind)]; ++g)
       for (std::int64_t n = groups_[g].first; n < groups_[g].first + groups_[g].close; ++n)
         if (may_touch_[std::size_t(n)]) near_.append(found, close_[std::size_t(n)], close_[std::size_t(n)] + 1);

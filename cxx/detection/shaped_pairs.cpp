@@ -14,7 +14,6 @@ struct ShapedPairs::Workspace {
   DeclaredPairs declared; // none
   BroadPhase broad{scene};
   OrderedPairs found;
-  std::int64_t searches = 0;
   NearFacets near_facets{scene};
   NarrowPhase narrow{scene, declared};
   DroppedContacts dropped;
@@ -34,8 +33,8 @@ void ShapedPairs::search(const Bodies& bodies, const Contactors& contactors, con
   w.scene.seek_hulls_later(surfaces_known);
   w.broad.begin();
   w.scene.place(w.found);
-  ++w.searches;
   w.broad.search(w.declared, 0, w.found);
+  w.near_facets.take(w.found, surfaces_known);
   w.narrow.find(w.found, out);
 }
 
@@ -48,8 +47,8 @@ void ShapedPairs::contacts(const Bodies& bodies, const Contactors& contactors, c
   Configuration again;
   again.hulls_again = true;
   w.scene.begin(bodies, contactors, cell, margin, again, &rules, w.scratch);
-  if (bodies.stretch.active) w.near_facets.forget(); // bodies grow in each step
-  w.near_facets.find(w.found, w.searches);
+  if (bodies.stretch.active) w.near_facets.place_anew(w.found); // bodies grow in each step
+  w.near_facets.find(w.found);
   w.scene.place(w.near_facets.pairs());
   w.narrow.find(w.near_facets.pairs(), out);
   w.far_sides.drop(w.declared, w.dropped, out);
