@@ -6,6 +6,7 @@ import pytest
 
 STONE = cn.Material("stone", density=2500.0)
 R, G = 0.01, 9.81
+ALL = ("vx", "vy", "vz", "wx", "wy", "wz")
 WEIGHT = 2500 * 4 / 3 * np.pi * R**3 * G
 
 
@@ -59,7 +60,7 @@ def test_adhesion_pulls_from_triangles_as_from_a_plane(n):
     pull, dt = 2e-3, 2e-5
     most = []
     for floor in (cn.wall((0, 0, 0), (0, 0, 1), STONE), sheet(n)):
-        ball = cn.spheres([[x, 0.004, 0.999 * R]], R, STONE, driven=("vx", "vy", "vz", "wx", "wy", "wz"), drive=[(0, 0, pull, 0, 0, 0)])
+        ball = cn.spheres([[x, 0.004, 0.999 * R]], R, STONE, driven=ALL, drive=[(0, 0, pull, 0, 0, 0)])
         sim = simulation([ball, floor], law, dt=dt, gravity=(0, 0, 0))
         forces = []
         for _ in range(2500):
@@ -97,7 +98,8 @@ def body_on(make):
 @pytest.mark.parametrize("make", ["capsule", "box", "ball"])
 @pytest.mark.parametrize("n", [1, 8])
 def test_bodies_of_other_shapes_rest_with_their_weight(make, n):
-    sim = advance(simulation([body_on(make)(1.0001 * R), sheet(n)], cn.LinearSpring(stiffness=1e4, restitution=0.1), dt=5e-5), 6000)
+    law = cn.LinearSpring(stiffness=1e4, restitution=0.1)
+    sim = advance(simulation([body_on(make)(1.0001 * R), sheet(n)], law, dt=5e-5), 6000)
     weight = sim.bodies.mass[0] * G
     assert sim.bodies.contact_force[0, 2] == pytest.approx(weight, rel=1e-3)
     assert np.abs(sim.bodies.contact_force[0, :2]).max() < 1e-3 * weight
@@ -181,7 +183,8 @@ def test_a_surface_that_grows_is_found_where_it_is():
 
 def test_grains_that_come_in_meet_triangles_that_were_there():
     """Bodies added, taken out and numbered anew during a run: each rests on the surface with its weight."""
-    sim = simulation([cn.spheres([[0.02, 0.02, R]], R, STONE), sheet(12)], cn.LinearSpring(stiffness=1e4, restitution=0.1), dt=5e-5)
+    law = cn.LinearSpring(stiffness=1e4, restitution=0.1)
+    sim = simulation([cn.spheres([[0.02, 0.02, R]], R, STONE), sheet(12)], law, dt=5e-5)
     advance(sim, 500)
     for x in (-0.03, 0.0, 0.03):
         sim.add(cn.spheres([[x, -0.02, 1.01 * R]], R, STONE))
