@@ -1,8 +1,9 @@
 """Time of a step of smooth DEM on surfaces of triangles over that on ideal ones.
 
-Grains (d 10 mm, E 1e7) rest in a lattice on a floor of 392 to 20,000 triangles that they all but cover, or roll in a drum of
-1e5. The scenes of a group take turns, a few steps at a time, on one thread. Times are those of a step between two lists, ratios
-those of the rounds; times_with_lists counts the steps that make a list too.
+Grains (d 10 mm, E 1e7) rest in a lattice on a floor of 392 to 20,000 triangles that they all but cover, or fall and roll in a
+drum of 1e5, at rest or turning at 2 rad/s. The scenes of a group take turns, a few steps at a time, on one thread. Times are
+those of a step between two lists, ratios those of the rounds; times_with_lists counts the steps that make a list too, and core_
+leaves out what Python does in a step.
 
     python benchmarks/smooth_triangles.py [--rounds 5] [--steps 40] [--output benchmarks/results/smooth_triangles.csv]
 """
@@ -46,7 +47,7 @@ def simulation(centers, boundary, spin=0.0):
     scene.interact(ROCK, WALL, law)
     sim = cn.Simulation(scene, DT, cn.SmoothDEM(threads=1, energy=False), overlap="ignore")
     if spin:
-        sim.drive(boundary, "spin_y", spin)
+        sim.drive([len(centers)], "wy", spin)  # the boundary, which follows the grains
     return sim
 
 
@@ -73,13 +74,39 @@ def groups():
     yield "867 grains", {"plane": simulation(grains, plane()), "20000 triangles": simulation(grains, sheet(100, 17 * D))}
     radius, length = 0.12, 0.12
     bedded = bed(radius, length)
-    yield (
-        f"drum, {len(bedded)} grains",
-        {
-            "tube": simulation(bedded, cn.tube((0, 0, 0), (0, 1, 0), radius, WALL)),
-            "100000 triangles": simulation(bedded, drum(radius, length, 500, 100)),
-        },
-    )
+    for name, spin in (("drum", 0.0), ("turning drum", 2.0)):
+        yield (
+            f"{name}, {len(bedded)} grains",
+            {
+                "tube": simulation(bedded, cn.tube((0, 0, 0), (0, 1, 0), radius, WALL), spin),
+                "100000 triangles": simulation(bedded, drum(radius, length, 500, 100), spin),
+            },
+        )
+
+
+def timed(step, steps):
+    """CPU time of each of so many steps [s]."""
+    spent = []
+    for _ in range(steps):
+        start = time.process_time()
+        step()
+        spent.append(time.process_time() - start)
+    return spent
+
+
+def compare(sims, rounds, steps):
+    """Of each scene: times of a step between lists [s] by rounds, and of all steps; of Simulation.step, then of the core."""
+    times = {name: ([], []) for name in sims}
+    sums = {name: [0.0, 0.0] for name in sims}
+    for sim in sims.values():
+        timed(sim.step, steps)
+    for _ in range(rounds):
+        for name, sim in sims.items():
+            for k, step in enumerate((sim.step, lambda sim=sim: sim._core.step(DT))):
+                spent = timed(step, steps)
+                times[name][k].append(np.median(spent))
+                sums[name][k] += sum(spent)
+    return times, sums
 
 
 def main():
@@ -90,29 +117,20 @@ def main():
     given = parser.parse_args()
     rows = []
     for group, sims in groups():
-        times, all_steps = {name: [] for name in sims}, dict.fromkeys(sims, 0.0)
-        for sim in sims.values():
-            for _ in range(given.steps):
-                sim.step()
-        for _ in range(given.rounds):
-            for name, sim in sims.items():
-                spent = []
-                for _ in range(given.steps):
-                    start = time.process_time()
-                    sim.step()
-                    spent.append(time.process_time() - start)
-                times[name].append(np.median(spent))
-                all_steps[name] += sum(spent)
-        ideal = np.array(next(iter(times.values())))
-        for name, own in times.items():
-            share = np.array(own) / ideal
-            with_lists = all_steps[name] / all_steps[next(iter(sims))]
-            figures = 1e6 * min(own), np.median(share), share.min(), share.max(), with_lists
+        times, sums = compare(sims, given.rounds, given.steps)
+        ideal = next(iter(sims))
+        for name in sims:
+            shares = [np.array(own) / np.array(first) for own, first in zip(times[name], times[ideal], strict=True)]
+            lists = [own / first for own, first in zip(sums[name], sums[ideal], strict=True)]
+            figures = [1e6 * min(times[name][0])]
+            for share, all_steps in zip(shares, lists, strict=True):
+                figures += [np.median(share), share.min(), share.max(), all_steps]
             rows.append([group, name, *(f"{x:.2f}" for x in figures)])
             print(*rows[-1], sims[name].info["contacts"], sep=", ", flush=True)
     if given.output:
         with open(given.output, "w", newline="", encoding="utf-8") as file:
-            head = ["grains", "boundary", "us_a_step", "times_ideal", "least_ratio", "most_ratio", "times_with_lists"]
+            of = ["times_ideal", "least_ratio", "most_ratio", "times_with_lists"]
+            head = ["grains", "boundary", "us_a_step", *of, *(f"core_{name}" for name in of)]
             csv.writer(file, lineterminator="\n").writerows([head, *rows])
 
 

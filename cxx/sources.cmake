@@ -119,6 +119,8 @@ set(CAIRN_CXX_SOURCES
   detection/declared_pairs.cpp
   detection/dropped_contacts.cpp
   detection/edge_rows.cpp
+  detection/facet_outline.cpp
+  detection/facet_trees.cpp
   detection/far_sides.cpp
   detection/flat_sides.cpp
   detection/interaction_handler.cpp
@@ -130,6 +132,7 @@ set(CAIRN_CXX_SOURCES
   detection/placed_scene.cpp
   detection/rims.cpp
   detection/seams.cpp
+  detection/shaped_pairs.cpp
   detection/spare_contacts.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp

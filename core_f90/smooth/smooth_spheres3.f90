@@ -330,7 +330,8 @@ contains
     end do
   end subroutine springs_in_space
 
-  !> Adds what the lanes exert to their bodies. What acts on a body of another tile goes to other.
+  !> Adds what the lanes exert to their bodies, in the order of the pairs, so that sums do not depend on where batches begin. What
+  !> acts on a body of another tile goes to other.
   pure subroutine push_bodies(n, count, m, lane, body_a, body_b, on_a, on_b, lane_force, force, other)
     integer(c_int32_t), intent(in) :: n                !< pairs
     integer(c_int32_t), intent(in) :: count            !< lanes that count
@@ -346,16 +347,12 @@ contains
       l = lane(i)
       lane_force(:, l) = on_a(1:3, i)
       call add_six(on_a(:, i), force(:, body_a(l)))
+      if (present(other)) then
+        other(:, l) = on_b(:, i)
+      else
+        call add_six(on_b(:, i), force(:, body_b(l)))
+      end if
     end do
-    if (present(other)) then
-      do i = 1, count
-        other(:, lane(i)) = on_b(:, i)
-      end do
-    else
-      do i = 1, count
-        call add_six(on_b(:, i), force(:, body_b(lane(i))))
-      end do
-    end if
   end subroutine push_bodies
 
   !> Adds six numbers as four and two at once, which the compiler does not find by itself.

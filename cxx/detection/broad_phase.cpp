@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -29,6 +30,10 @@ void BroadPhase::search(DeclaredPairs& declared, double wall_skin, OrderedPairs&
   make_items();
   search_grid();
   search_walls(wall_skin);
+  if (scene_.facets_apart)
+    search_surfaces();
+  else
+    trees_made_ = false;
   declared.add_to(lists_[0], scene_);
   order_pairs(out);
 }
@@ -40,12 +45,14 @@ void BroadPhase::make_items() {
   walls_.clear();
   std::int64_t nb = 0;
   const std::int16_t* shape = scene_.contactors->shape.values.data();
-  for (std::int64_t i = 0; i < n; ++i) {
-    if (shape_table[shape[i]].bounded)
-      bounded_[nb++] = std::int32_t(i);
-    else
-      walls_.push_back(std::int32_t(i));
-  }
+  scene_.each_placed([&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      if (shape_table[shape[i]].bounded)
+        bounded_[nb++] = std::int32_t(i);
+      else
+        walls_.push_back(std::int32_t(i));
+    }
+  });
   items_ = real_items_ = nb;
   if (scene_.any_periodic) return make_ghosts();
   if (nb == n) return; // the contactors themselves are the items
@@ -183,6 +190,47 @@ void BroadPhase::search_walls(double wall_skin) {
   }
 }
 
+void BroadPhase::search_surfaces() {
+  if (!scene_.surfaces_known || !trees_made_) trees_.make(*scene_.contactors);
+  trees_made_ = true;
+  for (const FacetTrees::Tree& tree : trees_.trees()) {
+    for (int d = 0; d < 3; ++d)
+      if (!std::isfinite(scene_.position[3 * std::int64_t(tree.body()) + d]))
+        throw Error("position: " + name_of(*scene_.contactors, *scene_.bodies, tree.facets()[0]) +
+                    " stands nowhere; check its velocity, force and the step before");
+    search_surface(tree);
+  }
+}
+
+// Contactors near the triangles of a body.
+void BroadPhase::search_surface(const FacetTrees::Tree& tree) {
+  constexpr double on_the_safe_side = 1 + 1e-6;
+  double share = 0;
+  for (const std::int32_t facet : tree.facets()) {
+    share = std::max(share, scene_.share(facet));
+    if (!scene_.margin->per_contactor) break;
+  }
+  in_slices(real_items_, [&](std::int64_t first, std::int64_t last) {
+    PairList& list = lists_[omp_get_thread_num()];
+    Array<std::int32_t>& facets = list.hits;
+    for (std::int64_t k = first; k < last; ++k) {
+      const std::int32_t i = bounded_[k];
+      if (scene_.carrier[i] == tree.body()) continue;
+      double x[3];
+      const double rounded = scene_.into_body(tree.body(), &scene_.centre[3 * std::int64_t(i)], x);
+      facets.clear();
+      tree.find(x, (scene_.reach[i] + share) * on_the_safe_side + rounded, facets);
+      const auto found = std::int64_t(facets.size());
+      if (found == 0) continue;
+      list.reserve(list.count + found, *scene_.scratch);
+      std::fill_n(list.a + list.count, found, i);
+      std::copy_n(facets.begin(), found, list.b + list.count);
+      std::fill_n(list.image + list.count, found, own_image);
+      admit(list, found);
+    }
+  });
+}
+
 // Counting sort by (kind, a), then each candidate's few pairs by b and image.
 void BroadPhase::order_pairs(OrderedPairs& out) {
   const std::int64_t n = scene_.contactors->count;
@@ -222,7 +270,7 @@ void BroadPhase::order_pairs(OrderedPairs& out) {
 }
 
 std::size_t BroadPhase::bytes() const {
-  std::size_t total = grid_.bytes();
+  std::size_t total = grid_.bytes() + trees_.bytes();
   for (const PairList& list : lists_) total += list.hits.capacity() * sizeof(std::int32_t);
   return total;
 }

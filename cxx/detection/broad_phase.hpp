@@ -5,6 +5,7 @@
 
 #include "declared_pairs.hpp"
 #include "detection_grid.hpp"
+#include "facet_trees.hpp"
 #include "pair_kinds.hpp"
 
 namespace cairn::detection {
@@ -28,6 +29,8 @@ private:
   void search_grid();
   const std::int8_t* triangles();
   void search_walls(double wall_skin);
+  void search_surfaces();
+  void search_surface(const FacetTrees::Tree& tree);
   void admit(PairList& list, std::int64_t added) const;
   void order_pairs(OrderedPairs& out);
 
@@ -40,6 +43,8 @@ private:
   ScratchArray<std::int32_t> item_contactor_, item_lattice_, ghost_of_;
   ScratchArray<std::int8_t> triangle_;
   DetectionGrid grid_;
+  FacetTrees trees_;
+  bool trees_made_ = false;     // of the last search
   std::vector<PairList> lists_; // of the threads
   ScratchArray<std::int32_t> place_;
   std::int32_t slot_of_kind_[kinds] = {};

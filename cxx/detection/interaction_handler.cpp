@@ -8,7 +8,6 @@
 #include "edge_rows.hpp"
 #include "far_sides.hpp"
 #include "narrow_phase.hpp"
-#include "near_facets.hpp"
 #include "nodes_along_sides.hpp"
 #include "rims.hpp"
 #include "seams.hpp"
@@ -27,7 +26,6 @@ struct InteractionHandler::Workspace {
   OrderedPairs found; // of calls that keep none
   KeptPairs kept;
   std::int64_t searches = 0;
-  NearFacets near_facets{scene};
   NarrowPhase narrow{scene, declared};
   DroppedContacts dropped; // marks, of each stage in turn
   FarSides far_sides{scene};
@@ -62,8 +60,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.scene.begin(bodies, contactors, cell, margin, configuration, rules, scratch ? *scratch : w.own);
   w.broad.begin();
   w.seams.begin();
-  if (w.scene.hulls_again) w.near_facets.find(w.found, w.searches);
-  w.scene.place(w.near_facets.pairs());
+  w.scene.place(w.found);
   const OrderedPairs& pairs = w.seek(configuration.soon_again && w.may_keep());
   w.narrow.find(pairs, out);
   w.far_sides.drop(w.declared, w.dropped, out);
@@ -85,7 +82,6 @@ bool InteractionHandler::Workspace::may_keep() const {
 
 // The pairs that may count, of this search or kept from an earlier one.
 const OrderedPairs& InteractionHandler::Workspace::seek(bool keeps) {
-  if (scene.hulls_again) return near_facets.pairs();
   if (keeps && kept.hold(scene.searched())) {
     kept.used();
     return kept.pairs;
@@ -101,8 +97,7 @@ const OrderedPairs& InteractionHandler::Workspace::seek(bool keeps) {
 
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
-  return w.own.bytes() + w.declared.bytes() + w.broad.bytes() + w.found.bytes() + w.kept.bytes() +
-         w.near_facets.bytes() + w.narrow.bytes();
+  return w.own.bytes() + w.declared.bytes() + w.broad.bytes() + w.found.bytes() + w.kept.bytes() + w.narrow.bytes();
 }
 
 } // namespace cairn

@@ -16,6 +16,7 @@ struct OrderedPairs {
   Array<std::int32_t> a, b, image;
   std::vector<std::int64_t> kind_end; // of each row of pairs.def
   std::int64_t count() const { return std::int64_t(a.size()); }
+  std::int64_t begin_of(int kind) const { return kind > 0 ? kind_end[std::size_t(kind - 1)] : 0; }
   void begin(int kinds) {
     for (auto* array : {&a, &b, &image}) array->clear();
     kind_end.assign(std::size_t(kinds), 0);

@@ -20,7 +20,7 @@ private:
     std::int64_t slot, kept, refused; // refused: the first pair that cannot be, if any
   };
   std::int64_t slots_of(const OrderedPairs& pairs) const;
-  bool left_alone(int kind) const { return scene_.hulls_again && !pair_kinds[kind].hull_contact; }
+  bool left_alone(int kind) const { return pair_kinds[kind].hull_contact ? scene_.hulls_later : scene_.hulls_again; }
   void find_kind(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Candidates& out);
   void find_piece(int kind, std::int64_t first, std::int64_t last, Piece& piece, Candidates& out);
   // Pairs from first to last - 1 of a kind, whose contacts go from `slot` on; returns how many count.

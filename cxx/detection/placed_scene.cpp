@@ -9,6 +9,7 @@
 #include "cairn/core.h"
 #include "detection_grid.hpp"
 #include "pair_kinds.hpp"
+#include "turning.hpp"
 
 namespace cairn::detection {
 
@@ -43,10 +44,30 @@ void PlacedScene::begin(const Bodies& in_bodies, const Contactors& in_contactors
   }
   for_bonds = at.for_bonds;
   hulls_again = at.hulls_again;
+  hulls_later = surfaces_known = facets_apart = false;
   step = at.step;
   mapped = at.mapped && !at.mapped->contactor.empty() ? at.mapped : nullptr;
   for (int k = 0; k < 3; ++k) periodic[k] = k < dim && cell->periodic[k];
   any_periodic = periodic[0] || periodic[1] || periodic[2];
+}
+
+void PlacedScene::seek_hulls_later(bool known) {
+  hulls_later = true;
+  surfaces_known = known;
+  facets_apart = dim == 3 && contactors->hull.active && !mapped && !any_periodic;
+}
+
+// All contactors, or all but triangles.
+void PlacedScene::list_placed() {
+  placed_runs_.clear();
+  if (!facets_apart) return placed_runs_.emplace_back(0, contactors->count), void();
+  const std::int16_t* shape = contactors->shape.values.data();
+  const auto is_facet = [](std::int16_t one) { return one == std::int16_t(Shape::facet); };
+  for (std::int64_t first = 0, last = 0; first < contactors->count; first = last) {
+    first = std::find_if_not(shape + first, shape + contactors->count, is_facet) - shape;
+    last = std::find_if(shape + first, shape + contactors->count, is_facet) - shape;
+    if (last > first) placed_runs_.emplace_back(first, last);
+  }
 }
 
 void PlacedScene::place(const OrderedPairs& last) {
@@ -225,16 +246,17 @@ void PlacedScene::place_hulls_again(const OrderedPairs& last) {
 }
 
 void PlacedScene::place_contactors() {
-  again_.known = false; // hulls may be others
+  again_.known = again_.known && surfaces_known; // hulls may be others
   const std::int64_t n = contactors->count;
   name_carriers();
+  list_placed();
   centre.make_room(*scratch, n * dim);
   reach.make_room(*scratch, n);
   if (contactors->direction.active) direction.make_room(*scratch, n * (dim + 1));
   std::int64_t bad_centre = n, bad_reach = n;
   const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
   const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
-  in_slices(n, [&](std::int64_t first, std::int64_t last) {
+  const auto place_some = [&](std::int64_t first, std::int64_t last) {
     std::int64_t at_centre = -1, at_reach = -1;
     cairn_contactor_centres(dim, first, last, placed_on, position, offset != nullptr, offset, rotation != nullptr,
                             rotation, centre.data(), &at_centre);
@@ -249,6 +271,9 @@ void PlacedScene::place_contactors() {
       if (at_centre >= 0) bad_centre = std::min(bad_centre, at_centre);
       if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
     }
+  };
+  each_placed([&](std::int64_t begin, std::int64_t end) {
+    in_slices(end - begin, [&](std::int64_t first, std::int64_t last) { place_some(begin + first, begin + last); });
   });
   const std::int32_t carriers = mapped ? mapped->carriers() : 0;
   movable.make_room(*scratch, bodies->count + carriers);
@@ -286,23 +311,47 @@ void PlacedScene::place_hulls() {
   hull_place.make_room(*scratch, n);
   box.make_room(*scratch, 2 * dim * n);
   std::int64_t next = 0;
-  for (std::int64_t i = 0; i < n; ++i) {
-    hull_place[i] = next;
-    if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
-  }
+  each_placed([&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      hull_place[i] = next;
+      if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
+    }
+  });
   turned.make_room(*scratch, next);
   const auto place_some = [&](std::int64_t first, std::int64_t last, bool turns) {
     cairn_hull_place(dim, first, last, placed_on, hull, hull_place.data(), hulls.first_vertex.data(),
                      hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(), turns,
                      rotation, contactors->radius.values.data(), reach.data(), turned.data(), box.data());
   };
-  in_slices(n, [&](std::int64_t first, std::int64_t last) { place_some(first, last, rotation != nullptr); });
+  each_placed([&](std::int64_t begin, std::int64_t end) {
+    in_slices(end - begin, [&](std::int64_t first, std::int64_t last) {
+      place_some(begin + first, begin + last, rotation != nullptr);
+    });
+  });
   if (!mapped || !rotation) return;
   const std::vector<std::int32_t>& own = mapped->contactor; // their vertices are in space axes as they are
   for (std::size_t k = 0, end = 0; k < own.size(); k = end) {
     for (end = k + 1; end < own.size() && own[end] == own[end - 1] + 1; ++end) {}
     place_some(own[k], own[end - 1] + 1, false);
   }
+}
+
+double PlacedScene::into_body(std::int64_t body, const double* at, double* x) const {
+  constexpr double rounding = 0x1p-48; // a few units of the last place
+  const double* from = position + 3 * body;
+  double apart[3], size = 0;
+  for (int d = 0; d < 3; ++d) {
+    apart[d] = at[d] - from[d];
+    size += std::abs(at[d]) + std::abs(from[d]);
+  }
+  if (!rotation) {
+    std::copy_n(apart, 3, x);
+  } else {
+    const double* q = rotation + 4 * body;
+    const double back[4] = {q[0], -q[1], -q[2], -q[3]};
+    turn(back, apart, x);
+  }
+  return rounding * size;
 }
 
 void PlacedScene::from_centre(std::int32_t a, std::int32_t b, std::int32_t which, double* x) const {

@@ -25,8 +25,9 @@ public:
   const LawRules* rules = nullptr; // null: all may meet
   const double *position = nullptr, *rotation = nullptr;
   const MappedContactors* mapped = nullptr; // null: none
-  bool for_bonds = false, hulls_again = false;
-  double step = 0; // [s] in which bodies move by their velocities; 0: they do not move
+  bool for_bonds = false, hulls_again = false, hulls_later = false, surfaces_known = false;
+  bool facets_apart = false; // triangles are sought by trees in the axes of their bodies, and are not placed
+  double step = 0;           // [s] in which bodies move by their velocities; 0: they do not move
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;
@@ -44,6 +45,9 @@ public:
 
   void begin(const Bodies&, const Contactors&, const Cell&, const Margin&, const Configuration&, const LawRules*,
              Scratch&);
+  // Pairs with hulls are sought for calls of hulls_again alone, and have no contacts in this one. surfaces_known:
+  // contactors and their hulls are those of the last call.
+  void seek_hulls_later(bool surfaces_known);
   // Checks the scene and places its contactors; in hulls_again those of the hulls of these pairs alone.
   void place(const OrderedPairs& last);
   SearchedScene searched() const;
@@ -61,6 +65,13 @@ public:
     const std::int32_t place = mapped->place[std::size_t(contactor)];
     return place >= 0 && mapped->sides_start[std::size_t(place)] < mapped->sides_start[std::size_t(place) + 1];
   }
+  // Calls f(first, last) for the runs of contactors that are placed.
+  template <class F>
+  void each_placed(F&& f) const {
+    for (const auto& [first, last] : placed_runs_) f(first, last);
+  }
+  // Where a point in space is in the axes of a body of three dimensions [m]. Returns a bound on what is rounded off.
+  double into_body(std::int64_t body, const double* at, double* x) const;
   // Vector from the image of B that A sees to A [m].
   void from_centre(std::int32_t a, std::int32_t b, std::int32_t image, double* x) const;
   // From the centre of a contactor, turned: a vertex of its hull [m], and the normal of a face.
@@ -68,6 +79,7 @@ public:
   void normal_of(std::int32_t contactor, int face, double* normal) const;
 
 private:
+  void list_placed();
   void check() const;
   void check_cell() const;
   void name_carriers();
@@ -80,6 +92,7 @@ private:
   bool place_again(std::int64_t contactor);
   std::int64_t pose_number(std::int32_t body);
 
+  std::vector<std::pair<std::int64_t, std::int64_t>> placed_runs_;
   ScratchArray<std::int32_t> carrier_of_, placed_on_of_;
   // Places that last from call to call of hulls_again: those of bodies that do not move are not made anew.
   struct Again {

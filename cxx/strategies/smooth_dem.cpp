@@ -140,6 +140,7 @@ void SmoothDem::kick_and_drift(Simulation& s) {
     linear = std::max(linear, sums_[sums_of_tile * t]);
     spin = std::max(spin, sums_[sums_of_tile * t + 1]);
   }
+  s.report.way = h_ * std::sqrt(linear) / smallest_;
   s.advance_cell(h_);
   if (s.scene.cell.any()) s.wrap_into_cell();
   moved_ += (has_shaped_ ? farthest_way(s) : h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin))) + walls_move(s);

@@ -6,6 +6,15 @@
 #include "lanes.hpp"
 
 namespace cairn {
+namespace {
+
+constexpr auto in_turn = [] {
+  std::array<std::int32_t, NeighbourList::lanes> numbers{};
+  for (int i = 0; i < NeighbourList::lanes; ++i) numbers[std::size_t(i)] = i;
+  return numbers;
+}();
+
+} // namespace
 
 // Centres and directions of contactors, where they are not those of the bodies. sides: of triangles in contact too,
 // which find_shaped places otherwise.
@@ -82,11 +91,6 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
 
 // Bodies, or the pairs of the batch one after the other.
 SmoothDem::Target SmoothDem::target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const {
-  static constexpr auto in_turn = [] {
-    std::array<std::int32_t, NeighbourList::lanes> numbers{};
-    for (int i = 0; i < NeighbourList::lanes; ++i) numbers[std::size_t(i)] = i;
-    return numbers;
-  }();
   const int nd = s.scene.bodies.dofs();
   if (keeps_pushes) {
     double* push = &list.push[2 * batch.first * nd];
@@ -168,7 +172,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const int n = batch.count, nd = b.dofs();
   const EntryShape& shape = entries_[batch.entry];
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
-  const Target to = target_of(s, list, batch);
+  Target to = target_of(s, list, batch);
   if (to.other && !keeps_pushes) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
   if ((spheres_alone_ || clumps_) && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0)
@@ -211,6 +215,13 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
                                             energy);
   clear_pushes(to, w.lane, count, nd);
+  // Force and moment of a pair reach its bodies together, so that sums do not depend on where batches begin.
+  const Target bodies = to;
+  const bool together = shape.turns && !keeps_pushes;
+  if (together) {
+    to = {in_turn.data(), w.push, w.push + std::int64_t(n) * nd};
+    std::fill_n(w.push, std::int64_t(n) * nd, 0.0);
+  }
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
       w.state, stored, &list.force[p * dim_], to.force, to.other);
@@ -221,6 +232,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   if (shape.turns)
     cairn_smooth_moments(dim_, n, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], to.force, to.other);
+  if (together) add_pushes(list, batch, count, nd, w, bodies);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (b.stretch.active) sums[14] += growth_work(s, list, batch, count, w);
   if (sheared) add_cell_forces(s, list, batch, count, m, w, sums);
@@ -228,6 +240,19 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
     for (int k = 0; k < dim_; ++k)
       sums[13] += h * list.force[(p + w.lane[i] - 1) * dim_ + k] * w.jump[k * n + w.lane[i] - 1];
   if (energy) keep_loss(list, batch, count, m, w);
+}
+
+// Adds what the pairs of a batch exert to their bodies; what acts on a body of another tile goes to `to.other`.
+void SmoothDem::add_pushes(const NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, int dofs,
+                           const Lanes& w, const Target& to) const {
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    const double *on_a = w.push + l * dofs, *on_b = w.push + (batch.count + l) * dofs;
+    double* a = to.force + std::int64_t(list.body_a[batch.first + l]) * dofs;
+    double* b = to.other ? to.other + l * dofs : to.force + std::int64_t(list.body_b[batch.first + l]) * dofs;
+    for (int k = 0; k < dofs; ++k) a[k] += on_a[k];
+    for (int k = 0; k < dofs; ++k) b[k] += on_b[k];
+  }
 }
 
 // Work of surfaces that grew after the last step against the forces of their contacts.

@@ -1,6 +1,7 @@
 // The neighbour list: when it is rebuilt, and how contact memory passes from the old one.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../../base/call.hpp"
 #include "../../contactors/shapes.hpp"
@@ -45,7 +46,7 @@ SmoothDem::~SmoothDem() = default;
 
 // The list is made anew, and so are the forces where places changed.
 void SmoothDem::changed(Simulation& s, bool places) {
-  list_.valid = false;
+  list_.valid = surfaces_known_ = false;
   if (!places) return;
   forces_known_ = false;
   forget_histories(s);
@@ -165,12 +166,15 @@ void SmoothDem::make_list(Simulation& s) {
   walls_.clear();
   placed_.clear();
   widest_ = arm_ = farthest_ = 0;
+  smallest_ = std::numeric_limits<double>::infinity();
   centred_ = !c.offset.active && c.count == b.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
     if (!is_facet(s, k)) {
       if (placed_.empty() || placed_.back().second != k) placed_.emplace_back(k, k);
       placed_.back().second = k + 1;
+      const double size = info(shape).ball() ? *c.radius[k] : c.size(std::int32_t(k));
+      if (info(shape).bounded && size > 0) smallest_ = std::min(smallest_, size);
     }
     grain_[2 * k] = curvature(c, std::int32_t(k));
     centred_ = centred_ && *c.body[k] == k;
@@ -207,7 +211,7 @@ void SmoothDem::make_list(Simulation& s) {
   margin.constant = reach + skin();
   s.handler.declared().clear();
   if (has_shaped_)
-    search_shapes(s, margin);
+    search_shapes(s, margin.constant);
   else
     s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
   lay_out(s, found_, false, list_);
@@ -399,6 +403,7 @@ void SmoothDem::recall(const Simulation& s) {
 }
 
 void SmoothDem::restore(Simulation&, ContactMemory memory) {
+  surfaces_known_ = false;
   memory_ = std::move(memory);
   contactors_seen_ = memory_.contactors_seen;
   lost_.clear();

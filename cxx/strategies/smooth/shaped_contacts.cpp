@@ -34,6 +34,7 @@ void SmoothDem::look_at_shapes(const Simulation& s) {
   if (std::int64_t(ids_.size()) == c.count && list_.order_version == s.scene.order_version() &&
       list_.contactor_id == c.id.values)
     return; // the order of the last list
+  surfaces_known_ = false;
   ids_.resize(c.count);
   for (std::int64_t k = 0; k < c.count; ++k) ids_[k] = {*c.id[k], *c.body[k]};
   std::sort(ids_.begin(), ids_.end());
@@ -65,9 +66,10 @@ double SmoothDem::farthest_way(const Simulation& s) const {
   return h_ * most;
 }
 
-void SmoothDem::search_shapes(Simulation& s, const Margin& margin) {
-  shapes_handler_.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, found_, {}, nullptr,
-                         &s.laws.rules());
+void SmoothDem::search_shapes(Simulation& s, double margin) {
+  const bool known = surfaces_known_ && !s.scene.bodies.stretch.active; // bodies that grow have other hulls
+  surfaces_known_ = true;
+  shaped_pairs_.search(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.laws.rules(), known, found_);
 }
 
 void SmoothDem::find_shaped(Simulation& s) {
@@ -84,12 +86,9 @@ void SmoothDem::find_shaped(Simulation& s) {
     shaped_before_.state_components = states_;
   }
   const ContactMemory& before = known ? shaped_before_ : memory_;
-  Margin margin{};
-  for (const EntryShape& e : entries_) margin.constant = std::max(margin.constant, e.reach);
-  Configuration again;
-  again.hulls_again = true;
-  shapes_handler_.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, shaped_found_, again, nullptr,
-                         &s.laws.rules());
+  double margin = 0;
+  for (const EntryShape& e : entries_) margin = std::max(margin, e.reach);
+  shaped_pairs_.contacts(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.laws.rules(), shaped_found_);
   lay_out(s, shaped_found_, true, shaped_);
   shaped_.valid = true;
   if (!centred_) place_sides(s);

@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 
+#include "../../detection/shaped_pairs.hpp"
 #include "../../simulation/simulation.hpp"
 #include "../../simulation/strategy.hpp"
 #include "cairn/core.h"
@@ -152,7 +153,7 @@ private:
   // Contacts of polygons, polyhedra, surfaces and round shapes: see shaped_contacts.cpp.
   void look_at_shapes(const Simulation& s);
   void find_shaped(Simulation& s);
-  void search_shapes(Simulation& s, const Margin& margin);
+  void search_shapes(Simulation& s, double margin);
   void pass_on_springs(const ContactMemory& before);
   double farthest_way(const Simulation& s) const;
   void shaped_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
@@ -185,6 +186,8 @@ private:
   double kinetic_of(const Simulation& s) const;
   int sphere_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, const Target& to, Lanes& w,
                     double h, double* sums);
+  void add_pushes(const NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, int dofs,
+                  const Lanes& w, const Target& to) const;
   Target target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const;
   void clear_pushes(const Target& to, const std::int32_t* lane, int count, int components) const;
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
@@ -255,12 +258,13 @@ private:
   bool turns_ = false;                             // some law gives moments
   bool has_shaped_ = false, lone_spheres_ = false; // lone: each sphere is the only contactor of its body, at its centre
   Array<double> body_arm_;                         // from a body to its farthest point, beside lone balls [m]
+  bool surfaces_known_ = false;                    // contactors and their hulls are those of the last list
   ContactMemory shaped_before_;
   NeighbourList shaped_;
   Candidates shaped_found_;
   Array<std::int32_t> shaped_place_;
   Scratch shaped_scratch_;
-  InteractionHandler shapes_handler_;                       // keeps the pairs of shapes from one list to the next
+  detection::ShapedPairs shaped_pairs_;
   std::vector<std::pair<std::int64_t, std::int32_t>> ids_;  // of contactors, rising, with their bodies
   std::vector<std::pair<std::int64_t, std::int32_t>> ends_; // contacts that have ended, by the id of A
   std::vector<std::uint8_t> ended_;
@@ -277,6 +281,7 @@ private:
   bool clumps_ = false;             // so they may, but records are of contactors, which stand beside their bodies
   Array<double> record_, body_radius_;
   Array<double> offset_; // of contactors from their bodies in space axes, if they have records [m]
+  double smallest_ = 0;  // size of a bounded contactor [m]
   double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
   std::vector<std::unique_ptr<Lanes>> lanes_;
 };

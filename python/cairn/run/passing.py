@@ -76,14 +76,21 @@ class Flights:
     def _may_pass(self, simulation, info, flight, h):
         """Cheap bound: False if no body moves by more than its size during `flight` [s], and none without a size moves."""
         if info.get("way", 0.0) > 0:
-            core = core_of(simulation)
-            thin = self._thin if self._of == (core.body_count, core.order_version) else [0]
-            moves = info["way"] * flight > h
-            return moves or (len(thin) > 0 and np.any(core.scene.body("velocity")[thin]))
+            return info["way"] * flight > h or self._thin_may_pass(simulation, flight)
         if not len(simulation.bodies):
             return False
         few = len(simulation.bodies) <= FEW
         return few or simulation.steps % SELDOM == 0
+
+    def _thin_may_pass(self, simulation, flight):
+        """True if a body without a size moves by more than the size of the smallest body; one that turns on the spot does not."""
+        core = core_of(simulation)
+        known = self._of == (core.body_count, core.order_version)
+        thin = self._thin if known else [0]
+        if not len(thin):
+            return False
+        ways = flight * np.linalg.norm(core.scene.body("velocity")[thin][:, : simulation.scene.dim], axis=1)
+        return bool(np.any(ways > (self._placed.thickness[thin] if known and self._placed is not None else 0)))
 
 
 class _Shapes:
