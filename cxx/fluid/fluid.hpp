@@ -114,6 +114,11 @@ public:
   std::array<double, 6> force_on(std::int64_t body) const; // mean of the last step, torque about its centre [N, N m]
   // On the nodes of a mesh, by the id of its first one (dim, nodes) [N]; empty: the liquid does not meet it.
   std::vector<double> forces_on_mesh(std::int64_t first_node) const { return skins_.forces(first_node); }
+  // Gauges at a place (3) relative to the origin of the scene: the mean pressure about it, with what gravity adds from
+  // particles to it, 0 where there is no liquid [Pa]; height against gravity, or along the last axis, to which half of
+  // space is filled above or below it, NaN where no liquid is [m].
+  double pressure_at(const Scene& scene, const double* place) const;
+  double level_at(const Scene& scene, const double* place) const;
   double stable_step(const Scene& scene) const; // of a sub-step [s]
   double surface_energy() const;                // of surface tension [J]
 

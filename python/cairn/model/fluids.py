@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import _core
 from ..base import checks
 from ..base.materials import Material
 from ..names import meant
@@ -414,18 +415,13 @@ def sound_speed_of(fluids, gravity, periodic, inflow=()):
         If nothing tells a speed.
     """
     position, velocity = (np.concatenate([getattr(f, name) for f in fluids]) for name in ("position", "velocity"))
-    pull = float(np.linalg.norm(gravity))
-    height = 0.0
-    if pull > 0:
-        along = position @ (gravity / pull)
-        height = float(np.ptp(along)) + fluids[0].spacing
-    half = 0.5 * max(float(np.min(np.ptp(position, axis=0))), fluids[0].spacing)  # radius of a drop of that size
-    capillary = 2 * fluids[0].surface_tension / (fluids[0].density * half)
-    square = max(float(np.max(np.sum(v**2, axis=1))) for v in (velocity, inflow) if len(v))
-    speed = math.sqrt(2 * pull * height + square + capillary)
+    velocity = np.concatenate([velocity, np.reshape(inflow, (-1, velocity.shape[1]))])
+    first = fluids[0]
+    settings = {"spacing": first.spacing, "density": first.density, "surface_tension": first.surface_tension}
+    speed = _core.natural_sound_speed(first.dim, settings, position, velocity, np.asarray(gravity, float))
     if not speed > 0:
         raise ValueError(
             "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity tells how fast it will "
             "flow: give cn.fluid(sound_speed=...), ten times the greatest speed [m/s]"
         )
-    return 10 * speed
+    return speed

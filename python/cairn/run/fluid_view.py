@@ -107,6 +107,58 @@ class FluidView:
         out[: len(found)] = found
         return out.reshape(named[0].body.points.shape)
 
+    def pressure_at(self, places):
+        """Gives the mean pressure of the liquid about places, with what gravity adds from particles to the place.
+
+        Parameters
+        ----------
+        places : array_like (n, dim)
+            Places of gauges [m].
+
+        Returns
+        -------
+        ndarray (n,)
+            Pressures, 0 where there is no liquid [Pa].
+
+        Raises
+        ------
+        ValueError
+            If places are not finite, or not of this dimension.
+        """
+        return _core.fluid_pressure_at(self._core, self._places(places))
+
+    def level_at(self, places):
+        """Gives the height of the free surface above or below places: the highest one to which half of space is filled, by
+        the sum of the kernel.
+
+        Parameters
+        ----------
+        places : array_like (n, dim)
+            Places of gauges [m].
+
+        Returns
+        -------
+        ndarray (n,)
+            Heights against gravity, along the last axis without gravity; NaN where there is no liquid [m].
+
+        Raises
+        ------
+        ValueError
+            If places are not finite, or not of this dimension.
+        """
+        gravity, origin = self._running._gravity(), self._simulation.scene.origin
+        size = np.linalg.norm(gravity)
+        up = -gravity / size if size > 0 else np.eye(len(gravity))[-1]
+        return _core.fluid_level_at(self._core, self._places(places)) + float(up @ origin)
+
+    def _places(self, places):
+        """Places of gauges as the core takes them."""
+        scene = self._simulation.scene
+        places = checks.reals("places", places)
+        if places.ndim != 2 or places.shape[1] != scene.dim or not np.all(np.isfinite(places)):
+            raise ValueError(f"places have shape {places.shape}: give finite ones, (n, {scene.dim}) [m]")
+        return np.ascontiguousarray(np.pad(places - scene.origin, ((0, 0), (0, 3 - scene.dim))))
+
     def energy(self):
         """Gives the energy of the liquid.
 
