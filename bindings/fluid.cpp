@@ -179,6 +179,8 @@ py::dict report(Simulation& s) {
   out["residual"] = f.report.residual;
   out["drag_loss"] = f.report.drag_loss;
   out["volume"] = f.report.volume;
+  out["volume_begin"] = f.volume_begin();
+  out["back_flow"] = f.back_flow();
   out["came_in"] = f.passed()[0];
   out["left"] = f.passed()[1];
   out["surface_energy"] = f.surface_energy();

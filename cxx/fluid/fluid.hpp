@@ -85,7 +85,11 @@ public:
   // Open ends, for the weakly compressible form; lane_of: number of the lane of each particle, -1: in the liquid.
   void set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of);
   bool has_ends() const { return ends_ != nullptr; }
-  std::array<double, 2> passed() const;   // masses that came in and left since the start [kg]
+  std::array<double, 2> passed() const; // masses that came in and left since the start [kg]
+  std::int64_t back_flow() const;       // particles of the liquid that stand in an inflow
+  double volume_begin() const {
+    return volume_begin_.empty() ? 0 : volume_begin_[0];
+  }                                       // report.volume of the first step
   std::vector<std::int32_t> ends() const; // 1 and more: in that lane of an inflow, -1 and less: in that outflow (n)
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
@@ -153,6 +157,7 @@ public:
     f("contact", contact_);
     f("contact_before", contact_before_);
     f("pose_listed", pose_listed_);
+    f("volume_begin", volume_begin_);
     if (!mass_.empty()) {
       f("mass", mass_);
       f("solid", solid_);
@@ -270,6 +275,7 @@ private:
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
   std::vector<std::int32_t> end_;       // see ends (n), none without open ends
+  std::vector<double> volume_begin_;    // see volume_begin (1)
   std::vector<double> passed_;          // particles that came in and left since the start (2)
   std::vector<double> mass_, solid_;    // beside grains (n)
   std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)

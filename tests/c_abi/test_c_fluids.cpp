@@ -105,6 +105,12 @@ TEST_F(CFluid, a_grain_sinks_by_drag_and_a_checkpoint_goes_on_to_the_same_bits) 
   ASSERT_EQ(cairn_simulation_restart(simulation, file.c_str(), &error), 0) << error.message;
   steps(20, 2e-3);
   EXPECT_EQ(particle_field("velocity"), once);
+  cairn_simulation_destroy(simulation);
+  simulation = nullptr;
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 0, nullptr, nullptr, nullptr, &error), 0);
+  start();
+  EXPECT_NE(cairn_simulation_restart(simulation, file.c_str(), &error), 0);
+  EXPECT_NE(std::string(error.message).find("has a fluid"), std::string::npos) << error.message;
   std::filesystem::remove(file);
 }
 

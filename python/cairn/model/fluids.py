@@ -251,6 +251,30 @@ def fluid(
     n, dim = position.shape
     if given:
         _refuse_coincident(position, spacing)
+    speed, pressure = _motion(n, dim, velocity, pressure)
+    viscosity = _not_negative("viscosity", viscosity)
+    artificial, incompressible, surface_tension, smoothing = _checked_options(
+        artificial, incompressible, surface_tension, smoothing
+    )
+    return Fluid(
+        name,
+        position,
+        speed,
+        pressure,
+        spacing,
+        density,
+        viscosity,
+        None if sound_speed is None else checks.positive("sound_speed", sound_speed),
+        smoothing,
+        artificial,
+        given,
+        incompressible,
+        surface_tension,
+    )
+
+
+def _motion(n, dim, velocity, pressure):
+    """Velocities (n, dim) [m/s] and pressures (n,) [Pa], or None, at the start."""
     speed = np.zeros((n, dim))
     if velocity is not None:
         velocity = checks.reals("velocity", velocity)
@@ -264,33 +288,24 @@ def fluid(
         pressure = np.broadcast_to(pressure, (n,)).copy()
     if not (np.all(np.isfinite(speed)) and (pressure is None or np.all(np.isfinite(pressure)))):
         raise ValueError("velocity or pressure of the fluid holds a number that is not finite: give finite ones")
-    viscosity = _not_negative("viscosity", viscosity)
-    artificial = _not_negative("artificial", artificial)
-    if incompressible and artificial > 0:
+    return speed, pressure
+
+
+def _checked_options(artificial, incompressible, surface_tension, smoothing):
+    """Artificial viscosity, form, surface tension and smoothing, if they go together."""
+    artificial, surface_tension = (
+        _not_negative(name, value) for name, value in (("artificial", artificial), ("surface_tension", surface_tension))
+    )
+    if checks.flag("incompressible", incompressible) and artificial > 0:
         raise ValueError(f"artificial is {artificial:g}, which damps sound, and an incompressible fluid has none: leave it out")
-    surface_tension = _not_negative("surface_tension", surface_tension)
-    if checks.flag("incompressible", incompressible) and surface_tension > 0:
+    if incompressible and surface_tension > 0:
         raise ValueError(
             f"surface_tension is {surface_tension:g}, and the incompressible fluid has none: leave out incompressible, or it"
         )
     smoothing = checks.number("smoothing", smoothing)
     if not 1.0 <= smoothing <= 3.0:
         raise ValueError(f"smoothing is {smoothing:g}: give a value in [1, 3]; below, particles have too few neighbours")
-    return Fluid(
-        name,
-        position,
-        speed,
-        pressure,
-        spacing,
-        density,
-        viscosity,
-        None if sound_speed is None else checks.positive("sound_speed", sound_speed),
-        smoothing,
-        artificial,
-        given,
-        bool(incompressible),
-        surface_tension,
-    )
+    return artificial, bool(incompressible), surface_tension, smoothing
 
 
 MOST = 5_000_000  # particles of a region

@@ -51,7 +51,8 @@ class FluidView:
     @property
     def info(self):
         """Numbers of the last step: sub_steps, lists, speed [m/s], compression, volume over that of the mass at rest, neighbours,
-        stable_step [s], drag_loss: energy that drag of grains took [J], came_in and left: mass by open ends since the start [kg],
+        volume_begin: volume after the first step, stable_step [s], drag_loss: energy that drag of grains took [J], came_in and
+        left: mass by open ends since the start [kg], back_flow: particles of the liquid that stand in an inflow,
         surface_energy [J], bytes."""
         return _core.fluid_report(self._core)
 
@@ -179,12 +180,14 @@ class FluidView:
             **surface,
         }
 
-    def _grain_fields(self):
-        return ("porosity",) if len(self._running.grains) else ()
+    def _fields_of_scene(self):
+        """Fields that only scenes with grains or open ends have."""
+        ends = ("end",) if self._simulation.scene.fluid_ends else ()
+        return (*(("porosity",) if len(self._running.grains) else ()), *ends)
 
     def snapshot(self):
         """Fields of an output, by name."""
-        names = ("position", "velocity", "pressure", "density", *self._grain_fields())
+        names = ("position", "velocity", "pressure", "density", *self._fields_of_scene())
         return {name: np.array(getattr(self, name)) for name in names}
 
     def lines(self):
