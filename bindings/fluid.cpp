@@ -1,4 +1,5 @@
 #include "fluid/fluid.hpp"
+#include "fluid/fluid_draft.hpp"
 #include "simulation/simulation.hpp"
 
 #include "alone.hpp"
@@ -137,6 +138,19 @@ py::array line(const std::vector<T>& values) {
   return py::array_t<T>(py::ssize_t(values.size()), values.data());
 }
 
+// Calls gauge(place) for places (n, 3) relative to the origin of the scene.
+template <class Gauge>
+py::array at_places(const Input<double>& place, Gauge&& gauge) {
+  std::vector<double> found(std::size_t(place.size() / 3));
+  for (std::size_t i = 0; i < found.size(); ++i) found[i] = gauge(place.data() + 3 * i);
+  return line(found);
+}
+
+py::tuple points_in_ball(int dim, double radius, double spacing, int layers, bool hollow) {
+  const cairn::SurfacePoints made = cairn::points_in_ball(dim, radius, spacing, layers, hollow);
+  return py::make_tuple(rows(made.place, 3, dim), rows(made.normal, 3, dim), line(made.depth), line(made.volume));
+}
+
 py::object field(Simulation& s, const std::string& name) {
   cairn::Fluid& f = fluid_of(s);
   if (name == "position") return rows(f.position(), 3, s.scene.dim);
@@ -165,6 +179,8 @@ py::dict report(Simulation& s) {
   out["residual"] = f.report.residual;
   out["drag_loss"] = f.report.drag_loss;
   out["volume"] = f.report.volume;
+  out["volume_begin"] = f.volume_begin();
+  out["back_flow"] = f.back_flow();
   out["came_in"] = f.passed()[0];
   out["left"] = f.passed()[1];
   out["surface_energy"] = f.surface_energy();
@@ -198,4 +214,16 @@ void bind_fluid(py::module_& m) {
   m.def("fluid_mesh_forces",
         [](Simulation& s, std::int64_t first_node) { return line(fluid_of(s).forces_on_mesh(first_node)); });
   m.def("fluid_force", [](Simulation& s, std::int64_t body) { return fluid_of(s).force_on(body); });
+  m.def("fluid_pressure_at", [](Simulation& s, const Input<double>& place) {
+    return at_places(place, [&](const double* at) { return fluid_of(s).pressure_at(s.scene, at); });
+  });
+  m.def("fluid_level_at", [](Simulation& s, const Input<double>& place) {
+    return at_places(place, [&](const double* at) { return fluid_of(s).level_at(s.scene, at); });
+  });
+  m.def("fluid_points_in_ball", &points_in_ball);
+  m.def("natural_sound_speed", [](int dim, const py::dict& settings, const Input<double>& position,
+                                  const Input<double>& velocity, const Input<double>& gravity) {
+    const auto span = [](const Input<double>& a) { return std::span<const double>(a.data(), std::size_t(a.size())); };
+    return cairn::natural_sound_speed(dim, settings_of(settings), span(position), span(velocity), span(gravity));
+  });
 }

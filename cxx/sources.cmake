@@ -10,6 +10,7 @@ set(CAIRN_CXX_SOURCES
   api/contacts.cpp
   api/controls.cpp
   api/files.cpp
+  api/fluids.cpp
   api/frames.cpp
   api/hulls.cpp
   api/joints.cpp
@@ -174,7 +175,9 @@ set(CAIRN_CXX_SOURCES
   couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
+  fluid/fluid_draft.cpp
   fluid/fluid_ends.cpp
+  fluid/fluid_gauges.cpp
   fluid/fluid_grains.cpp
   fluid/fluid_implicit.cpp
   fluid/fluid_skins.cpp

@@ -15,6 +15,7 @@ module cairn
   use cairn_ranks
   use cairn_transforms
   use cairn_networks
+  use cairn_fluids
   use cairn_problems
   use cairn_files
   implicit none

@@ -2,7 +2,7 @@
 !> The pressure force is the adjoint of the divergence. A compact Laplacian filters the null modes of both.
 !> A wall has mirrored velocities, so that the adjoint has the pressure of the particle there, and momentum is kept exactly.
 module fluid_pressure
-  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_float, c_int32_t, c_int64_t, c_int8_t, c_ptr
   use fluid_view, only: add_square, cairn_fluid, cross, fluid, invert, open_fluid, wall_points, wall_points_of
   implicit none
   private
@@ -22,7 +22,8 @@ module fluid_pressure
     integer :: dim
     integer(c_int64_t), pointer, contiguous :: first(:), first_wall(:)
     integer(c_int32_t), pointer, contiguous :: used(:), near(:), used_wall(:), wall_body(:), body_of_point(:), body_of_plane(:)
-    real(c_double), pointer, contiguous :: pair(:, :), wall(:, :), centre(:, :), shape(:, :)
+    real(c_float), pointer, contiguous :: pair(:, :)
+    real(c_double), pointer, contiguous :: wall(:, :), centre(:, :), shape(:, :)
   end type rows
 contains
 
@@ -76,8 +77,8 @@ contains
         n = n + 1
         g = -v%scale*t**3*given%volume
         to%near(n) = j - 1
-        to%pair(1:to%dim, n) = g*r(1:to%dim)
-        to%pair(to%dim + 1, n) = -g
+        to%pair(1:to%dim, n) = real(g*r(1:to%dim), c_float)
+        to%pair(to%dim + 1, n) = real(-g, c_float)
         spread = spread - g*d**2
         call add_square(second, -g, r)
         beside = max(beside, int(v%open(j)))

@@ -14,6 +14,7 @@
 #include "../base/call.hpp"
 #include "../base/fastest.hpp"
 #include "../files/file_error.hpp"
+#include "../fluid/fluid_draft.hpp"
 #include "../scene/mesh_parts.hpp"
 #include "../strategies/options.hpp"
 #include "../strategies/reshape_watches.hpp"
@@ -42,6 +43,7 @@ struct cairn_scene {
   cairn::Scene scene;
   cairn_matter matter{};
   std::vector<cairn::MeshModel> meshes{};
+  cairn::FluidDraft fluid{}; // without particles: no liquid
 };
 
 struct cairn_simulation {
@@ -58,6 +60,7 @@ struct cairn_simulation {
   std::string fingerprint;                           // of the scene that it was made of
   bool restarted = false;                            // from a checkpoint
   std::map<std::string, std::int64_t> last_output{}; // its step, by the path of the run that it was written to
+  cairn::FluidDraft fluid{};                         // of the scene, for bodies that come in
 };
 
 struct cairn_mesh {
@@ -153,6 +156,7 @@ inline void copy_text(const std::string& from, std::int64_t capacity, char* text
   std::snprintf(text, std::size_t(capacity), "%s", from.c_str());
 }
 
+void check_word(const cairn_scene& scene, const std::string& word); // a material, a group or "*"
 void check_materials(std::int64_t n, const std::int32_t* material, std::size_t known);
 std::int64_t add_bodies(Scene& scene, std::int64_t n, const double* position, const double* rotation,
                         const double* velocity, const double* mass, const double* inertia);
@@ -166,6 +170,8 @@ bool is_load(const std::string& field);
 void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
                     const double* values);
 LawTable table_of(const cairn_matter& matter, int dim);
+void start_fluid(cairn_simulation& simulation); // that of its draft
+void renew_fluid(cairn_simulation& simulation); // contactors came in
 MeshBody& mesh_of(cairn_simulation& simulation, std::int32_t mesh);
 
 } // namespace cairn::api

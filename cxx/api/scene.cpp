@@ -64,6 +64,10 @@ bool of_sides(const cairn_matter& matter, int dim, const std::string& group) {
                      [&](const std::string& name) { return cairn::side_group(name, dim) == group; });
 }
 
+} // namespace
+
+namespace cairn::api {
+
 void check_word(const cairn_scene& scene, const std::string& word) {
   if (word == "*") return;
   std::string known = "*";
@@ -74,10 +78,6 @@ void check_word(const cairn_scene& scene, const std::string& word) {
     }
   throw Error("there is no material and no group '" + word + "'; there are " + known);
 }
-
-} // namespace
-
-namespace cairn::api {
 
 void check_materials(std::int64_t n, const std::int32_t* material, std::size_t known) {
   for (std::int64_t i = 0; i < counted(n); ++i)

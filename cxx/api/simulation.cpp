@@ -167,6 +167,9 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     }
     made->simulation.strategy().check_scene(made->simulation);
     made->transforms.came_in(made->simulation.scene);
+    made->fluid = scene->fluid;
+    made->fluid.settings.threads = chosen.threads;
+    start_fluid(*made);
     given.stay();
     *simulation = made.release();
   });
@@ -333,6 +336,7 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
     check_materials(n, material, simulation->matter.materials.size());
     const auto id =
         add_contactors(simulation->simulation.scene, shape, n, body, material, radius, offset, direction, hull);
+    renew_fluid(*simulation);
     if (first) *first = id;
   });
 }

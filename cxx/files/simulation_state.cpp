@@ -205,11 +205,12 @@ void take_fluid(Fluid& fluid, const StoredValue& tree) {
   std::size_t particles = 0; // of the state: with open ends it may have more or less than there are now
   fluid.each_state_array([&](const char* name, auto& values) {
     using T = typename std::decay_t<decltype(values)>::value_type;
-    std::vector<T> stored = numbers_of<T>(tree.at(name).array, name);
     const std::string_view of = name;
+    if (of == "volume_begin" && !tree.find(name)) return; // a file of before it was kept
+    std::vector<T> stored = numbers_of<T>(tree.at(name).array, name);
     if (of == "position") particles = stored.size() / 3;
     const std::size_t due = fluid.has_ends() && of_a_particle(of) > 0 ? of_a_particle(of) * particles : values.size();
-    if (stored.size() != due && of != "listed")
+    if (stored.size() != due && of != "listed" && of != "volume_begin")
       throw std::invalid_argument("the fluid has " + std::to_string(stored.size()) + " numbers of " + name + ", and " +
                                   std::to_string(due) + " are due");
     values = std::move(stored);
@@ -342,6 +343,10 @@ StoredValue state_of(Simulation& s) {
 
 void take_state(Simulation& s, const StoredValue& state) {
   if (const auto as_now = state_as_now(state, s.scene)) return take_state(s, *as_now);
+  const StoredValue* liquid = state.find("fluid");
+  if ((liquid != nullptr) != (s.fluid != nullptr))
+    throw std::invalid_argument(liquid ? "it has a fluid, and this scene has none: give the scene its fluid"
+                                       : "it has no fluid, and this scene has one: restart the scene without it");
   const StoredValue &scene = state.tree("scene"), &energy = state.tree("energy");
   take_fields(s.scene.bodies, scene.tree("bodies"));
   Bodies& bodies = s.scene.bodies; // files of before the last step but one was kept
@@ -373,7 +378,7 @@ void take_state(Simulation& s, const StoredValue& state) {
   s.time = state.real("time");
   take_meshes(s, state.find("meshes"));
   if (const StoredValue* given = state.find("networks"); given && s.networks) take_networks(*s.networks, *given);
-  if (const StoredValue* given = state.find("fluid"); given && s.fluid) take_fluid(*s.fluid, *given);
+  if (liquid) take_fluid(*s.fluid, *liquid);
 }
 
 std::string fingerprint(const Scene& scene) {

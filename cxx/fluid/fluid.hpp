@@ -85,7 +85,11 @@ public:
   // Open ends, for the weakly compressible form; lane_of: number of the lane of each particle, -1: in the liquid.
   void set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of);
   bool has_ends() const { return ends_ != nullptr; }
-  std::array<double, 2> passed() const;   // masses that came in and left since the start [kg]
+  std::array<double, 2> passed() const; // masses that came in and left since the start [kg]
+  std::int64_t back_flow() const;       // particles of the liquid that stand in an inflow
+  double volume_begin() const {
+    return volume_begin_.empty() ? 0 : volume_begin_[0];
+  }                                       // report.volume of the first step
   std::vector<std::int32_t> ends() const; // 1 and more: in that lane of an inflow, -1 and less: in that outflow (n)
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
@@ -114,6 +118,11 @@ public:
   std::array<double, 6> force_on(std::int64_t body) const; // mean of the last step, torque about its centre [N, N m]
   // On the nodes of a mesh, by the id of its first one (dim, nodes) [N]; empty: the liquid does not meet it.
   std::vector<double> forces_on_mesh(std::int64_t first_node) const { return skins_.forces(first_node); }
+  // Gauges at a place (3) relative to the origin of the scene: the mean pressure about it, with what gravity adds from
+  // particles to it, 0 where there is no liquid [Pa]; height against gravity, or along the last axis, to which half of
+  // space is filled above or below it, NaN where no liquid is [m].
+  double pressure_at(const Scene& scene, const double* place) const;
+  double level_at(const Scene& scene, const double* place) const;
   double stable_step(const Scene& scene) const; // of a sub-step [s]
   double surface_energy() const;                // of surface tension [J]
 
@@ -148,6 +157,7 @@ public:
     f("contact", contact_);
     f("contact_before", contact_before_);
     f("pose_listed", pose_listed_);
+    f("volume_begin", volume_begin_);
     if (!mass_.empty()) {
       f("mass", mass_);
       f("solid", solid_);
@@ -265,6 +275,7 @@ private:
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
   std::vector<std::int32_t> end_;       // see ends (n), none without open ends
+  std::vector<double> volume_begin_;    // see volume_begin (1)
   std::vector<double> passed_;          // particles that came in and left since the start (2)
   std::vector<double> mass_, solid_;    // beside grains (n)
   std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)

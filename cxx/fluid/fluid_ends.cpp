@@ -15,6 +15,12 @@ struct Fluid::Ends {
   std::vector<FluidOutflow> outflows;
   std::vector<std::int32_t> front; // the particle of each lane that is farthest on; -1: none
   std::vector<double> density;     // before each lane [kg/m3]
+  struct Buffer {                  // lanes that end on one plane, and what they fill across it
+    std::int32_t axis;
+    double sign, face, length;
+    std::array<double, 3> low, high;
+  };
+  std::vector<Buffer> buffers;
 };
 
 namespace {
@@ -41,6 +47,40 @@ void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::
   end_.assign(density_.size(), 0);
   for (std::size_t i = 0; i < lane_of.size() && i < end_.size(); ++i) end_[i] = lane_of[i] + 1;
   passed_.assign(2, 0.0);
+  const FluidLanes& l = ends_->lanes;
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (end_[i] <= 0) continue;
+    const auto lane = std::size_t(end_[i] - 1);
+    auto of = std::find_if(ends_->buffers.begin(), ends_->buffers.end(), [&](const Ends::Buffer& b) {
+      return b.axis == l.axis[lane] && b.sign == l.sign[lane] && b.face == l.face[lane];
+    });
+    const std::array<double, 3> x = {position_[3 * i], position_[3 * i + 1], position_[3 * i + 2]};
+    if (of == ends_->buffers.end())
+      of = ends_->buffers.insert(of, {l.axis[lane], l.sign[lane], l.face[lane], l.length[lane], x, x});
+    for (std::size_t c = 0; c < 3; ++c) {
+      of->low[c] = std::min(of->low[c], x[c]);
+      of->high[c] = std::max(of->high[c], x[c]);
+    }
+  }
+}
+
+std::int64_t Fluid::back_flow() const {
+  std::int64_t many = 0;
+  if (!ends_) return many;
+  const double dx = settings.spacing;
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if (end_[i] != 0) continue;
+    for (const Ends::Buffer& b : ends_->buffers) {
+      const double behind = b.face - b.sign * position_[3 * i + std::size_t(b.axis)];
+      bool beside = behind < dx || behind > b.length;
+      for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
+        const double x = position_[3 * i + c];
+        beside = beside || (std::int32_t(c) != b.axis && (x < b.low[c] - 0.5 * dx || x > b.high[c] + 0.5 * dx));
+      }
+      many += !beside;
+    }
+  }
+  return many;
 }
 
 // Before a step, which would otherwise be made in part: one particle at most comes in along a lane.

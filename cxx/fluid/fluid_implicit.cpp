@@ -22,7 +22,8 @@ struct Fluid::Implicit {
   PressureSolver solver;
   std::vector<std::int64_t> first_wall;
   std::vector<std::int32_t> used, near, used_wall, wall_body;
-  std::vector<double> pair, wall, centre, shape, load;
+  std::vector<float> pair;
+  std::vector<double> wall, centre, shape, load;
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
@@ -280,10 +281,10 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
     double whole[3] = {}, square = 0, bent = 0;
     const std::size_t wide = std::size_t(dim_ + 1);
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k) {
-      const double* g = &s.pair[wide * std::size_t(k)];
+      const float* g = &s.pair[wide * std::size_t(k)];
       for (int c = 0; c < dim_; ++c) {
         whole[c] += g[c];
-        square += g[c] * g[c];
+        square += double(g[c]) * g[c];
       }
       if (s.filtered[i] && s.filtered[std::size_t(s.near[std::size_t(k)])]) bent += g[dim_];
     }
@@ -467,7 +468,7 @@ void Fluid::spread() {
     if (s.used_wall[i] > 0) continue;
     double slope[3] = {};
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k)
-      for (int c = 0; c < dim_; ++c) slope[c] += s.pair[wide * std::size_t(k) + std::size_t(c)];
+      for (int c = 0; c < dim_; ++c) slope[c] += double(s.pair[wide * std::size_t(k) + std::size_t(c)]);
     for (int c = 0; c < dim_; ++c) position_[3 * i + std::size_t(c)] += std::clamp(-way * slope[c], -most, most);
   }
 }

@@ -25,6 +25,7 @@ void Fluid::measure_volume(const Scene& scene) {
     ++many;
   }
   report.volume = many > 0 ? volume / double(many) : 1;
+  if (volume_begin_.empty()) volume_begin_.assign(1, report.volume);
 }
 
 // Sum of the gradient of the color across the flat surface of a lattice times the spacing: 1/2 but for a share of a

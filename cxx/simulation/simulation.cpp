@@ -50,6 +50,9 @@ const StepReport& Simulation::step(double h) {
     if (strategy_->name != "nscd")
       throw Error("the incompressible fluid is solved with the contacts of NSCD, and " + strategy_->name +
                   " has none: take NSCD, or leave out incompressible");
+    if (cairn_scheme scheme; !strategy_->scheme_beside_fluid(h, scheme))
+      throw Error(
+          "the incompressible fluid moves by the theta-method of NSCD: leave out integrator, or incompressible");
     return step_of_bodies(h);
   }
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");

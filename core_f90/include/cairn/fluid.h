@@ -58,7 +58,7 @@ typedef struct cairn_fluid_rows {
   const int64_t* first;         /* (particles + 1) where the pairs of a particle begin */
   int32_t* used;                /* (particles) how many it has */
   int32_t* near;                /* numbers of particles, from 0 */
-  double* pair;                 /* (dim + 1, pairs) */
+  float* pair;                  /* (dim + 1, pairs): memory limits products, and both ends round alike */
   const int64_t* first_wall;    /* (particles + 1) */
   int32_t* used_wall;           /* (particles) */
   int32_t* wall_body;           /* numbers of bodies, from 0 */

@@ -90,17 +90,8 @@ class Inflow:
             one axis in one direction.
         """
         low, high = self.region
-        many = np.round((high - low) / spacing).astype(int)
-        if np.any(many < 1):
-            raise ValueError(f"region of cn.Inflow is narrower than the spacing of the liquid, {spacing:g} m: give a wider one")
-        axes = [low[k] + (np.arange(many[k]) + 0.5) * spacing for k in range(self.dim)]
-        place = np.stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")], axis=1)
-        given = self.velocity(place.copy()) if callable(self.velocity) else np.broadcast_to(self.velocity, place.shape)
-        velocity = checks.real_array("velocity of cn.Inflow", given, place.shape).copy()
-        along = np.flatnonzero(np.any(velocity != 0, axis=0))
-        if len(along) != 1 or np.any(velocity[:, along] < 0) and np.any(velocity[:, along] > 0):
-            raise ValueError("velocity of cn.Inflow leads along several axes or both ways: give one along an axis, or 0")
-        axis, sign = int(along[0]), 1.0 if velocity[:, along].sum() > 0 else -1.0
+        many, place = self._lattice(spacing)
+        axis, sign, velocity = self._flow(place)
         if many[axis] * spacing < reach * (1 - 1e-9):
             raise ValueError(
                 f"region of cn.Inflow is {many[axis] * spacing:g} m long, and particles reach over {reach:g} m: give it that "
@@ -127,6 +118,24 @@ class Inflow:
             "length": np.full(n, many[axis] * spacing),
             "speed": speed,
         }
+
+    def _lattice(self, spacing):
+        """Particles along each axis (dim,), and their places (n, dim) [m]."""
+        low, high = self.region
+        many = np.round((high - low) / spacing).astype(int)
+        if np.any(many < 1):
+            raise ValueError(f"region of cn.Inflow is narrower than the spacing of the liquid, {spacing:g} m: give a wider one")
+        axes = [low[k] + (np.arange(many[k]) + 0.5) * spacing for k in range(self.dim)]
+        return many, np.stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+    def _flow(self, place):
+        """Axis and sign of the flow, and velocities (n, dim) at places [m/s]."""
+        given = self.velocity(place.copy()) if callable(self.velocity) else np.broadcast_to(self.velocity, place.shape)
+        velocity = checks.real_array("velocity of cn.Inflow", given, place.shape).copy()
+        along = np.flatnonzero(np.any(velocity != 0, axis=0))
+        if len(along) != 1 or np.any(velocity[:, along] < 0) and np.any(velocity[:, along] > 0):
+            raise ValueError("velocity of cn.Inflow leads along several axes or both ways: give one along an axis, or 0")
+        return int(along[0]), 1.0 if velocity[:, along].sum() > 0 else -1.0, velocity
 
 
 @dataclass(frozen=True, eq=False)

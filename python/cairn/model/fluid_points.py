@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
+
 LAYERED = ("disk", "sphere", "polygon", "polyhedron", "ring", "capsule", "cylinder", "segment")
 PLANES = ("half_plane", "plane")
 
@@ -68,9 +70,9 @@ def points_of(shape, dim, form, spacing, reach):
     """
     layers = int(np.ceil(reach / spacing))
     if shape in ("disk", "sphere"):
-        made = _ball(dim, form["radius"], spacing, layers)
+        made = Points(*_core.fluid_points_in_ball(dim, form["radius"], spacing, layers, False))
     elif shape == "ring":
-        made = _ball(dim, form["radius"], spacing, layers, hollow=True)
+        made = Points(*_core.fluid_points_in_ball(dim, form["radius"], spacing, layers, True))
     elif shape == "polygon":
         made = _polygon(form["vertex"], spacing, layers)
     elif shape == "polyhedron":
@@ -134,38 +136,6 @@ def planes_of(dim, form):
 def _anticlockwise(v):
     after = np.roll(v, -1, axis=0)
     return v if np.sum(v[:, 0] * after[:, 1] - v[:, 1] * after[:, 0]) > 0 else v[::-1]
-
-
-def _ball(dim, radius, spacing, layers, hollow=False):
-    """Shells within a ball, or about a hollow one."""
-    parts = []
-    for k in range(layers):
-        inner = radius + k * spacing if hollow else radius - (k + 1) * spacing
-        sides = (inner, inner + spacing)
-        low, high = max(sides[0], 0.0), sides[1]
-        if high <= 0:
-            break
-        volume = np.pi * (high**2 - low**2) if dim == 2 else 4 / 3 * np.pi * (high**3 - low**3)
-        n = max(1, int(round(volume / spacing**dim)))
-        at = 0.0 if n == 1 else 0.5 * (low + high)
-        way = _around(n) if dim == 2 else _spiral(n)
-        depth = at - radius if hollow else radius - at
-        normal = -way if hollow else way
-        parts.append((at * way, normal, np.full(n, depth), np.full(n, volume / n)))
-    return Points(*(np.concatenate(column) for column in zip(*parts)))
-
-
-def _around(n):
-    angle = 2 * np.pi * (np.arange(n) + 0.5) / n
-    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
-def _spiral(n):
-    """Directions (n, 3), evenly spread (Fibonacci's spiral)."""
-    z = 1 - 2 * (np.arange(n) + 0.5) / n
-    angle = np.pi * (1 + np.sqrt(5)) * np.arange(n)
-    flat = np.sqrt(np.maximum(0, 1 - z * z))
-    return np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
 
 
 def _cut(corners, normal, height):

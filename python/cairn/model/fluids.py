@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import _core
 from ..base import checks
 from ..base.materials import Material
 from ..names import meant
@@ -250,6 +251,30 @@ def fluid(
     n, dim = position.shape
     if given:
         _refuse_coincident(position, spacing)
+    speed, pressure = _motion(n, dim, velocity, pressure)
+    viscosity = _not_negative("viscosity", viscosity)
+    artificial, incompressible, surface_tension, smoothing = _checked_options(
+        artificial, incompressible, surface_tension, smoothing
+    )
+    return Fluid(
+        name,
+        position,
+        speed,
+        pressure,
+        spacing,
+        density,
+        viscosity,
+        None if sound_speed is None else checks.positive("sound_speed", sound_speed),
+        smoothing,
+        artificial,
+        given,
+        incompressible,
+        surface_tension,
+    )
+
+
+def _motion(n, dim, velocity, pressure):
+    """Velocities (n, dim) [m/s] and pressures (n,) [Pa], or None, at the start."""
     speed = np.zeros((n, dim))
     if velocity is not None:
         velocity = checks.reals("velocity", velocity)
@@ -263,33 +288,24 @@ def fluid(
         pressure = np.broadcast_to(pressure, (n,)).copy()
     if not (np.all(np.isfinite(speed)) and (pressure is None or np.all(np.isfinite(pressure)))):
         raise ValueError("velocity or pressure of the fluid holds a number that is not finite: give finite ones")
-    viscosity = _not_negative("viscosity", viscosity)
-    artificial = _not_negative("artificial", artificial)
-    if incompressible and artificial > 0:
+    return speed, pressure
+
+
+def _checked_options(artificial, incompressible, surface_tension, smoothing):
+    """Artificial viscosity, form, surface tension and smoothing, if they go together."""
+    artificial, surface_tension = (
+        _not_negative(name, value) for name, value in (("artificial", artificial), ("surface_tension", surface_tension))
+    )
+    if checks.flag("incompressible", incompressible) and artificial > 0:
         raise ValueError(f"artificial is {artificial:g}, which damps sound, and an incompressible fluid has none: leave it out")
-    surface_tension = _not_negative("surface_tension", surface_tension)
-    if checks.flag("incompressible", incompressible) and surface_tension > 0:
+    if incompressible and surface_tension > 0:
         raise ValueError(
             f"surface_tension is {surface_tension:g}, and the incompressible fluid has none: leave out incompressible, or it"
         )
     smoothing = checks.number("smoothing", smoothing)
     if not 1.0 <= smoothing <= 3.0:
         raise ValueError(f"smoothing is {smoothing:g}: give a value in [1, 3]; below, particles have too few neighbours")
-    return Fluid(
-        name,
-        position,
-        speed,
-        pressure,
-        spacing,
-        density,
-        viscosity,
-        None if sound_speed is None else checks.positive("sound_speed", sound_speed),
-        smoothing,
-        artificial,
-        given,
-        bool(incompressible),
-        surface_tension,
-    )
+    return artificial, bool(incompressible), surface_tension, smoothing
 
 
 MOST = 5_000_000  # particles of a region
@@ -414,18 +430,13 @@ def sound_speed_of(fluids, gravity, periodic, inflow=()):
         If nothing tells a speed.
     """
     position, velocity = (np.concatenate([getattr(f, name) for f in fluids]) for name in ("position", "velocity"))
-    pull = float(np.linalg.norm(gravity))
-    height = 0.0
-    if pull > 0:
-        along = position @ (gravity / pull)
-        height = float(np.ptp(along)) + fluids[0].spacing
-    half = 0.5 * max(float(np.min(np.ptp(position, axis=0))), fluids[0].spacing)  # radius of a drop of that size
-    capillary = 2 * fluids[0].surface_tension / (fluids[0].density * half)
-    square = max(float(np.max(np.sum(v**2, axis=1))) for v in (velocity, inflow) if len(v))
-    speed = math.sqrt(2 * pull * height + square + capillary)
+    velocity = np.concatenate([velocity, np.reshape(inflow, (-1, velocity.shape[1]))])
+    first = fluids[0]
+    settings = {"spacing": first.spacing, "density": first.density, "surface_tension": first.surface_tension}
+    speed = _core.natural_sound_speed(first.dim, settings, position, velocity, np.asarray(gravity, float))
     if not speed > 0:
         raise ValueError(
             "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity tells how fast it will "
             "flow: give cn.fluid(sound_speed=...), ten times the greatest speed [m/s]"
         )
-    return 10 * speed
+    return speed

@@ -89,7 +89,7 @@ class Running:
         columns, many = {name: [np.zeros((0, scene.dim)) if name in names[:2] else np.zeros(0)] for name in names}, 0
         for t in tables:
             t["face"] = t["face"] - t["sign"] * origin[t["axis"]]
-            free = _deepest(t["position"], bodies, scene.dim)[0] <= 0
+            free = self._free_rows(t, bodies)
             for name in names:
                 columns[name].append(t[name][free] if name in names[:2] else t[name])
             out["lane"].append(t["lane"][free] + many)
@@ -97,6 +97,21 @@ class Running:
         out |= {name: np.concatenate(c) for name, c in columns.items()}
         out["axis"], out["lane"] = out["axis"].astype(np.int32), np.concatenate(out["lane"]).astype(np.int32)
         return out
+
+    def _free_rows(self, table, bodies):
+        """Rows (n,) of the particles of an inflow that lie outside bodies. Raises ValueError if a body stands in a part of a row,
+        which would come in with gaps."""
+        deep, where = _deepest(table["position"], bodies, self._simulation.scene.dim)
+        free, lane = deep <= 0, table["lane"]
+        part = np.bincount(lane[free], minlength=lane.max() + 1) % np.bincount(lane) > 0
+        inside = np.flatnonzero(~free & part[lane])
+        if len(inside):
+            at = tuple(float(v) for v in table["position"][inside[0]])
+            raise ValueError(
+                f"body {where[inside[0]]} stands in a part of cn.Inflow, at {at}, and rows of the liquid would come in with "
+                "gaps: give a region that ends before the body, or lies beside it"
+            )
+        return free
 
     def _refuse(self, scene):
         liquids = {f.liquid() for f in self.fluids}

@@ -213,16 +213,7 @@ def warn_of_light_beds(bodies, sizes, densities, gravity, position, spacing, den
     above : int
         Frames above the caller to which the warning points.
     """
-    pull = float(np.linalg.norm(gravity))
-    if not bodies or not pull > 0:
-        return
-    share, along = _shares(bodies, sizes, spacing), np.array([b.position for b in bodies]) @ (gravity / pull)
-    bed = share > DENSE
-    if not np.any(bed):
-        return
-    down = position @ (gravity / pull)
-    high, deep = float(np.ptp(along[bed])) + spacing, float(along[bed].max() - down.min()) + 0.5 * spacing
-    weight = float(np.mean((share * (np.array(densities) / density - 1))[bed])) * high / deep
+    weight = _weight_of_bed(bodies, sizes, densities, gravity, position, spacing, density)
     if 0 < weight < LIGHT:
         warnings.warn(
             f"a bed of free grains weighs {weight:.0%} of the pressure of the liquid at its foot, and a pressure drop as small "
@@ -231,3 +222,17 @@ def warn_of_light_beds(bodies, sizes, densities, gravity, position, spacing, den
             FluidWarning,
             stacklevel=above + 1,
         )
+
+
+def _weight_of_bed(bodies, sizes, densities, gravity, position, spacing, density):
+    """Weight of a dense bed in the liquid over the pressure of that at its foot; 0 without such a bed. As above."""
+    pull = float(np.linalg.norm(gravity))
+    if not bodies or not pull > 0:
+        return 0.0
+    share, along = _shares(bodies, sizes, spacing), np.array([b.position for b in bodies]) @ (gravity / pull)
+    bed = share > DENSE
+    if not np.any(bed):
+        return 0.0
+    down = position @ (gravity / pull)
+    high, deep = float(np.ptp(along[bed])) + spacing, float(along[bed].max() - down.min()) + 0.5 * spacing
+    return float(np.mean((share * (np.array(densities) / density - 1))[bed])) * high / deep

@@ -51,7 +51,8 @@ class FluidView:
     @property
     def info(self):
         """Numbers of the last step: sub_steps, lists, speed [m/s], compression, volume over that of the mass at rest, neighbours,
-        stable_step [s], drag_loss: energy that drag of grains took [J], came_in and left: mass by open ends since the start [kg],
+        volume_begin: volume after the first step, stable_step [s], drag_loss: energy that drag of grains took [J], came_in and
+        left: mass by open ends since the start [kg], back_flow: particles of the liquid that stand in an inflow,
         surface_energy [J], bytes."""
         return _core.fluid_report(self._core)
 
@@ -107,6 +108,58 @@ class FluidView:
         out[: len(found)] = found
         return out.reshape(named[0].body.points.shape)
 
+    def pressure_at(self, places):
+        """Gives the mean pressure of the liquid about places, with what gravity adds from particles to the place.
+
+        Parameters
+        ----------
+        places : array_like (n, dim)
+            Places of gauges [m].
+
+        Returns
+        -------
+        ndarray (n,)
+            Pressures, 0 where there is no liquid [Pa].
+
+        Raises
+        ------
+        ValueError
+            If places are not finite, or not of this dimension.
+        """
+        return _core.fluid_pressure_at(self._core, self._places(places))
+
+    def level_at(self, places):
+        """Gives the height of the free surface above or below places: the highest one to which half of space is filled, by
+        the sum of the kernel.
+
+        Parameters
+        ----------
+        places : array_like (n, dim)
+            Places of gauges [m].
+
+        Returns
+        -------
+        ndarray (n,)
+            Heights against gravity, along the last axis without gravity; NaN where there is no liquid [m].
+
+        Raises
+        ------
+        ValueError
+            If places are not finite, or not of this dimension.
+        """
+        gravity, origin = self._running._gravity(), self._simulation.scene.origin
+        size = np.linalg.norm(gravity)
+        up = -gravity / size if size > 0 else np.eye(len(gravity))[-1]
+        return _core.fluid_level_at(self._core, self._places(places)) + float(up @ origin)
+
+    def _places(self, places):
+        """Places of gauges as the core takes them."""
+        scene = self._simulation.scene
+        places = checks.reals("places", places)
+        if places.ndim != 2 or places.shape[1] != scene.dim or not np.all(np.isfinite(places)):
+            raise ValueError(f"places have shape {places.shape}: give finite ones, (n, {scene.dim}) [m]")
+        return np.ascontiguousarray(np.pad(places - scene.origin, ((0, 0), (0, 3 - scene.dim))))
+
     def energy(self):
         """Gives the energy of the liquid.
 
@@ -127,12 +180,14 @@ class FluidView:
             **surface,
         }
 
-    def _grain_fields(self):
-        return ("porosity",) if len(self._running.grains) else ()
+    def _fields_of_scene(self):
+        """Fields that only scenes with grains or open ends have."""
+        ends = ("end",) if self._simulation.scene.fluid_ends else ()
+        return (*(("porosity",) if len(self._running.grains) else ()), *ends)
 
     def snapshot(self):
         """Fields of an output, by name."""
-        names = ("position", "velocity", "pressure", "density", *self._grain_fields())
+        names = ("position", "velocity", "pressure", "density", *self._fields_of_scene())
         return {name: np.array(getattr(self, name)) for name in names}
 
     def lines(self):

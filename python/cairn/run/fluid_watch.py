@@ -17,7 +17,7 @@ class FluidWatch:
     """Looks at the liquid of a simulation after steps."""
 
     def __init__(self, running):
-        self._running, self._told, self._steps, self._most = running, set(), 0, 1 + AT_START
+        self._running, self._told, self._steps = running, set(), 0
 
     def knows(self, name):
         """Leaves out a warning that was given at the start.
@@ -30,7 +30,7 @@ class FluidWatch:
         self._told.add(name)
 
     def look(self, simulation, info):
-        """Warns once of a liquid that swells or shrinks, and of gaps that closed.
+        """Warns once of a liquid that swells or shrinks, of one that flows back into an inflow, and of gaps that closed.
 
         Parameters
         ----------
@@ -40,24 +40,37 @@ class FluidWatch:
             What the core says of the liquid.
         """
         self._steps += 1
-        volume = info["volume"]
-        wrong = not 1 - SHRINKS < volume < self._most
-        if self._steps == 1:
-            self._most = max(1.0, volume) + SWELLS
-        if wrong and "volume" not in self._told:
-            self._told.add("volume")
-            incompressible = self._running.settings["incompressible"]
-            slower = "a smaller dt, or leave out incompressible"
-            remedy = slower if incompressible else "a greater sound_speed or a smaller spacing"
-            warnings.warn(
-                f"the liquid takes {volume:.1%} of the volume of its mass after step {simulation.steps}: particles that flew "
-                f"apart have not come together again, or lay closer than the spacing; levels and pressures are wrong by that; "
-                f"give {remedy}; see sim.fluid.info['volume']",
-                FluidWarning,
-                stacklevel=5,
-            )
+        for what, text in (("volume", self._volume(simulation, info)), ("back flow", _back_flow(simulation, info))):
+            if text and what not in self._told:
+                self._told.add(what)
+                warnings.warn(text, FluidWarning, stacklevel=5)
         if "gaps" not in self._told and self._steps % EVERY == 0 and len(simulation.contacts):
             text = gaps(*self._running.met_surfaces(), np.asarray(simulation.fluid.position), self._running.settings["spacing"])
             if text:
                 self._told.add("gaps")
                 warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)
+
+    def _volume(self, simulation, info):
+        """What is wrong with the volume of the liquid; None: nothing. The first step, also of a run before a restart, is the
+        scale of later ones."""
+        volume, begin = info["volume"], info["volume_begin"]
+        if 1 - SHRINKS < volume < (1 + AT_START if volume == begin else max(1.0, begin) + SWELLS):
+            return None
+        slower = "a smaller dt, or leave out incompressible"
+        remedy = slower if self._running.settings["incompressible"] else "a greater sound_speed or a smaller spacing"
+        return (
+            f"the liquid takes {volume:.1%} of the volume of its mass after step {simulation.steps}: particles that flew "
+            f"apart have not come together again, or lay closer than the spacing; levels and pressures are wrong by that; "
+            f"give {remedy}; see sim.fluid.info['volume']"
+        )
+
+
+def _back_flow(simulation, info):
+    """What is wrong at inflows; None: nothing."""
+    if not info["back_flow"]:
+        return None
+    return (
+        f"{info['back_flow']} particles of the liquid stand in an inflow after step {simulation.steps}, more than a spacing "
+        "behind its end: the liquid is pressed back, and the inflow pushes in more than there is room for; give a smaller "
+        "velocity of cn.Inflow, a lower pressure at cn.Outflow, or a longer way before the obstacle"
+    )

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import warnings
 
 import cairn as cn
 import numpy as np
@@ -446,3 +447,32 @@ def test_a_state_of_another_liquid_is_refused(tmp_path, other):
     again = simulation(viscosity=0.1)
     again.restore(path)
     assert again.steps == 1
+
+
+def test_the_volume_of_the_first_step_is_the_scale_after_a_restart_too(tmp_path):
+    """A liquid that swells slowly over two runs is told, one that seems as full as at its start is not."""
+    from cairn.run.fluid_gaps import FluidWarning
+    from cairn.run.fluid_watch import FluidWatch
+
+    def make():
+        scene = cn.Scene(dim=2, gravity=(0.0, -1.0))
+        scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((0.5, 0), (-1, 0), rock))
+        scene.add(cn.fluid([(0, 0), (0.5, 0.3)], 0.05))
+        return cn.Simulation(scene, dt=5e-3)
+
+    sim = make()
+    assert sim.fluid.info["volume_begin"] == 0
+    sim.step()
+    begin = sim.fluid.info["volume"]
+    sim.run(steps=20, progress=False)
+    sim.checkpoint(tmp_path / "a.checkpoint.h5")
+    again = make()
+    again.restore(tmp_path / "a.checkpoint.h5")
+    again.step()
+    assert again.fluid.info["volume_begin"] == begin != again.fluid.info["volume"]
+    watch = FluidWatch(again._fluid)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        watch.look(again, {"volume": 1.09, "volume_begin": 1.09, "back_flow": 0})
+    with pytest.warns(FluidWarning, match="109.0% of the volume"):
+        watch.look(again, {"volume": 1.09, "volume_begin": 1.03, "back_flow": 0})

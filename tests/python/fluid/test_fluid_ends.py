@@ -3,10 +3,12 @@
 import os
 import subprocess
 import sys
+import warnings
 
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.fluid_gaps import FluidWarning
 
 rock = cn.Material("rock", density=2600.0)
 WIDE, SPEED, NU = 1.0, 1.0, 0.1  # of the channel [m], mean [m/s], [m2/s]
@@ -117,6 +119,39 @@ def test_a_run_holds_as_many_particles_as_there_are(tmp_path):
     sim.run(steps=40, output=tmp_path / "a.vtkhdf", every=10, progress=False, callback=lambda s: many.append(len(s.fluid)))
     run = cn.load(tmp_path / "a.vtkhdf")
     assert [len(out.fluid) for out in run][1:] == many[9::10]
+    assert np.array_equal(run[-1].fluid.end, sim.fluid.end) and np.ptp(run[-1].fluid.end) > 1
+
+
+@pytest.mark.parametrize("middle, stands", [((-0.25, 0.5), True), ((-0.25, 1.5), False), ((1.5, 0.5), False)])
+def test_a_body_in_a_part_of_an_inflow_is_refused(middle, stands):
+    """One that fills whole rows or stands elsewhere is not: walls bound inflows."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.fluid([(0, 0), (1, 1)], 0.1, sound_speed=30.0), cn.Inflow([(-0.5, 0), (0, 1)], (1.0, 0.0)))
+    body = scene.add(cn.disks([middle], 0.12, rock, driven=("vx", "vy", "w")))[0]
+    scene.add(cn.polygons([(-0.3, -0.1), (0.3, -0.1), (0.3, 0.1), (-0.3, 0.1)], rock, position=[(-0.3, 0.1)], fixed=True))
+    scene.interact("*", "*", None)
+    if stands:
+        with pytest.raises(ValueError, match=f"body {body} stands in a part of cn.Inflow"):
+            cn.Simulation(scene, dt=0.01)
+    else:
+        assert (np.asarray(cn.Simulation(scene, dt=0.01).fluid.end) > 0).sum() == 8 * 5
+
+
+def test_liquid_that_stands_in_an_inflow_is_told_once():
+    scene = cn.Scene(dim=2)
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(-2, 10) * 0.1, np.arange(10) * 0.1 + 0.02, indexing="ij"))
+    places = np.stack([x, y], axis=1)
+    scene.add(cn.fluid(places, 0.1, sound_speed=30.0), cn.Inflow([(-0.4, 0), (0, 1)], (0.1, 0.0)))
+    sim = cn.Simulation(scene, dt=1e-4)
+    with pytest.warns(FluidWarning, match="stand in an inflow"):
+        sim.step()
+    assert 10 <= sim.fluid.info["back_flow"] <= 20  # rows at -0.2, and those at -0.1 that are pressed back
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.step()
+    free = cn.Simulation(channel(long=1.0), dt=0.02)
+    free.step()
+    assert free.fluid.info["back_flow"] == 0
 
 
 THREADS = """

@@ -1,0 +1,86 @@
+// Gauges of a liquid: pressure at a place, level above it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "fluid.hpp"
+
+namespace cairn {
+
+namespace {
+
+// Wendland's C2 kernel over the volume of a particle of one spacing, at a distance over the length of the kernel.
+double share(int dim, double smoothing, double q) {
+  if (q >= 2) return 0;
+  const double wide = dim == 2 ? smoothing * smoothing : smoothing * smoothing * smoothing;
+  const double scale = (dim == 2 ? 7 / (4 * std::numbers::pi) : 21 / (16 * std::numbers::pi)) / wide;
+  const double left = 1 - 0.5 * q;
+  return scale * left * left * left * left * (2 * q + 1);
+}
+
+} // namespace
+
+double Fluid::pressure_at(const Scene& scene, const double* place) const {
+  const std::vector<double> pressures = pressure();
+  const std::vector<double> places = position();
+  const double length = settings.smoothing * settings.spacing;
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < pressures.size(); ++i) {
+    double square = 0, added = 0;
+    for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
+      double away = place[c] - places[3 * i + c];
+      if (period_[c] > 0) away -= period_[c] * std::round(away / period_[c]);
+      square += away * away;
+      if (!(period_[c] > 0)) added += settings.density * scene.gravity[c] * away;
+    }
+    const double weight = share(dim_, settings.smoothing, std::sqrt(square) / length);
+    sum += weight * (pressures[i] + added);
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0.0;
+}
+
+double Fluid::level_at(const Scene& scene, const double* place) const {
+  double up[3] = {}, pull = 0;
+  for (const double g : scene.gravity) pull += g * g;
+  for (int c = 0; c < 3; ++c) up[c] = pull > 0 ? -scene.gravity[std::size_t(c)] / std::sqrt(pull) : c == dim_ - 1;
+  struct Near {
+    double height, across; // along up, and the square of the distance from the line
+  };
+  std::vector<Near> column;
+  const double length = settings.smoothing * settings.spacing;
+  for (std::size_t i = 0; i < position_.size() / 3; ++i) {
+    double square = 0, height = 0, along = 0;
+    for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
+      double away = position_[3 * i + c] - place[c];
+      if (period_[c] > 0) away -= period_[c] * std::round(away / period_[c]);
+      square += away * away;
+      along += away * up[c];
+    }
+    for (std::size_t c = 0; c < std::size_t(dim_); ++c) height += place[c] * up[c];
+    const double across = std::max(0.0, square - along * along);
+    if (across < reach() * reach()) column.push_back({height + along, across});
+  }
+  const auto filled = [&](double height) {
+    double sum = 0;
+    for (const Near& p : column)
+      sum += share(dim_, settings.smoothing, std::sqrt(p.across + (p.height - height) * (p.height - height)) / length);
+    return sum;
+  };
+  double top = -std::numeric_limits<double>::infinity(), low = -top;
+  for (const Near& p : column) {
+    top = std::max(top, p.height);
+    low = std::min(low, p.height);
+  }
+  const double part = settings.spacing / 8;
+  double above = 0;
+  for (double height = top + reach(); !column.empty() && height >= low; height -= part) {
+    const double now = filled(height);
+    if (now >= 0.5) return height + (now > above ? part * (now - 0.5) / (now - above) : 0.0);
+    above = now;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+} // namespace cairn
