@@ -47,8 +47,11 @@ class _Load:
 
 
 class _Part:
-    """Vertices of a coupling mesh, which preCICE keeps to its end. Those whose bodies were removed keep the places and
-    temperatures of the last window in which they were there, have no velocity and no heat, and what is read for them is dropped."""
+    """Vertices of a coupling mesh, which preCICE keeps to its end.
+
+    Those whose bodies were removed keep the places and temperatures of the last window in which they were there, and have no
+    velocity and no heat; what is read for them is dropped.
+    """
 
     def __init__(self, simulation, name, ids, read, write):
         self.simulation, self.name, self.ids, self.read, self.write = simulation, name, ids, read, write
