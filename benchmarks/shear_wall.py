@@ -9,7 +9,9 @@ under .3 MPa; the top then moves along, kept level and at its height (Raijmakers
 half bricks, joined in the middle by a crack of 2 MPa and 80 J/m2; joints with the parameters of Lourenco & Rots (1997), their
 stiffness in series with that of the brick beside them (16.7 GPa). Masses are sixteen times those of bricks: the load is slow,
 and joints that soften side by side want steps in which inertia holds them. `--full` also runs the wall without a cap, and
-half of the step and of the speed.
+half of the step and of the speed. `--study` writes shear_wall_study.csv instead, whose walls of deformable half bricks each
+change one thing: bricks ten times as stiff, no cap, joints of half the stiffness, and none of the vertical restraint (the top
+kept level under its load instead of at its height).
 """
 
 import argparse
@@ -35,14 +37,14 @@ def rectangle(a, b, low, high):
     return np.array([[a, low], [b, low], [b, high], [a, high]])
 
 
-def meshed(box, cells, stone, mute, last):
+def meshed(box, cells, stone, mute, last, young):
     """Half a brick of cells x cells quadrilaterals. A joint is met from one side alone, by nodes of the brick above it or on its
     right: a second contact at the node across would be none of the joint, and bear the load beside it without yielding."""
     a, b, low, high = box
     x, y = np.meshgrid(np.linspace(a, b, cells + 1), np.linspace(low, high, cells + 1), indexing="ij")
     k = np.arange(x.size).reshape(x.shape)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
-    body = cn.ElasticBody(np.c_[x.ravel(), y.ravel()], {"quad": quads}, young=YOUNG, poisson=POISSON,
+    body = cn.ElasticBody(np.c_[x.ravel(), y.ravel()], {"quad": quads}, young=young, poisson=POISSON,
                           density=stone.density, plane="stress")  # fmt: skip
     meets, bears = [k[:, 0], k[0]], [k[:, -1], k[-1]]
     edges = np.concatenate([np.c_[side[:-1], side[1:]] for side in meets + bears])
@@ -51,7 +53,7 @@ def meshed(box, cells, stone, mute, last):
     return cn.deformable(body, stone, contact=nodes, edges=edges, edge_material=materials)
 
 
-def build(dt, courses=COURSES, halves=HALVES, joint=JOINT, crack=CRACK, heavier=16.0, cells=0):
+def build(dt, courses=COURSES, halves=HALVES, joint=JOINT, crack=CRACK, heavier=16.0, cells=0, young=YOUNG):
     """Simulation and id of the beam on top; materials by the parity of course and brick tell joints from cracks of bricks. Half
     bricks are rigid, or meshes of cells x cells."""
     length, height, scene = LENGTH * halves / HALVES, courses * COURSE, cn.Scene(2)
@@ -66,7 +68,7 @@ def build(dt, courses=COURSES, halves=HALVES, joint=JOINT, crack=CRACK, heavier=
             name = (row % 2, brick % 2, half)
             stone = stones.setdefault(name, cn.Material("stone" + "".join(map(str, name)), density=2000.0 * heavier))
             box = ends[k], ends[k + 1], row * COURSE, (row + 1) * COURSE
-            scene.add(meshed(box, cells, stone, mute, row == courses - 1) if cells else cn.polygons([rectangle(*box)], stone))
+            scene.add(meshed(box, cells, stone, mute, row == courses - 1, young) if cells else cn.polygons([rectangle(*box)], stone))
     scene.interact("*", "*", cn.CompositeInterface(**joint))
     for row, brick, half in list(stones):
         if half == 0 and (row, brick, 1) in stones:
@@ -96,10 +98,12 @@ def press(sim, dt, cells=0):
     sim.dt, sim.strategy = dt, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-4, max_iter=2000))
 
 
-def shear(sim, top, speed, displacement, outputs=60):
-    """Rows: displacement of the top [mm], forces along and down [kN], failed steps and CPU time [s] so far."""
+def shear(sim, top, speed, displacement, outputs=60, held=True):
+    """Rows: displacement of the top [mm], forces along and down [kN], failed steps and CPU time [s] so far. held: the top stays at
+    its height."""
     sim.drive([top], "vx", speed)
-    sim.drive([top], "vy", 0.0)
+    if held:
+        sim.drive([top], "vy", 0.0)
     steps, failed, start = round(displacement / (speed * sim.dt)), 0, time.process_time()
     for k in range(1, steps + 1):
         failed += sim.step()["status"] != "converged"
@@ -115,18 +119,24 @@ def main():
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--displacement", type=float, default=3.0, help="of the top [mm]")
     parser.add_argument("--plot", type=Path)
+    parser.add_argument("--study", action="store_true")
     asked = parser.parse_args()
     cases = [("cap", JOINT, 1e-4, 0.01, 0), ("cap, bricks deform", BARE_JOINT, 1e-4, 0.01, 2)]
     if asked.full:
         cases += [("no cap", JOINT | dict(cap=np.inf), 1e-4, 0.01, 0), ("cap, half the step", JOINT, 5e-5, 0.005, 0)]
-    path, curves = Path(__file__).parent / "results" / "shear_wall.csv", {}
+    if asked.study:
+        half = dict(normal_stiffness=BARE_JOINT["normal_stiffness"] / 2, tangential_stiffness=BARE_JOINT["tangential_stiffness"] / 2)
+        cases = [("no cap", BARE_JOINT | dict(cap=np.inf), 1e-4, 0.01, 2), ("joints half as stiff", BARE_JOINT | half, 1e-4, 0.01, 2),
+                 ("top free to rise", BARE_JOINT, 1e-4, 0.01, 2), ("bricks ten times as stiff", BARE_JOINT, 1e-4, 0.01, 2)]  # fmt: skip
+    path, curves = Path(__file__).parent / "results" / ("shear_wall_study.csv" if asked.study else "shear_wall.csv"), {}
     with open(path, "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["case", "displacement_mm", "along_kN", "down_kN", "steps_not_converged", "cpu_s"])
         for name, joint, dt, speed, cells in cases:
-            sim, top = build(dt, joint=joint, crack=STIFF_CRACK if cells else CRACK, cells=cells)
+            young = YOUNG * (10 if "ten times" in name else 1)
+            sim, top = build(dt, joint=joint, crack=STIFF_CRACK if cells else CRACK, cells=cells, young=young)
             press(sim, dt, cells)
-            for row in shear(sim, top, speed, 1e-3 * asked.displacement):
+            for row in shear(sim, top, speed, 1e-3 * asked.displacement, held="free" not in name):
                 curves.setdefault(name, []).append(row[:2])
                 table.writerow([name, f"{row[0]:.3f}", f"{row[1]:.2f}", f"{row[2]:.2f}", row[3], f"{row[4]:.1f}"])
                 file.flush()

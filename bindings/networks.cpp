@@ -214,7 +214,12 @@ py::array_t<double> held_power(Simulation& s, const Input<std::int64_t>& ids) {
   for (py::ssize_t i = 0; i < ids.size(); ++i) {
     const std::int32_t unknown = cairn::unknown_of_id(s.scene, ids.data()[i]);
     if (unknown < 0) throw cairn::Error("there is no body or node " + std::to_string(ids.data()[i]));
-    out.mutable_data()[i] = slot(s, "thermal")->held_power(std::size_t(unknown));
+    const double power = slot(s, "thermal")->held_power(std::size_t(unknown));
+    if (std::isnan(power))
+      throw cairn::Error("the heat that keeps body or node " + std::to_string(ids.data()[i]) +
+                         " at its temperature is undetermined: a perfect conductor joins it to another held one; give "
+                         "that contact or wire a finite conductance, or hold one of both");
+    out.mutable_data()[i] = power;
   }
   return out;
 }

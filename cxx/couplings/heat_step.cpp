@@ -175,8 +175,10 @@ bool HeatStep::join_perfectly(const NetworkInput& in) {
   }
   if (joined_.empty()) return true;
   std::vector<double> heat(now_.size(), 0.0), store(now_.size(), 0.0);
+  holders_.assign(now_.size(), 0);
   for (std::size_t i = 0; i < now_.size(); ++i) {
     const std::int32_t by = joined_[i] = root(std::int32_t(i));
+    holders_[by] += held_[i];
     double c = in.steady ? 1 : rows_.capacity[i];
     if (!in.steady && rows_.mass[i] > 0 && std::isfinite(rows_.mass[i]) && rows_.material[i] >= 0)
       c += rows_.mass[i] * in.materials[rows_.material[i]].enthalpy_slope(now_[i]);
@@ -191,6 +193,12 @@ bool HeatStep::join_perfectly(const NetworkInput& in) {
       now_[i] = heat[by] / store[by];
   }
   return possible;
+}
+
+double HeatStep::held_power(std::size_t unknown) const {
+  if (unknown >= source_.size() || !held_[unknown]) return 0;
+  if (!joined_.empty() && holders_[joined_[unknown]] > 1) return std::numeric_limits<double>::quiet_NaN();
+  return -source_[unknown];
 }
 
 // Distributes heat flows over perfect conductors such that the balance closes at their ends.

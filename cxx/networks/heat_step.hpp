@@ -19,10 +19,9 @@ public:
   // Temperatures of the unknowns at both ends of the last step [K].
   const std::vector<double>& begin() const { return begin_; }
   const std::vector<double>& end() const { return now_; }
-  // Power that kept an unknown at its temperature in the last step [W]; 0 where nothing holds it.
-  double held_power(std::size_t unknown) const {
-    return unknown < source_.size() && held_[unknown] ? -source_[unknown] : 0;
-  }
+  // Power that kept an unknown at its temperature in the last step [W]; 0 where nothing holds it. Undetermined, NaN,
+  // where perfect conductors join several held ones: their sum alone follows from the balance.
+  double held_power(std::size_t unknown) const;
   std::int64_t bytes() const;
 
 private:
@@ -53,8 +52,9 @@ private:
   std::vector<double> clean_, local_;                 // of contacts: conductance, heat
   std::vector<std::pair<std::int64_t, double>> owed_; // heat of impacts, by ids of bodies [J]
   double owed_friction_ = 0;
-  std::vector<std::int32_t> joined_; // who stands for a body among those that perfect conductors join; empty: none
-  std::vector<double> lack_;         // of each body before its joined ones answer for it [W]
+  std::vector<std::int32_t> joined_;  // who stands for a body among those that perfect conductors join; empty: none
+  std::vector<std::int32_t> holders_; // held unknowns among those that a root stands for; sized as joined_
+  std::vector<double> lack_;          // of each body before its joined ones answer for it [W]
 };
 
 } // namespace cairn

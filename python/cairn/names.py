@@ -16,6 +16,7 @@ ELSEWHERE = {
     "colormap": "cmap", "colourmap": "cmap", "color_map": "cmap", "colour_map": "cmap", "palette": "cmap", "colors": "cmap",
     "clim": "limits", "vmin": "limits", "vmax": "limits", "color_limits": "limits", "ax_title": "title", "axis": "ax",
     "axes": "ax", "xlim": "view", "ylim": "view", "fixed": "driven", "framerate": "fps", "duration": "fps",
+    **dict.fromkeys(("field", "fields", "quantity", "variable", "scalars", "color", "colour", "color_by", "colour_by"), "what"),
 }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ..names import listed, meant
+from ..names import listed, nearest
 
 
 class Parser(argparse.ArgumentParser):
@@ -35,7 +35,10 @@ class Parser(argparse.ArgumentParser):
                 parser.error(f"there is no place for {' '.join(unknown)}")
             word = word.partition("=")[0]
             known = [text for action in parser._actions for text in action.option_strings if text.startswith("--")]
-            parser.error(f"there is no option {word}{meant(word, known) or f'; there are {listed(known)}'}")
+            # compared without the dashes, which all of them share
+            like = nearest(word.lstrip("-").replace("-", "_"), [text[2:].replace("-", "_") for text in known])
+            told = f"did you mean '--{like.replace('_', '-')}'?" if like else f"there are {listed(known)}"
+            parser.error(f"there is no option {word}; {told}")
         return options
 
     commands = {}

@@ -271,7 +271,7 @@ def deformables(box, materials, origin):
 def _why_not(box, mesh, models, drives):
     """Text on the part of a mesh that Cairn cannot map; empty if it can."""
     if not mesh.cells or not mesh.points:
-        return "no elements or no nodes"
+        return "no elements or no nodes: leave the body out"
     for element, _, model, material in mesh.cells:
         if material not in box.materials:
             raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: has no material {material!r} of MAILx {mesh.number}")
@@ -281,9 +281,9 @@ def _why_not(box, mesh, models, drives):
         heat = options.get("physics") == "THERM"
         if options.get("physics") != "MECAx" and not (heat and box.materials[material].law == "THERMO_ELAS"):
             text = f"physics {options.get('physics')} of material {material} ({box.materials[material].law})"
-            return after(text, (PHYSICS, options.get("physics")), (ELEMENTS, element))
+            return after(text, (PHYSICS, options.get("physics")), (ELEMENTS, options.get("finel")), (ELEMENTS, element))
         if element not in CELLS:
-            return after(f"element {element}", (ELEMENTS, element))
+            return after(f"element {element}", (ELEMENTS, options.get("finel")), (ELEMENTS, element))
         if heat or material in box.replaced:
             continue
         why = solids.why_not(model, options, box.materials[material])
@@ -296,13 +296,13 @@ def _why_not(box, mesh, models, drives):
         or len({of[3] == MEAN for of in alike}) > 1
         or (len({(model, name) for _, _, model, name in mesh.cells}) > 1 and heat)
     ):
-        return "models of several physics, kinematics or masses in one body"
+        return "models of several physics, kinematics or masses in one body: give each of them a body of its own"
     for kind, *_ in mesh.contactors:
         if kind not in CONTACTORS:
             return after(f"contactor {kind}", (MESH_CONTACTORS, kind))
     for _, d in drives:
         if d.kind not in (("temp", "flux") if heat else ("vlocy", "force")):
-            return f"dofs driven by {d.kind}"
+            return f"dofs driven by {d.kind}: give {'temp or flux' if heat else 'vlocy or force'}"
     return ""
 
 
@@ -318,7 +318,9 @@ def _heated(box, mesh, models, drives, origin):
     path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
     temperatures = read_temperatures(path, mesh.number, box.meshes) if path else np.zeros(len(mesh.points))
     if np.any(temperatures <= 0):
-        raise LegacyError(f"{box.folder}: node {int(np.argmin(temperatures)) + 1} of MAILx {mesh.number} has no temperature T(1)")
+        node = int(np.argmin(temperatures)) + 1
+        raise LegacyError(f"{box.folder}: node {node} of MAILx {mesh.number} has no temperature T(1): give its nodes one above 0 K "
+                          "in DOF.INI")  # fmt: skip
     named = f"MAILx {mesh.number}"
     origin.heated.append((named, body, drives, temperatures))
     fixed = {f"node {k}": "xyz"[: body.dim] for k in range(len(mesh.points))}

@@ -281,11 +281,10 @@ def _centre_polyhedron(reader, body, c, near):
     if not mesh.is_convex(c.vertices, c.faces, FLAT) and not _hulled(c, rounding):
         try:
             c.parts = convex_parts(c.vertices, c.faces, **({} if near is None else {"near": near}))
-        except (ValueError, LookupError) as error:
+        except ValueError as error:
             if _stretched(c, rounding):
                 return
-            why = error if isinstance(error, ValueError) else "a cut does not close, by rounding of faces nearly in one plane"
-            _refuse(reader, body, c, f"is not convex, and is not cut into convex parts: {why}")
+            _refuse(reader, body, c, f"is not convex, and is not cut into convex parts: {error}")
 
 
 def _hulled(c, rounding):

@@ -146,7 +146,7 @@ def _choose_sides(box, origin):
             c.side = -1.0
         elif np.min(height) < 0:
             origin.unmapped.append(
-                f"PLANx of {body.type} {body.number}, which has bodies that it sees on both of its sides "
+                f"PLANx of {body.type} {body.number}, which has bodies that it sees on both of its sides: give a POLYR of its sizes "
                 f"(BODIES.DAT, line {c.line})"
             )
 
@@ -220,7 +220,7 @@ def _set_of(box, group, materials, origin):
         k = int(np.argmax(~np.isfinite(mass)))
         raise LegacyError(
             f"{_place(box, members[k])}: {members[k].type} {members[k].number} has no mass, neither its own avrd nor its "
-            "contactors', and none of its dofs is driven"
+            "contactors', and none of its dofs is driven: give avrd, or drive its dofs in DRV_DOF.DAT"
         )
     return bodies.checked(
         bodies.BodySet(dim, position, mass, inertia, contactors, velocity=velocity if np.any(velocity) else None, **options)

@@ -14,9 +14,8 @@ from . import mass_properties, mesh
 from .blocks import cut
 from .flatten import plane_faces
 
-TOO_MUCH = (
-    "the body needs more than {} cells to be cut into convex parts: take its hull, or nearly convex parts by coacd, near=0.05"
-)
+OTHERWISE = "take its hull, or nearly convex parts by coacd, near=0.05"
+TOO_MUCH = f"the body needs more than {{}} cells to be cut into convex parts: {OTHERWISE}"
 ROUNDING = 1e-10  # times the size: a point nearer to a plane lies on it
 
 
@@ -69,11 +68,14 @@ def exact_parts(vertices, faces, most, own):
     if reentrant(vertices, fans, ROUNDING * size) > 8 * checks.count("most", most, 1):
         raise TooMuch(TOO_MUCH.format(most))  # at once, instead of after minutes
     whole = mesh.hull(vertices)
-    cells = split(whole[0], plane_faces(*whole, ROUNDING), inner(soup, vertices, ROUNDING * size), ROUNDING * size, most)
+    try:
+        cells = split(whole[0], plane_faces(*whole, ROUNDING), inner(soup, vertices, ROUNDING * size), ROUNDING * size, most)
+    except LookupError:
+        raise TooMuch(f"a cut does not close, by rounding of faces nearly in one plane: {OTHERWISE}") from None
     parts = joined([c for c in cells if winding(soup, c[0].mean(axis=0)) > 0.5], size)
     volume = sum(mass_properties.polyhedra([v], [f]).measure[0] for v, f in parts)
     if abs(volume - own) > 1e-6 * own:
-        raise TooMuch(f"the parts have {volume:.6g} of its {own:.6g} m3: it has slivers that rounding swallows")
+        raise TooMuch(f"the parts have {volume:.6g} of its {own:.6g} m3: it has slivers that rounding swallows; {OTHERWISE}")
     return parts
 
 

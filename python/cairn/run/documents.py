@@ -30,6 +30,7 @@ from ..options.solvers import SOLVERS
 from ..options.strategies import STRATEGIES
 
 VERSION = 1
+DIGITS = 20  # of a whole number, as those of 64 bits have
 SHAPES = ("disks", "spheres", "boxes", "polygons", "polyhedra", "wall", "ring", "segment", "tube", "capsules", "cylinders",
           "superquadrics", "clumps", "surface")  # fmt: skip
 TOP = ("format", "version", "dim", "gravity", "origin", "depth", "periodic", "materials", "bodies", "laws", "simulation", "run")
@@ -86,16 +87,30 @@ def read(path) -> dict:
     def no_number(word):
         raise ValueError(f"{word} is no number of JSON")
 
+    def whole(word):
+        if len(word) > DIGITS:
+            raise ValueError(f"{word[:12]}... is a whole number of {len(word.lstrip('-'))} digits")
+        return int(word)
+
+    def object_of(pairs):
+        names = [name for name, _ in pairs]
+        twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+        if twice is not None:
+            raise ValueError(f"an object has the field {twice!r} twice")
+        return dict(pairs)
+
     try:
-        with open(path, encoding="utf-8") as file:
-            return json.load(file, parse_constant=no_number)
+        with open(path, encoding="utf-8-sig") as file:
+            return json.load(file, parse_constant=no_number, parse_int=whole, object_pairs_hook=object_of)
+    except RecursionError:
+        raise FileError(path, "lists or objects are nested too deep", "give a document as `cairn check --schema` tells") from None
     except OSError as error:
         raise FileError(path, f"it cannot be read ({error.strerror})", "check the name and the folder") from None
     except json.JSONDecodeError as error:
         told = f"line {error.lineno}, column {error.colno}: {error.msg}"
         raise FileError(path, f"it is no JSON, {told}", "mind commas, quotes and brackets") from None
     except (ValueError, UnicodeDecodeError) as error:
-        raise FileError(path, f"it is no JSON: {error}", "write finite numbers, in UTF-8") from None
+        raise FileError(path, f"it is no JSON: {error}", "write finite numbers, each field once, in UTF-8") from None
 
 
 class _Builder:
@@ -149,7 +164,7 @@ class _Builder:
         if "periodic" in document:
             cell = self.object("/periodic", document["periodic"], _names(self.root.Periodic), ("lengths",))
             options["periodic"] = None if cell is None else self.made("/periodic", self.root.Periodic, **cell)
-        self.scene = self.made("", self.root.Scene, document["dim"], **options)
+        self.scene = self.made("", self.root.Scene, dim=document["dim"], **options)
         materials = self._materials(document["materials"])
         self._bodies(document["bodies"], materials)
         self._laws(document.get("laws", []), materials)
@@ -180,8 +195,9 @@ class _Builder:
                 self.made("/run", checks.flag, name, run[name])
         if run.get("overwrite") is True and run.get("append") is True:
             self.tell("/run", "append and overwrite are both true: give one of them, to go on in a file or to replace it")
-        if not isinstance(run.get("output", ""), str):
-            self.tell("/run/output", f"{_shown(run['output'])} is no name of a file: give a text that ends in .vtkhdf")
+        output = run.get("output", "run.vtkhdf")
+        if not isinstance(output, str) or not output.lower().endswith(".vtkhdf"):
+            self.tell("/run/output", f"{_shown(output)} is no name of a file: give a text that ends in .vtkhdf")
 
     def _materials(self, given):
         out, given = {}, self.object("/materials", given)
@@ -200,13 +216,15 @@ class _Builder:
             self.tell("/bodies", "the scene has no bodies: give at least one")
         for k, body in enumerate(given):
             path = f"/bodies/{k}"
-            shape = body.get("shape") if isinstance(body, dict) else None
+            if self.object(path, body) is None:
+                continue
+            shape = body.get("shape")
             if shape not in SHAPES:
                 word = "'shape' is missing" if shape is None else f"there is no shape {_shown(shape)}"
                 self.tell(f"{path}/shape", f"{word}: give one of {listed(SHAPES, str(shape))}")
                 continue
             maker = getattr(self.root, shape)
-            values = self.object(path, body, ["shape", *_names(maker)], ["material", *_needed(maker)])
+            values = self.object(path, body, ["shape", *_names(maker)], _needed(maker))
             if values is None or not self._known(f"{path}/material", values["material"], materials):
                 continue
             values["material"] = materials[values["material"]]
@@ -229,7 +247,9 @@ class _Builder:
         laws = {row["python_name"]: [p[0] for p in row["parameters"]] for row in _core.laws() if row.get("python_name")}
         for k, rule in enumerate(given):
             path = f"/laws/{k}"
-            name = rule.get("law") if isinstance(rule, dict) else None
+            if self.object(path, rule) is None:
+                continue
+            name = rule.get("law")
             if name not in laws:
                 word = "'law' is missing" if name is None else f"there is no law {_shown(name)}"
                 self.tell(f"{path}/law", f"{word}: give one of {listed(laws, str(name))}")
@@ -237,19 +257,31 @@ class _Builder:
             values = self.object(path, rule, ["a", "b", "law", *laws[name]], ("a", "b"))
             if values is None or any(key not in ("a", "b", "law", *laws[name]) for key in rule):
                 continue
-            sides = [values.pop(side) for side in "ab"]
+            sides = {side: values.pop(side) for side in "ab"}
             values.pop("law")
-            wrong = [side for side in sides if not isinstance(side, str)]
-            for side in wrong:
-                self.tell(path, f'{_shown(side)} is no name: give that of a material, of a group of bodies, or "*"')
-            law = None if wrong else self.made(path, getattr(self.root, name), **values)
+            wrong = [not self._side(f"{path}/{side}", given, materials) for side, given in sides.items()]
+            law = None if any(wrong) else self.made(path, getattr(self.root, name), **values)
             if law is not None and self.scene is not None:
-                self.made(path, self.scene.interact, *(materials.get(s, s) or s for s in sides), law)
+                self.made(path, self.scene.interact, *(materials.get(s, s) or s for s in sides.values()), law)
+
+    def _side(self, path, name, materials):
+        """True if a name is that of a material or a group, or "*"."""
+        if not isinstance(name, str):
+            self.tell(path, f'{_shown(name)} is no name: give that of a material, of a group of bodies, or "*"')
+            return False
+        bodies = self.document["bodies"] if isinstance(self.document["bodies"], list) else []
+        groups = [body["group"] for body in bodies if isinstance(body, dict) and isinstance(body.get("group"), str)]
+        known = [*materials, *dict.fromkeys(groups), "*"]
+        if name not in known:
+            self.tell(path, f"there is no material and no group {name!r}; there are {listed(known, name)}")
+        return name in known
 
     def _named(self, path, given, classes, what):
         """An object of one of the classes, from its name and settings."""
         given = {"name": given} if isinstance(given, str) else given
-        name = given.get("name") if isinstance(given, dict) else None
+        if self.object(path, given) is None:
+            return None
+        name = given.get("name")
         if name not in classes:
             word = "'name' is missing" if name is None else f"there is no {what} {_shown(name)}"
             self.tell(f"{path}/name", f"{word}: give one of {listed(classes, str(name))}")
@@ -484,7 +516,8 @@ def schema() -> dict:
         "laws": {"type": "array", "items": {"oneOf": laws}},
         "simulation": {
             "type": "object", "required": ["dt"], "additionalProperties": False,
-            "properties": {"dt": {"type": "number", "exclusiveMinimum": 0, "description": "Time step [s]."},
+            "properties": {"dt": {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "stable"}],
+                                  "description": "Time step [s], or \"stable\" under SmoothDEM."},
                            "strategy": {"$ref": "#/$defs/strategy"}, "overlap": {"enum": ["warn", "error", "ignore"]},
                            "overlap_share": {"type": "number"}},
         },

@@ -24,6 +24,8 @@ READ = ("force", "torque", "power", "temperature")
 WRITE = ("displacement", "velocity", "position", "temperature", "heat")
 # quantities with one component, and the load that each quantity is part of
 SCALARS = ("power", "temperature", "heat")
+# quantities that vertices of removed bodies keep
+LASTING = ("displacement", "position", "temperature")
 LOAD = {"force": "force", "torque": "force", "power": "power", "temperature": "temperature"}
 SOURCE = {"power": "flow", "temperature": "held"}
 MISSING = ("the Python bindings of preCICE are needed: install the preCICE library (https://precice.org), then pip install "
@@ -44,42 +46,78 @@ class _Load:
         return self.early if t <= self.begin else self.late
 
 
-class _OnBodies:
+class _Part:
+    """Vertices of a coupling mesh, which preCICE keeps to its end.
+
+    Those whose bodies were removed keep the places and temperatures of the last window in which they were there, and have no
+    velocity and no heat; what is read for them is dropped.
+    """
+
+    def __init__(self, simulation, name, ids, read, write):
+        self.simulation, self.name, self.ids, self.read, self.write = simulation, name, ids, read, write
+        self.dim, self.last = simulation.scene.dim, {}
+
+    def keep_first(self):
+        """Values of what is written, where bodies go before they were written once."""
+        for what in self.write.values():
+            if what != "heat":
+                self.value(what)
+
+    def value(self, what):
+        """Values (m,) or (m, dim) of the vertices."""
+        there = self.there()
+        found = self.value_of(what, there)
+        out = np.zeros((len(there), *found.shape[1:]))
+        if what in LASTING and what in self.last:
+            out[:] = self.last[what]
+        out[there] = found
+        self.last[what] = out
+        return out
+
+
+class _OnBodies(_Part):
     """Points on rigid bodies: forces on them act at the points."""
 
     def __init__(self, simulation, name, ids, offsets, owner, read, write):
-        self.simulation, self.name, self.ids, self.read, self.write = simulation, name, ids, read, write
-        self.offsets, self.owner, self.dim = offsets, owner, simulation.scene.dim
+        super().__init__(simulation, name, ids, read, write)
+        self.offsets, self.owner = offsets, owner
         wide = {"force": (len(ids), 3 if self.dim == 2 else 6)}
         self.loads = {name: _Load(wide.get(name, (len(ids),))) for name in dict.fromkeys(LOAD[what] for what in read.values())}
         self.shared = np.bincount(owner, minlength=len(ids))  # points of each body
         self.start = self.places()
 
-    def rows(self):
+    def there(self):
+        return np.isin(self.ids, self.simulation.bodies.id)[self.owner]
+
+    def rows(self, owner):
         known = np.asarray(self.simulation.bodies.id)
         order = np.argsort(known)
-        return order[np.searchsorted(known[order], self.ids)]
+        return order[np.searchsorted(known[order], self.ids[owner])]
 
-    def arms(self):
-        """Vectors (m, dim) from the centres of the bodies to the points."""
+    def arms(self, there):
+        """Vectors (., dim) from the centres of the bodies to the points that are there."""
         from ..base.geometry import turn
 
-        rotation = np.asarray(self.simulation.bodies.rotation)[self.rows()][self.owner]
-        return turn(rotation, self.offsets, self.dim) if np.any(self.offsets) else self.offsets
+        offsets = self.offsets[there]
+        rotation = np.asarray(self.simulation.bodies.rotation)[self.rows(self.owner[there])]
+        return turn(rotation, offsets, self.dim) if np.any(offsets) else offsets
 
     def places(self):
-        return np.asarray(self.simulation.bodies.position)[self.rows()][self.owner] + self.arms()
+        return self.value("position")
 
-    def value(self, what):
+    def value_of(self, what, there):
+        owner = self.owner[there]
+        rows = self.rows(owner)
         if what == "temperature":
-            return np.ravel(self.simulation.bodies.temperature)[self.rows()][self.owner]
+            return np.ravel(self.simulation.bodies.temperature)[rows]
         if what == "heat":
-            return -(core_of(self.simulation).held_power(self.ids) / np.maximum(self.shared, 1))[self.owner]
+            return -core_of(self.simulation).held_power(self.ids[owner]) / self.shared[owner]
         if what == "velocity":
-            v = np.asarray(self.simulation.bodies.velocity)[self.rows()][self.owner]
+            v = np.asarray(self.simulation.bodies.velocity)[rows]
             spin = v[:, self.dim :]
-            return v[:, : self.dim] + _cross(spin, self.arms(), self.dim)
-        return self.places() - (self.start if what == "displacement" else 0.0)
+            return v[:, : self.dim] + _cross(spin, self.arms(there), self.dim)
+        x = np.asarray(self.simulation.bodies.position)[rows] + self.arms(there)
+        return x - self.start[there] if what == "displacement" else x
 
     def take(self, what, values, into):
         """Adds forces or torques (m, .) to the resultants (n, 3 | 6) of the bodies, powers (m,) to theirs, means of temperatures
@@ -92,19 +130,18 @@ class _OnBodies:
             np.add.at(into[:, self.dim :], self.owner, values.reshape(len(self.owner), -1))
             return
         np.add.at(into[:, : self.dim], self.owner, values)
-        moment = _moment(self.arms(), values, self.dim)
-        np.add.at(into[:, self.dim :], self.owner, moment)
+        there = self.there()
+        np.add.at(into[:, self.dim :], self.owner[there], _moment(self.arms(there), values[there], self.dim))
 
 
-class _OnMesh:
+class _OnMesh(_Part):
     """Nodes of a deformable body."""
 
     def __init__(self, simulation, name, mesh, nodes, read, write):
-        self.simulation, self.name, self.mesh, self.nodes, self.read, self.write = simulation, name, mesh, nodes, read, write
-        self.dim = simulation.scene.dim
+        super().__init__(simulation, name, mesh._mesh.node_ids[nodes], read, write)
+        self.mesh, self.nodes = mesh, nodes
         shape = {"force": (len(nodes), self.dim)}
         self.loads = {name: _Load(shape.get(name, (len(nodes),))) for name in dict.fromkeys(LOAD[what] for what in read.values())}
-        self.ids = mesh._mesh.node_ids[nodes]
         if "force" in self.loads:
             self._carry()
 
@@ -118,17 +155,21 @@ class _OnMesh:
 
         d.force = force
 
-    def places(self):
-        return self.mesh.position[self.nodes]
+    def there(self):
+        return np.isin(self.ids, self.simulation.nodes.id)
 
-    def value(self, what):
+    def places(self):
+        return self.value("position")
+
+    def value_of(self, what, there):
+        ids = self.ids[there]  # all or none: a mesh is removed as a whole
         if what == "heat":
-            return -core_of(self.simulation).held_power(self.ids)
+            return -core_of(self.simulation).held_power(ids)
         if what == "temperature":
             nodes = self.simulation.nodes
             order = np.argsort(nodes.id)
-            return np.ravel(nodes.temperature)[order[np.searchsorted(nodes.id, self.ids, sorter=order)]]
-        return getattr(self.mesh, what)[self.nodes]
+            return np.ravel(nodes.temperature)[order[np.searchsorted(nodes.id, ids, sorter=order)]]
+        return getattr(self.mesh, what)[self.nodes] if len(ids) else np.zeros((0, self.dim))
 
     def take(self, what, values, into):
         into += values.reshape(into.shape)
@@ -449,6 +490,7 @@ class Coupling(Spelt):
                                  "temperature, or write its heat")  # fmt: skip
         for name in sources:
             simulation._networks.add(SOURCE[name], part.ids, part.loads[name])
+        part.keep_first()
         self._parts.append(part)
 
     def _refuse_held(self, ids):

@@ -156,3 +156,75 @@ def test_points_of_a_body_have_one_temperature_and_share_its_heat(partner):  # n
     coupling.bodies("Mesh", walls, points=points, owner=[0, 0, 0, 1], read={"Wall": "temperature"}, write={"Heat": "heat"})
     coupling.run()
     assert coupling._participant.written["Heat"] == pytest.approx([10 / 3, 10 / 3, 10 / 3, -10.0], rel=1e-9)
+
+
+REMOVED = [[0], [1], [0, 1, 2]]
+
+
+@pytest.mark.parametrize("gone", REMOVED)
+@pytest.mark.parametrize("what", ["power", "temperature"])
+def test_vertices_of_removed_grains_stay_and_their_heat_goes_nowhere(partner, gone, what):  # noqa: F811
+    scene = cn.Scene(2)
+    ids = scene.add(cn.disks([(0.0, 0.0), (3.0, 0.0), (6.0, 0.0)], 0.5, METAL, velocity=(0.0, 1.0)))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.thermal(initial=300.0)
+    sim = cn.Simulation(scene, 0.01, EULER)
+    given = {"power": np.full(3, 1e3), "temperature": np.full(3, 350.0)}[what]
+    partner.partner, partner.windows = staticmethod(lambda t, w: {"In": given}), 5
+    partner.components = {"In": 1, "T": 1, "Heat": 1}
+    coupling = coupled(sim)
+    written = {"T": "temperature", "Place": "position", "Speed": "velocity"} | ({"Heat": "heat"} if what == "temperature" else {})
+    coupling.bodies("Mesh", ids, read={"In": what}, write=written)
+    coupling.run(callback=lambda s: s.remove(ids[gone]) if coupling.windows == 2 else None)
+    found, count = coupling._participant.written, np.where(np.isin([0, 1, 2], gone), 2, 5)
+    rise = 1e3 * 0.01 * count / (250.0 * np.pi * 200.0)
+    assert found["T"] == pytest.approx(300.0 + rise if what == "power" else given, rel=1e-12)
+    assert np.allclose(found["Place"], np.c_[[0.0, 3.0, 6.0], 0.01 * count], rtol=1e-12)
+    assert np.array_equal(found["Speed"], np.c_[np.zeros(3), count == 5])
+    assert "Heat" not in found or np.array_equal(found["Heat"], np.zeros(3))
+    assert sim.info["thermal"]["status"] == "converged"
+
+
+def test_a_removed_mesh_keeps_its_vertices(partner):  # noqa: F811
+    sim = bar(steady=True, temperature={"bar.left": 300.0})
+    partner.partner, partner.windows = staticmethod(lambda t, w: {"End": np.full(3, 350.0)}), 4
+    partner.components = {"End": 1, "Heat": 1, "T": 1}
+    coupling, heats = coupled(sim), []
+    coupling.mesh("Mesh", 0, "right", read={"End": "temperature"}, write={"Heat": "heat", "T": "temperature", "X": "position"})
+
+    def remove(s):
+        heats.append(np.sum(coupling._participant.written["Heat"]))
+        if coupling.windows == 2:
+            s.remove(s.meshes[0].all_ids)
+
+    coupling.run(callback=remove)
+    assert heats == pytest.approx([-400.0, -400.0, 0.0, 0.0], rel=1e-9)
+    assert np.all(coupling._participant.written["T"] == 350.0) and np.all(coupling._participant.written["X"][:, 0] == 1.0)
+
+
+def wired(wires, held, written):
+    """Three balls in a row, joined by wires; a partner holds some at a temperature and takes their heat."""
+    scene = cn.Scene(3)
+    ids = scene.add(cn.spheres([(0.1 * k, 0.0, 0.0) for k in range(3)], 0.01, METAL))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.thermal(initial=300.0, steady=True, wires=wires, temperature=[(ids[2:], 300.0)])
+    coupling = coupled(cn.Simulation(scene, 0.01, EULER))
+    coupling.bodies("Held", ids[held], read={"T": "temperature"})
+    coupling.bodies("Written", ids[written], write={"Heat": "heat"})
+    return coupling
+
+
+def test_heat_through_perfect_conductors(partner):  # noqa: F811
+    """One held ball answers for those that a perfect conductor joins to it; how two held ones share is undetermined."""
+    partner.dimensions, partner.windows, partner.components = 3, 1, {"T": 1, "Heat": 1}
+    partner.partner = staticmethod(lambda t, w: {"T": np.array([350.0])})
+    one = wired([(0, 1, np.inf), (1, 2, 2.0)], [0], [0, 1, 2])
+    one.run()
+    assert one._participant.written["Heat"] == pytest.approx([-100.0, 0.0, 100.0], rel=1e-9)
+    partner.partner = staticmethod(lambda t, w: {"T": np.array([350.0, 350.0])})
+    two = wired([(0, 1, np.inf), (1, 2, 2.0)], [0, 1], [2])
+    two.run()
+    assert two._participant.written["Heat"] == pytest.approx([100.0], rel=1e-9)
+    for written in ([0], [1]):
+        with pytest.raises(ValueError, match=f"body or node {written[0]} .* undetermined.* give that contact or wire a finite"):
+            wired([(0, 1, np.inf), (1, 2, 2.0)], [0, 1], written).run()

@@ -46,7 +46,7 @@ def test_a_document_is_the_scene_that_it_tells():
 
 FAULTS = [
     (lambda d: d.pop("dim"), "", "'dim' is missing"),
-    (lambda d: d.update(dim=4), "", "dim"),
+    (lambda d: d.update(dim=4), "/dim", "dim"),
     (lambda d: d.update(gravty=[0, 1]), "/gravty", "did you mean 'gravity'"),
     (lambda d: d.update(gravity=[0, 0, -9.81]), "/gravity", "gravity"),
     (lambda d: d.update(version=7), "/version", "reads 1"),
@@ -57,7 +57,8 @@ FAULTS = [
     (lambda d: d.update(bodies={}), "/bodies", "no list"),
     (lambda d: d["bodies"][0].update(shape="disk"), "/bodies/0/shape", "did you mean 'disks'"),
     (lambda d: d["bodies"][0].pop("shape"), "/bodies/0/shape", "'shape' is missing"),
-    (lambda d: d["bodies"].insert(0, 3), "/bodies/0/shape", "missing"),
+    (lambda d: d["bodies"].insert(0, 3), "/bodies/0", "3 is no object"),
+    (lambda d: d["bodies"][0].pop("material"), "/bodies/0", "'material' is missing"),
     (lambda d: d["bodies"][0].pop("radii"), "/bodies/0", "'radii' is missing"),
     (lambda d: d["bodies"][0].update(radii=-0.5), "/bodies/0/radii", "number > 0"),
     (lambda d: d["bodies"][0].update(radii="half"), "/bodies/0/radii", "radii"),
@@ -69,7 +70,10 @@ FAULTS = [
     (lambda d: d["laws"][0].update(mu=-1), "/laws/0/mu", "mu"),
     (lambda d: d["laws"][0].pop("mu"), "/laws/0", "mu"),
     (lambda d: d["laws"][0].pop("a"), "/laws/0", "'a' is missing"),
-    (lambda d: d["laws"][0].update(a=["rock"]), "/laws/0", "rock"),
+    (lambda d: d["laws"][0].update(a=["rock"]), "/laws/0/a", "rock"),
+    (lambda d: d["laws"][0].update(a="rok"), "/laws/0/a", "did you mean 'rock'"),
+    (lambda d: d["laws"].insert(0, "Coulomb"), "/laws/0", "no object"),
+    (lambda d: d["simulation"].update(strategy=["NSCD"]), "/simulation/strategy", "no object"),
     (lambda d: d["simulation"].pop("dt"), "/simulation", "'dt' is missing"),
     (lambda d: d["simulation"].update(dt=0), "/simulation/dt", "dt"),
     (lambda d: d["simulation"]["strategy"].update(name="NCSD"), "/simulation/strategy/name", "did you mean 'NSCD'"),
@@ -82,6 +86,7 @@ FAULTS = [
     (lambda d: d.update(run={"until": 4e-4}), "/run/until", "no step"),
     (lambda d: d["run"].update(append=True, overwrite=True), "/run", "both true"),
     (lambda d: d["run"].update(output=7), "/run/output", "name of a file"),
+    (lambda d: d["run"].update(output="a.txt"), "/run/output", "ends in .vtkhdf"),
 ]  # fmt: skip
 
 
@@ -175,3 +180,20 @@ def test_schema_accepts_the_document_and_refuses_its_faults():
     assert not list(validator.iter_errors(DROP))
     refused = sum(bool(list(validator.iter_errors(changed(change)))) for change, *_ in FAULTS)
     assert refused > 0.6 * len(FAULTS), "what is a matter of values is told by the check alone"
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    (b"[" * 5000 + b"]" * 5000, "nested too deep"),
+    (b'{"dim": 2, "dim": 3}', "the field 'dim' twice"),
+    (b'{"dim": 1' + b"0" * 400 + b"}", "a whole number of 401 digits"),
+    (b"\xff\xfe", "no JSON"),
+])  # fmt: skip
+def test_texts_that_are_no_documents(tmp_path, text, words):
+    (tmp_path / "scene.json").write_bytes(text)
+    with pytest.raises(cn.FileError, match=words):
+        documents.read(tmp_path / "scene.json")
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path):
+    (tmp_path / "scene.json").write_bytes(b"\xef\xbb\xbf" + b'{"dim": 2}')
+    assert documents.read(tmp_path / "scene.json") == {"dim": 2}

@@ -87,6 +87,9 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
     ("small", "J2iso", "ELAS", ELASTIC, r"model M2D_L \(small, J2iso, iso__\) of material GUMMY \(ELAS\)"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:3] + ("crit: Hill",) + PLASTIC[4:], "material GUMMY has crit: Hill, not Von-Mises"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:4] + ("isoh: Hollomon",) + PLASTIC[5:], "isoh: Hollomon, not linear or Swift"),
+    ("small", "J__MC", "JOINT_MC", ELASTIC, r"\(JOINT_MC\): joint elements, .*cn.CompositeInterface\(normal_stiffness=knc, .*tan\(phi\)"),
+    ("small", "JELAS", "JOINT_ELAS", ELASTIC, r"\(JOINT_ELAS\): joint elements, .*cn.CompositeInterface\(normal_stiffness=knc"),
+    ("small", "JFCZM", "JOINT_FCZM", ELASTIC, r"\(JOINT_FCZM\): joint elements, .*works of fracture"),
     ("small", "kvisc", "VISCO_ELAS", VISCOUS[:5], "material GUMMY lacks its EYng="),
 ])  # fmt: skip
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
@@ -98,6 +101,7 @@ def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
     ("J2xx2", "joints of no thickness: contactors on both sides"), ("Q8Rxx", "reduced or mixed"),
     ("DKTxx", "a shell: take solid"), ("SPRG2", "a spring between nodes"), ("BARxx", "cn.bars"),
     ("S2xth", "a wire of a thermal network"), ("PRI6x", "a prism"), ("T3Lxx", "give T3xxx"), ("SHB8x", "a shell: take solid"),
+    ("S2xxx", "make bars by cn.bars"),
 ])  # fmt: skip
 def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, tmp_path):
     folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
@@ -109,7 +113,17 @@ def test_elements_that_are_not_there_are_told_with_what_to_give(element, told, t
         legacy.read_datbox(folder)
 
 
-@pytest.mark.parametrize("kind, told", [("PT2DL", "join nodes by cn.Spring"), ("DISKL", "give CLxxx and ALpxx")])
+def test_a_line_is_told_by_its_model(tmp_path):
+    """BODIES.DAT calls bars, springs and lines of heat S2xxx; their model tells which it is."""
+    folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
+    for name, element in (("BODIES.DAT", "S2xxx"), ("MODELS.DAT", "S2xth")):
+        text = (folder / name).read_text()
+        (folder / name).write_text(text.replace("Q4xxx", element))
+    with pytest.raises(legacy.LegacyError, match="element S2xxx: heat along a line: give a wire of a thermal network"):
+        legacy.read_datbox(folder)
+
+
+@pytest.mark.parametrize("kind, told", [("POLYD", "give CSpxx and ASpxx"), ("PT2DL", "join nodes by cn.Spring"), ("DISKL", "give CLxxx and ALpxx")])
 def test_contactors_of_meshes_that_are_not_there_are_told_with_what_to_give(kind, told, tmp_path):
     folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
     text = (folder / "BODIES.DAT").read_text()

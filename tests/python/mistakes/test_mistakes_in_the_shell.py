@@ -35,6 +35,8 @@ MISTAKES = [
     ("run wrong.py", 1, "wrong.py, line 2: dim is 4: give 2 (disks) or 3 (spheres)"),
     ("info s.scene.h5 --script", 1, "this file holds a scene or a checkpoint, and no run", "give a .vtkhdf file"),
     ("info notes.txt", 1, "notes.txt: this is not an HDF5 file; give a .vtkhdf file"),
+    ("plot r.vtkhdf --field rotation", 2, "there is no option --field; did you mean '--what'?"),
+    ("plot r.vtkhdf --xyz rotation", 2, "there is no option --xyz; there are --help, --what"),
     ("info r.vtkhdf --jsn", 2, "there is no option --jsn; did you mean '--json'?"),
     ("plot r.vtkhdf --what velocty", 1, "there is no field 'velocty'; there are position", "did you mean 'velocity'?"),
     ("plot r.vtkhdf --step 99", 1, "output 99 was asked for; r.vtkhdf holds 3 (0 to 2)"),

@@ -167,6 +167,18 @@ def test_what_the_exact_cut_gives_up_is_cut_nearly():
         cn.pre.convex_parts(vertices, faces, near=2.0)
 
 
+def test_a_cut_that_does_not_close_is_told_and_cut_nearly(monkeypatch):
+    def no_closed_loop(*given):
+        raise KeyError(3)
+
+    monkeypatch.setattr(decompose, "cut", no_closed_loop)
+    vertices, faces = ring(6, 4)
+    with pytest.raises(ValueError, match="a cut does not close, by rounding .*: take its hull, or nearly .*, near=0.05"):
+        cn.pre.convex_parts(vertices, faces)
+    pytest.importorskip("coacd")
+    assert len(cn.pre.convex_parts(vertices, faces, near=0.05)) > 1
+
+
 def test_near_parts_need_their_library(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "coacd", None)
     with pytest.raises(ImportError, match="coacd is needed to cut a body into nearly convex parts: pip install coacd"):
