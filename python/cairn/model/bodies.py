@@ -496,8 +496,8 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     given = np.shape(inertia)
     if dim == 3 and given not in ((3,), (n, 3), (1, 3, 3), (n, 3, 3)):
         raise ValueError(f"inertia has shape {given}: a body in 3D has three principal moments, give (3,) of all or ({n}, 3) of "
-                         f"each, or a tensor, (1, 3, 3) or ({n}, 3, 3) [kg m2]; cairn.pre.clump(centers, radii, density) finds it, "
-                         "and mass and offsets")  # fmt: skip
+                         f"each, or a tensor, (1, 3, 3) or ({n}, 3, 3) [kg m2]; cairn.pre.clump(centers, radii, density) finds "
+                         "it, and mass and offsets")  # fmt: skip
     places = np.broadcast_to(offsets, (n, m, dim))
     if len(given) == 3:
         moments, axes = principal_frames("inertia", inertia, n)

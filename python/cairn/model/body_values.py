@@ -51,8 +51,8 @@ def density_of(material, density):
 
 
 def principal_frames(name, tensors, n):
-    """Principal moments (n, 3) and axes (n, 3, 3), columns, of one or n tensors of inertia [kg m2]. Raises ValueError for one that
-    is not symmetric and positive definite."""
+    """Principal moments (n, 3) and axes (n, 3, 3), columns, of one or n tensors of inertia [kg m2]. Raises ValueError for one
+    that is not symmetric and positive definite."""
     tensors = checks.real_array(name, np.broadcast_to(checks.reals(name, tensors), (n, 3, 3)), (n, 3, 3))
     turned = np.swapaxes(tensors, 1, 2)
     off = np.abs(tensors - turned).max(axis=(1, 2)) > SYMMETRIC * np.abs(tensors).max(axis=(1, 2))

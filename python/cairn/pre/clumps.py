@@ -53,8 +53,8 @@ class Clump(NamedTuple):
 def clump(centers, radii, density, *, overlap="union", depth=1.0, points=48) -> Clump:
     """The rigid body that disks (m, 2) or spheres (m, 3) of one density make together.
 
-    It keeps the axes in which the parts are given, so that `cairn.clumps(places, c.offsets, c.radii, c.mass, c.inertia, material)`
-    puts it there as it was given. density [kg/m3]; depth [m] of a 2D body. Raises ValueError for bad sizes.
+    It keeps the axes in which the parts are given: `cairn.clumps(places, c.offsets, c.radii, c.mass, c.inertia, material)` puts
+    it there as it was given. density [kg/m3]; depth [m] of a 2D body. Raises ValueError for bad sizes.
     """
     centers = np.asarray(centers)
     dim = checks.dimension(centers.shape[-1] if centers.ndim == 2 else 0)
@@ -82,7 +82,7 @@ def clump(centers, radii, density, *, overlap="union", depth=1.0, points=48) -> 
             (c - center) * size, radii.copy(), mass, np.array([np.trace(second) * scale]), middle + center * size, np.eye(2)
         )
     tensor = mass_properties.inertia_of((second + second.T)[None] / 2) * scale
-    _, axes = mass_properties.principal(tensor)  # of the tensor given out, as cairn.clumps finds them: signs hang on its last digits
+    _, axes = mass_properties.principal(tensor)  # of the very tensor that cairn.clumps takes: signs hang on its last digits
     return Clump((c - center) * size, radii.copy(), mass, tensor, middle + center * size, axes[0])
 
 

@@ -348,7 +348,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             Function of the simulation that is called after each step; returning False ends the run.
         probes : dict, optional
             {name: function of the simulation that gives a number, or Probe}, recorded in the history each step, or as often as
-            the Probe says.
+            the Probe says; needs `output`, whose file holds the history.
         progress : bool, default True
             Shows a bar.
         overwrite : bool, default False
