@@ -272,6 +272,9 @@ def _tell_of_idle_drive(s):
 def _refuse_force_on_held(s):
     """Raises ValueError for a force without effect: on bodies that are held, or by a Servo whose normal has no free dof."""
     names, normal = DOFS[s.dim], getattr(s.force, "normal", None)
+    if normal is not None and np.shape(normal) != (s.dim,):
+        raise ValueError(f"force is a {type(s.force).__name__} with a normal of {np.size(normal)} components, and the bodies are "
+                         f"in {s.dim}D: give its normal ({s.dim},)")  # fmt: skip
     if getattr(s.force, "needs_simulation", False) and np.shape(normal) == (s.dim,):
         free = [name for name in names[: s.dim] if name not in s.driven]
         if not np.any(np.isfinite(s.mass)) or not any(abs(normal[names.index(name)]) > 0 for name in free):

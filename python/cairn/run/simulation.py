@@ -112,6 +112,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         unit_warnings.warn(self, 3)
         unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         scene_warnings.warn(self, 3)
+        scene_warnings.warn_of_tension(self, scene.periodic, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()

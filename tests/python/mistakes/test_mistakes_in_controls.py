@@ -1,0 +1,62 @@
+"""Mistakes in what drives a scene: servo walls, periodic cells, bodies that are added, and their answers."""
+
+import warnings
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2600.0)
+PLACES = (np.indices((3, 3)).reshape(2, -1).T + 0.5) * 0.02
+
+
+def pressed(stress, law, normal=(0, -1)):
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, 0.5]], [0.5], ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.add(cn.wall((0, 1), (0, -1), ROCK, mass=1.0, free="vy", force=cn.Servo(stress, normal, area=1.0)))
+    scene.interact(ROCK, ROCK, law)
+    return cn.Simulation(scene, 1e-3)
+
+
+def cell(law, **drive):
+    scene = cn.Scene(2, periodic=cn.Periodic((0.06, 0.06), **drive))
+    scene.add(cn.disks(PLACES, 0.009, ROCK))
+    scene.interact(ROCK, ROCK, law)
+    return cn.Simulation(scene, 1e-4)
+
+
+def told(call):
+    """Texts of the SceneWarnings of a call."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    return [str(w.message) for w in caught if issubclass(w.category, cn.SceneWarning)]
+
+
+def test_a_servo_that_opposes_its_wall_is_refused():
+    words = r"normal of the Servo is \[0.0, 1.0\], against that of the wall, \[0.0, -1.0\].*give Servo"
+    with pytest.raises(ValueError, match=words):
+        pressed(1e3, cn.Coulomb(mu=0.3), normal=(0, 1))
+    assert not told(lambda: pressed(1e3, cn.Coulomb(mu=0.3)))
+
+
+def test_a_normal_of_another_dimension_is_refused():
+    words = r"Servo with a normal of 3 components, and the bodies are in 2D: give its normal \(2,\)"
+    with pytest.raises(ValueError, match=words):
+        pressed(1e3, cn.Coulomb(mu=0.3), normal=(0, 0, -1))
+
+
+def test_a_servo_that_pulls_is_told_where_nothing_holds():
+    texts = told(lambda: pressed(-1e3, cn.Coulomb(mu=0.3)))
+    assert len(texts) == 1 and "stress of the Servo of body 2 is -1000 Pa" in texts[0] and "give 1000" in texts[0]
+    assert not told(lambda: pressed(-1e3, cn.MohrCoulomb(tension=1e5, cohesion=1e5, friction=0.5)))
+
+
+@pytest.mark.parametrize("stress", [-1e3, {"xx": 1e3, "yy": -1e3}])
+def test_a_cell_under_tension_is_told_where_nothing_holds(stress):
+    texts = told(lambda: cell(cn.Coulomb(mu=0.3), stress=stress))
+    assert len(texts) == 1 and "compression is positive, give 1000" in texts[0]
+    assert not told(lambda: cell(cn.MohrCoulomb(tension=1e5, cohesion=1e5, friction=0.5), stress=stress))
+    assert not told(lambda: cell(cn.Coulomb(mu=0.3), stress={"xx": 1e3, "xy": -1e3}))  # shear has no sign that fails
+    sim = cell(cn.Coulomb(mu=0.3), stress=1e3)
+    assert len(told(lambda: sim.drive_cell(stress=stress))) == 1
