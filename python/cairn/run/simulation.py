@@ -100,13 +100,14 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self._start_meshes()
         self._fluid = self._start_fluid()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
+        self._added, self._overlap_share = [], np.inf if overlap == "ignore" else checks.number("overlap_share", overlap_share)
         self._unmet, self._lawless, self._turned, self._deepest = set(), set(), set(), 0.0
         self._warn_of_shapes()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap == "ignore":
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
-            self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share))
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
@@ -253,6 +254,9 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         """
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
+        if self._added:
+            added, self._added = np.concatenate(self._added), []
+            self._warnings.begins_with(first_overlaps.look_at_added(self, added, self._overlap_share))
         self._warnings.look(self, report, h)
         if self._fluid:
             self._fluid.look(report)
@@ -460,6 +464,10 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ------
         ValueError
             If a set is wrong; nothing is inserted then.
+
+        Notes
+        -----
+        Bodies that overlap others by more than `overlap_share` are told of in the next step, unless `overlap` is "ignore".
         """
         from ..model.bodies import replace
 
@@ -479,6 +487,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time, numbers))
             self._sets.append(replace(s, ids=ids[-1]))
+        if ids and self._ranks is None and self._overlap_share < np.inf:
+            self._added.append(np.concatenate(ids))
         self._radii = None
         if self._given.for_scene(self._core.scene, self._rules, free_masses(self._sets)) != self._strategy:
             self.strategy = self._given

@@ -125,8 +125,8 @@ class StepWarnings:
         self._flights, self._sinking, self._edges, self._leaps = Flights(), Sinking(), RoundEdges(), Leaps()
 
     def begins_with(self, overlap):
-        """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
-        self._first_overlap = overlap
+        """Sets the deepest overlap of bodies that come in, over the size of the smaller body; the first step may add its own."""
+        self._first_overlap = max(overlap, self._first_overlap or 0.0)
 
     def look(self, simulation, info, h):
         """Checks the report of a step of h [s]."""

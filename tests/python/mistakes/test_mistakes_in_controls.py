@@ -60,3 +60,25 @@ def test_a_cell_under_tension_is_told_where_nothing_holds(stress):
     assert not told(lambda: cell(cn.Coulomb(mu=0.3), stress={"xx": 1e3, "xy": -1e3}))  # shear has no sign that fails
     sim = cell(cn.Coulomb(mu=0.3), stress=1e3)
     assert len(told(lambda: sim.drive_cell(stress=stress))) == 1
+
+
+def added(place, **options):
+    """Texts of the OverlapWarnings of five steps after a disk was added to one on a floor."""
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    scene.add(cn.disks([[0, 0.5]], [0.5], ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, **options)
+    sim.run(3, progress=False)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        sim.add(cn.disks([place], [0.4], ROCK))
+        sim.run(5, progress=False)
+    return [str(w.message) for w in caught if issubclass(w.category, cn.OverlapWarning)]
+
+
+def test_a_body_added_into_another_is_told_with_both_ids():
+    texts = added((0, 0.6))
+    assert len(texts) == 1 and "added before step 4" in texts[0] and "bodies 0 and 2 by 2 of a radius" in texts[0]
+    assert len(added((0, -0.1))) == 1  # into the floor
+    assert len(added((0, 1.38))) == 1 and not added((0, 1.399)) and not added((0, 1.38), overlap_share=0.06)
+    assert not [text for text in added((0, 1.38), overlap="ignore") if "added" in text]
