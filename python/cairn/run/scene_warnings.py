@@ -8,20 +8,23 @@ import warnings
 import numpy as np
 
 from ..base import checks
+from ..model.extents import Placed
 from ..model.joint_ends import END
 from .unit_warnings import holds_together
 from .views import core_of
 
 # distance of a joint from the nearer of its bodies over their size
 FAR = 100.0
+# shapes with faces, of bodies that move; walls and surfaces, on which these faces lie
+FACES, GROUND = ("polygon", "polyhedron", "cylinder"), ("half_plane", "plane", "segment", "facet")
 # steps of a run after which it is told that nothing moved
 STEPS = 10
 
 
 class SceneWarning(UserWarning):
     """A scene lacks what holds or moves its bodies: a mesh that touches nothing falls, a liquid has no walls, gravity acts along
-    a periodic axis; a wall or a cell is pulled where no law holds bodies together; nothing moves in a run; or a joint is far from
-    its bodies."""
+    a periodic axis; a wall or a cell is pulled where no law holds bodies together; a ParallelBond joins faces; nothing moves in a
+    run; or a joint is far from its bodies."""
 
 
 def warn(simulation, above):
@@ -29,7 +32,7 @@ def warn(simulation, above):
     scene = simulation.scene
     given = scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity
     gravity = checks.real_array("gravity", given, (scene.dim,))
-    found = [_joints(simulation), _pulled_walls(simulation)]
+    found = [_joints(simulation), _pulled_walls(simulation), _bonds_of_faces(simulation)]
     if np.any(gravity):
         found += [_meshes(simulation), _liquid(simulation, gravity), _cell(simulation, gravity)]
     for text in filter(None, found):
@@ -47,6 +50,21 @@ def warn_of_tension(simulation, cell, above):
         text = f"{which} of the periodic cell is {value:g} Pa, a tension, and no law holds bodies together: the cell grows "
         text += f"without end; compression is positive, give {-value:g}, or a law with cohesion"
         warnings.warn(text, SceneWarning, stacklevel=above + 1)
+
+
+def _bonds_of_faces(simulation):
+    """Text on parallel bonds between faces, whose size is that of circumscribed balls instead of the face."""
+    if not any(law is not None and law.name == "parallel_bond" for *_, law in simulation._rules):
+        return None
+    placed, known = Placed(core_of(simulation).scene), {number: pair for pair, number in simulation._species.items()}
+    species = placed.field("material")
+    faces, ground = (np.unique(species[np.isin(placed.shape, shapes)]) for shapes in (FACES, GROUND))
+    laws = (simulation.scene.law_between(known[int(a)], known[int(b)]) for a in faces for b in np.union1d(faces, ground))
+    if not any(law is not None and law.name == "parallel_bond" for law in laws):
+        return None
+    return "ParallelBond joins bodies with faces: each point of contact has a bond of its own, of the effective radius of " \
+           "their circumscribed balls and not of the area of the face; give a law that takes the area, cn.MohrCoulomb, cn.MAL " \
+           "or another of docs/cohesion.md"  # fmt: skip
 
 
 def _is_below_zero(value):

@@ -82,3 +82,23 @@ def test_a_body_added_into_another_is_told_with_both_ids():
     assert len(added((0, -0.1))) == 1  # into the floor
     assert len(added((0, 1.38))) == 1 and not added((0, 1.399)) and not added((0, 1.38), overlap_share=0.06)
     assert not [text for text in added((0, 1.38), overlap="ignore") if "added" in text]
+
+
+def test_parallel_bonds_between_faces_are_told():
+    bond = cn.ParallelBond(normal_stiffness=1e10, tangential_stiffness=1e10, tension=2e5)
+
+    def simulation(other, law, among=None):
+        scene = cn.Scene(3)
+        scene.add(cn.boxes([[0, 0, 0.05]], (0.2, 0.2, 0.1), ROCK, fixed=True), other)
+        scene.interact("*", "*", law)
+        if among is not None:
+            scene.interact("rock", "rock", among)
+        return cn.Simulation(scene, 1e-4)
+
+    box = cn.boxes([[0, 0, 0.15]], (0.2, 0.2, 0.1), ROCK)
+    ball = cn.spheres([[0, 0, 0.15]], 0.05, cn.Material("ball", density=1e3))
+    texts = told(lambda: simulation(box, bond))
+    assert len(texts) == 1 and "circumscribed balls" in texts[0] and "cn.MohrCoulomb" in texts[0]
+    assert not told(lambda: simulation(box, bond, among=cn.Coulomb(mu=0.5)))  # bonds of others alone
+    assert not told(lambda: simulation(ball, bond, among=cn.Coulomb(mu=0.5)))
+    assert not told(lambda: simulation(box, cn.MohrCoulomb(tension=1e5, cohesion=1e5, friction=0.5)))
