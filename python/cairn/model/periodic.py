@@ -121,7 +121,7 @@ class Periodic:
             raise ValueError(f"lengths of the periodic cell is {self.lengths}: give inf or 0 along axes that are not periodic")
         lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
-            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths > 0, inf or 0 where not periodic")
+            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf or 0 where it is not")
         periodic = np.zeros(3, bool)
         periodic[:dim] = np.isfinite(lengths) & (lengths > 0)
         vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))

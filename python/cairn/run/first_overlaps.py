@@ -11,10 +11,8 @@ from .sinking import overlaps_of
 from .step_warnings import OverlapWarning
 from .views import core_of
 
-REMEDY = (
-    "or shrink the radii, or set overlap='ignore' (NSCD(overlap=...) takes back what is beyond it, slowly, and "
-    "project_positions removes all)"
-)
+REMEDY = "or shrink the radii, or set overlap='ignore'"
+WITHOUT_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly, and project_positions removes all)"
 CHUNK = 64  # bodies compared with all facets of a surface at a time
 
 
@@ -31,14 +29,14 @@ def _first_gaps(simulation):
         core.undo_step()
 
 
-def check(simulation, action, share):
+def check(simulation, action, share, over_ranks=False):
     """Checks overlaps of the initial configuration, relative to the smaller radius. Warns or raises ValueError, naming the worst
     pairs, above `share`; returns the deepest [-]."""
     turned = look_at_walls(simulation, action)
     gap, pairs = _first_gaps(simulation)
     listed, deepest = _listed(simulation, gap, pairs, share, ~np.isin(pairs, list(turned)).any(axis=1))
     if listed:
-        text = f"{listed}: move them apart, {REMEDY}"
+        text = f"{listed}: move them apart, {REMEDY}{'' if over_ranks else WITHOUT_RANKS}"
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
@@ -53,7 +51,7 @@ def look_at_added(simulation, ids, share):
     theirs = np.isin(pairs, ids).any(axis=1)
     listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
     if listed:
-        text = f"of the bodies added before step {simulation.steps}, {listed}: add them where is room, {REMEDY}"
+        text = f"of the bodies added before step {simulation.steps}, {listed}: add them where is room, {REMEDY}{WITHOUT_RANKS}"
         warnings.warn(text, OverlapWarning, stacklevel=5)
     return deepest
 

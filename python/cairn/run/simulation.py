@@ -107,7 +107,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         if overlap == "ignore":
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
-            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share))
+            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, ranks is not None))
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)

@@ -102,3 +102,23 @@ def test_parallel_bonds_between_faces_are_told():
     assert not told(lambda: simulation(box, bond, among=cn.Coulomb(mu=0.5)))  # bonds of others alone
     assert not told(lambda: simulation(ball, bond, among=cn.Coulomb(mu=0.5)))
     assert not told(lambda: simulation(box, cn.MohrCoulomb(tension=1e5, cohesion=1e5, friction=0.5)))
+
+
+def test_advice_over_ranks_can_be_followed_there():
+    """Ranks refuse other solvers, accuracy= and project_positions, which warnings so name for runs without ranks alone."""
+    texts = {}
+    for ranks in (None, 2):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            scene = cn.Scene(2, gravity=(0.0, -9.81))
+            scene.add(cn.disks([[0, 0.5], [0, 1.4]], 0.5, ROCK), cn.disks([[0, 2.4]], 0.5, ROCK, density=1e6))
+            scene.add(cn.wall((0, 0), (0, 1), ROCK))
+            scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+            sim = cn.Simulation(scene, 1e-3, ranks=ranks)
+            info = {**sim.step(), "status": "converged", "energy_created": 0.3}
+            sim._warnings.look(sim, info, 1e-3)
+        texts[ranks] = [str(w.message) for w in caught if w.category in (cn.OverlapWarning, cn.EnergyCreatedWarning)]
+    overlap, created = texts[2]
+    assert "project_positions" in texts[None][0] and "project_positions" not in overlap
+    assert "give solver=cn.Auto(), a smaller tol or accuracy=1e-3" in texts[None][1]
+    assert "give a smaller tol; without ranks= also solver=cn.Auto()" in created
