@@ -85,7 +85,7 @@ def simulation(grains, width, angle, law, local_damping=0.0, clumps=None):
 
 
 def poses(centers):
-    """Centres and quaternions of clumps, in the principal axes of cn.pre.clump, from the centres of their spheres (m, 3, 3)."""
+    """Centres and quaternions of clumps, in the axes of OFFSETS, from the centres of their spheres (m, 3, 3)."""
     import cairn as cn
     from cairn.pre.mass_properties import quaternions
 
@@ -121,7 +121,7 @@ def child(folder, angle, warm, steps, law):
         body = cn.pre.clump(OFFSETS, np.full(3, DIAMETER / 2), DENSITY)
         q = bodies.rotation[:count]
         s, axis = q[:, :1, None], q[:, None, 1:]
-        arm = np.broadcast_to(body.offsets, (count, 3, 3))
+        arm = np.broadcast_to(body.offsets @ body.axes, (count, 3, 3))  # rotations of bodies are those of principal axes
         axis = np.broadcast_to(axis, arm.shape)
         twice = 2 * np.cross(axis, arm)
         centers = (bodies.position[:count, None] + arm + s * twice + np.cross(axis, twice)).reshape(-1, 3)

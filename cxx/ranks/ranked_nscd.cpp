@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "../base/call.hpp"
@@ -521,8 +520,7 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
   e.in_play = e.largest_kinetic + e.turned_over;
   const double of_step =
       std::max(moving, moved) + (0.5 * size + law_turned_over) + (std::abs(stored_change) + released) + fall;
-  const bool moves = of_step > std::numeric_limits<double>::epsilon() * e.in_play;
-  s.report.solve.energy_created = moves ? (0.5 * given + law_created) / of_step : 0;
+  s.report.solve.energy_created = created_share(0.5 * given + law_created, of_step, e.in_play);
 }
 
 } // namespace cairn

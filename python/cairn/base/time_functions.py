@@ -254,7 +254,7 @@ class Servo:
     Parameters
     ----------
     stress : float or callable
-        Pressure [Pa], or a function of time that gives it.
+        Pressure [Pa], or a function of time that gives it; compression positive. Below 0 it pulls the wall off the bodies.
     normal : array_like (dim,)
         Normal of the wall, out of the solid; its length does not matter.
     area : float, "walls" or callable, optional

@@ -6,6 +6,24 @@ import sys
 from ..names import listed
 
 
+class Arguments(list):
+    """sys.argv of a script, which keeps whether the script looked at more than its own name."""
+
+    read = False
+
+    def __getitem__(self, index):
+        self.read |= index != 0
+        return super().__getitem__(index)
+
+    def __iter__(self):
+        self.read = True
+        return super().__iter__()
+
+    def __len__(self):
+        self.read = True
+        return super().__len__()
+
+
 def add_parser(add, commands):
     """The parser of `cairn run`."""
     run = add(
@@ -50,7 +68,7 @@ def main(options):
             raise ValueError(f"{told}: give nothing before it but --overwrite; what stands behind it is for the script")
         if not os.path.isfile(options.what):
             raise SystemExit(f"cairn: error: {options.what}: no such script; check the path")
-        sys.argv = [options.what, *options.passed_on]
+        sys.argv = arguments = Arguments([options.what, *options.passed_on])
         sys.path.insert(0, os.path.dirname(os.path.abspath(options.what)))
         with runs.commanded(options.overwrite) as command:
             try:
@@ -58,6 +76,9 @@ def main(options):
             except SystemExit as end:
                 if command.stopped is None or end.code not in (None, 0):
                     raise
+        if options.passed_on and not arguments.read:
+            told = f"cairn: warning: {options.what} reads no options, so {' '.join(options.passed_on)} had no effect"
+            print(f"{told}: set what they mean in the script, or read them from sys.argv there", file=sys.stderr)
         return command.status
     from ..model.scene import Scene
     from ..run.simulation import Simulation

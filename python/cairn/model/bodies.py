@@ -15,7 +15,8 @@ from ..base.expressions import texts_of
 from ..base.materials import Material
 from ..base.time_functions import Components
 from ..names import Spelt, listed, takes
-from .body_values import density_of, per_body, spread
+from ..pre import mass_properties
+from .body_values import density_of, per_body, principal_frames, quaternion_product, spread, unit_quaternions
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
 OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping", "surface_velocity", "surface_origin")
@@ -271,6 +272,9 @@ def _tell_of_idle_drive(s):
 def _refuse_force_on_held(s):
     """Raises ValueError for a force without effect: on bodies that are held, or by a Servo whose normal has no free dof."""
     names, normal = DOFS[s.dim], getattr(s.force, "normal", None)
+    if normal is not None and np.shape(normal) != (s.dim,):
+        raise ValueError(f"force is a {type(s.force).__name__} with a normal of {np.size(normal)} components, and the bodies are "
+                         f"in {s.dim}D: give its normal ({s.dim},)")  # fmt: skip
     if getattr(s.force, "needs_simulation", False) and np.shape(normal) == (s.dim,):
         free = [name for name in names[: s.dim] if name not in s.driven]
         if not np.any(np.isfinite(s.mass)) or not any(abs(normal[names.index(name)]) > 0 for name in free):
@@ -448,20 +452,22 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
 def clumps(positions, offsets, radii, mass, inertia, material, **options) -> BodySet:
     """Rigid bodies each made of the same disks (2D) or spheres (3D).
 
-    cairn.pre.clump finds mass, centre and inertia of a clump from its parts.
+    cairn.pre.clump finds mass, centre and inertia of a clump from its parts. With a tensor of inertia the parts stand as they are
+    given, in any axes. The bodies themselves have principal axes: their rotation is that from principal axes to space.
 
     Parameters
     ----------
     positions : array_like (n, dim)
         Centres of mass [m].
     offsets : array_like (m, dim)
-        Centres of the parts from the centre of mass, in the principal axes of the body [m].
+        Centres of the parts from the centre of mass, in the axes of `inertia` [m].
     radii : float or array_like (m,)
         Radii of the parts [m].
     mass : float or array_like (n,)
         Mass of all or of each body [kg].
-    inertia : float or array_like (n,), (3,) or (n, 3)
-        Moment of inertia (2D), or three principal moments (3D) [kg m2], of all or of each body.
+    inertia : float or array_like (n,), (3,), (n, 3), (1, 3, 3) or (n, 3, 3)
+        Moment of inertia (2D) [kg m2], of all or of each body; in 3D three principal moments, the axes of `offsets` then being
+        principal, or the tensor of inertia in the axes of `offsets`.
     material : Material
         Material of all of them.
     **options : array_like, str or callable
@@ -491,15 +497,29 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     n, m = len(positions), len(radii)
     masses = per_body("mass", mass, (n,))
     given = np.shape(inertia)
-    if dim == 3 and given not in ((3,), (n, 3)):
+    if dim == 3 and given not in ((3,), (n, 3), (1, 3, 3), (n, 3, 3)):
         raise ValueError(f"inertia has shape {given}: a body in 3D has three principal moments, give (3,) of all or ({n}, 3) of "
-                         "each [kg m2]; cairn.pre.clump(centers, radii, density) finds them, and mass and offsets")  # fmt: skip
-    moments = per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
+                         f"each, or a tensor, (1, 3, 3) or ({n}, 3, 3) [kg m2]; cairn.pre.clump(centers, radii, density) finds "
+                         "it, and mass and offsets")  # fmt: skip
+    places = np.broadcast_to(offsets, (n, m, dim))
+    if len(given) == 3:
+        moments, axes = principal_frames("inertia", inertia, n)
+        places = places @ axes
+        if np.any(axes != np.eye(3)):
+            options["rotation"] = _followed(options.get("rotation"), axes)
+    else:
+        moments = per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
     parts = ContactorSet(
         "disk" if dim == 2 else "sphere",
         material,
         np.repeat(np.arange(n), m),
         np.tile(radii, n),
-        np.tile(offsets, (n, 1)),
+        places.reshape(n * m, dim).copy(),
     )
     return checked(BodySet(dim, positions, masses, moments, [parts], **options))
+
+
+def _followed(rotation, axes):
+    """Quaternions (n, 4) from principal axes (n, 3, 3) to space: to the axes of the user, then the rotation that he gives."""
+    own = mass_properties.quaternions(axes)
+    return own if rotation is None else quaternion_product(unit_quaternions("rotation", rotation, len(axes)), own)

@@ -6,6 +6,9 @@ import numpy as np
 
 from ..base import checks
 from ..base.materials import Material
+from ..pre import mass_properties
+
+SYMMETRIC = 1e-9  # of the largest entry: by how much a tensor of inertia may differ from its transpose, as rounded digits do
 
 
 def spread(name, value, n, components, dim):
@@ -55,3 +58,40 @@ def density_of(material, density):
     if value is None:
         raise ValueError(f"density of material {material.name!r} is missing: Material({material.name!r}, density=...)")
     return value
+
+
+def principal_frames(name, tensors, n):
+    """Principal moments (n, 3) and axes (n, 3, 3), columns, of one or n tensors of inertia [kg m2]. Raises ValueError for one
+    that is not symmetric and positive definite."""
+    tensors = checks.real_array(name, np.broadcast_to(checks.reals(name, tensors), (n, 3, 3)), (n, 3, 3))
+    turned = np.swapaxes(tensors, 1, 2)
+    off = np.abs(tensors - turned).max(axis=(1, 2)) > SYMMETRIC * np.abs(tensors).max(axis=(1, 2))
+    if np.any(off):
+        at = int(np.argmax(off))
+        raise ValueError(f"{name}[{at}] is {tensors[at].tolist()}: give a tensor that is symmetric, Iij = Iji")
+    moments, axes = mass_properties.principal((tensors + turned) / 2)
+    if not np.all(moments > 0):
+        at = int(np.argmin(moments.min(axis=1)))
+        raise ValueError(f"{name}[{at}] has principal moments {moments[at].tolist()}: give a tensor whose moments are > 0")
+    return moments, axes
+
+
+def unit_quaternions(name, value, n):
+    """Unit quaternions (n, 4), (w, x, y, z), from one or n of any length. Raises ValueError for one that is zero."""
+    q = checks.spread(name, value, (n, 4), ", quaternions (w, x, y, z)")
+    length = np.linalg.norm(q, axis=1, keepdims=True)
+    if not np.all(length > 0):
+        raise ValueError(f"{name}[{int(np.argmin(length))}] is zero: give a quaternion (w, x, y, z) of unit length")
+    return q / length
+
+
+def quaternion_product(p, q):
+    """Quaternions (n, 4) of the rotations q followed by p."""
+    w = p[:, :1] * q[:, :1] - np.sum(p[:, 1:] * q[:, 1:], axis=1, keepdims=True)
+    return np.concatenate([w, p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])], axis=1)
+
+
+def turned_by(q, x):
+    """Vectors (n, 3) turned by unit quaternions (n, 4)."""
+    t = 2 * np.cross(q[:, 1:], x)
+    return x + q[:, :1] * t + np.cross(q[:, 1:], t)

@@ -117,7 +117,7 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
     Raises
     ------
     ValueError
-        If a value is wrong, or a mass is missing beside free dofs.
+        If a value is wrong, a mass is missing beside free dofs, or a Servo has a normal that opposes that of the wall.
 
     Examples
     --------
@@ -139,7 +139,17 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
         None,
         np.append(normal / np.max(np.abs(normal)), 0.0)[None],
     )
+    _refuse_opposed(force, normal)
     return boundary_set(dim, point, contactor, mass, inertia, free, velocity, force, options)
+
+
+def _refuse_opposed(force, normal):
+    """Raises ValueError for a Servo that pushes a wall away from what is in front of it."""
+    pushed = getattr(force, "normal", None)
+    if np.shape(pushed) == normal.shape and pushed @ (normal / np.max(np.abs(normal))) < 0:
+        kind = type(force).__name__
+        raise ValueError(f"normal of the {kind} is {pushed.tolist()}, against that of the wall, {normal.tolist()}: it would push "
+                         f"the wall away from the bodies in front of it; give {kind}(stress, normal of the wall)")  # fmt: skip
 
 
 @takes(*OF_BOUNDARIES)

@@ -94,6 +94,11 @@ ONE_LAW = {
     ("GranularContact", "slip_damping"): ("-", "tangential over normal dashpot; -1: the same share of the critical damping"),
     ("LiquidBridge", "tension"): ("N/m", "surface tension of the liquid"),
     ("LiquidBridge", "fit"): ("-", "0: Lambert's force of the bridge, 1: Willett's"),
+    ("ParallelBond", "radius"): (
+        "-",
+        "radius of the bond over 2 R, R = r1 r2/(r1 + r2), of circumscribed balls where bodies have faces: it is 4 R `radius` "
+        "wide, at each point of contact",
+    ),
     ("PlasticContact", "cohesion"): ("N/m", "largest pull over the overlap"),
     ("PlasticContact", "plastic"): ("-", "overlap that stays at the elastic limit, over twice the effective radius"),
     ("SmoothBond", "normal_stiffness"): ("Pa/m", "stress over opening"),

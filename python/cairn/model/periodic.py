@@ -118,10 +118,10 @@ class Periodic:
             If there is not a length >= 0 for each axis, or a cell shears along an axis that is not periodic.
         """
         if isinstance(self.lengths, (tuple, list)) and None in self.lengths:
-            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give inf along axes that are not periodic")
+            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give inf or 0 along axes that are not periodic")
         lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
-            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic")
+            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf or 0 where it is not")
         periodic = np.zeros(3, bool)
         periodic[:dim] = np.isfinite(lengths) & (lengths > 0)
         vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))

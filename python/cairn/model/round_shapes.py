@@ -12,8 +12,8 @@ import numpy as np
 from ..base import checks
 from ..names import takes
 from .bodies import OPTIONS, BodySet, ContactorSet
-from .body_values import density_of
-from .shapes import Hulls, _body_set, _unit
+from .body_values import density_of, unit_quaternions
+from .shapes import Hulls, _body_set
 
 EXPONENTS = (0.05, 1.95)
 
@@ -240,7 +240,7 @@ def _bodies(shape, centers, mass, moments, material, hulls, which, axis, rotatio
         if rotation is not None:
             raise ValueError("axis is given with rotation: give one of them")
         rotation = _towards(checks.real_array("axis", _rows("axis", axis, n, 3), (n, 3)))
-    quaternion = None if rotation is None else _unit("rotation", rotation, n)
+    quaternion = None if rotation is None else unit_quaternions("rotation", rotation, n)
     contactors = ContactorSet(shape, material, np.arange(n), np.zeros(n), None, None, which.astype(np.int64), hulls)
     return _body_set(3, centers, mass, moments, contactors, quaternion, fixed, options)
 

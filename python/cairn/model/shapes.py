@@ -16,7 +16,7 @@ from ..pre import mass_properties as exact
 from ..pre import mesh as surface
 from ..pre.blocks import MAKERS
 from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, checked
-from .body_values import density_of
+from .body_values import density_of, quaternion_product, turned_by, unit_quaternions
 
 
 class Hulls(NamedTuple):
@@ -183,12 +183,12 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
     if position is not None:
         n = len(which)
         place = checks.real_array("position", position, (n, 3)) + (
-            place if rotation is None else _turned(_unit("rotation", rotation, n), place)
+            place if rotation is None else turned_by(unit_quaternions("rotation", rotation, n), place)
         )
     if rotation is not None:
         if position is None:
             raise ValueError("rotation is given without position: give the place about which each polyhedron turns")
-        quaternion = _product(_unit("rotation", rotation, len(which)), quaternion)
+        quaternion = quaternion_product(unit_quaternions("rotation", rotation, len(which)), quaternion)
     contactors = _contactors("polyhedron", material, hulls, owner, which, offset)
     return _body_set(3, place, mass[which], inertia[which], contactors, quaternion, fixed, options)
 
@@ -286,7 +286,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     hulls = Hulls(
         vertex, 8 * np.arange(m + 1), 6 * np.arange(m + 1), 4 * np.arange(6 * m + 1), np.tile(_FACES.reshape(-1), m)
     )
-    quaternion = None if rotation is None else _unit("rotation", rotation, n)
+    quaternion = None if rotation is None else unit_quaternions("rotation", rotation, n)
     contactors = _contactors("polyhedron", material, hulls, np.arange(m), which, None)
     return _body_set(3, centers, mass, inertia, contactors, quaternion, fixed, options)
 
@@ -405,24 +405,6 @@ def _contactors(shape, material, hulls, owner, which, offset):
     hull = (first[which][body] + step).astype(np.int64)
     reach = np.zeros(len(body))
     return ContactorSet(shape, material, body, reach, None if offset is None else offset[hull], None, hull, hulls)
-
-
-def _unit(name, value, n):
-    q = checks.spread(name, value, (n, 4), ", quaternions (w, x, y, z)")
-    length = np.linalg.norm(q, axis=1, keepdims=True)
-    if not np.all(length > 0):
-        raise ValueError(f"{name}[{int(np.argmin(length))}] is zero: give a quaternion (w, x, y, z) of unit length")
-    return q / length
-
-
-def _product(p, q):
-    w = p[:, :1] * q[:, :1] - np.sum(p[:, 1:] * q[:, 1:], axis=1, keepdims=True)
-    return np.concatenate([w, p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])], axis=1)
-
-
-def _turned(q, x):
-    t = 2 * np.cross(q[:, 1:], x)
-    return x + q[:, :1] * t + np.cross(q[:, 1:], t)
 
 
 MAKERS.update(polygons=polygons, polyhedra=polyhedra)

@@ -429,12 +429,16 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
     Raises
     ------
     ValueError
-        If a corner is wrong or the region is longer than the periodic cell.
+        If step is no output of a run, a corner is wrong, or the region is longer than the periodic cell.
     FileError
         If positions are no numbers.
     """
     from .drawing import step_size
 
+    if not hasattr(step, "drawn"):
+        remedy = "give run[-1] of run = cn.load(output), from sim.run(..., output=output); sim.contacts and sim.bodies have " \
+                 "the state of a simulation"  # fmt: skip
+        raise ValueError(f"step is a {type(step).__name__}, and measures are those of an output of a run: {remedy}")
     for name, corner in (("low", low), ("high", high)):
         if corner is not None:
             checks.real_array(name, corner, (step.dim,))

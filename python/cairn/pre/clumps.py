@@ -12,15 +12,30 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base import checks
+from . import mass_properties
 from .deposits import grains_of
 
 ARC_NODES, ARC_WEIGHTS = np.polynomial.legendre.leggauss(32)  # exact to rounding for the moments over a full circle
 
 
 class Clump(NamedTuple):
-    """offsets (m, dim) [m] of the parts from the centre of mass in principal axes; radii (m,) [m]; mass [kg]; inertia: (1,)
-    or three principal moments (3,) [kg m2]; center (dim,) [m] of mass and axes (dim, dim), principal axes as columns, both
-    in the axes in which the parts were given."""
+    """A clump in the axes in which its parts were given, as cairn.clumps takes it.
+
+    Parameters
+    ----------
+    offsets : ndarray (m, dim)
+        Centres of the parts from the centre of mass [m].
+    radii : ndarray (m,)
+        Radii of the parts [m].
+    mass : float
+        Mass [kg].
+    inertia : ndarray (1,) or (1, 3, 3)
+        Moment of inertia (2D), or the tensor of inertia about the centre of mass (3D) [kg m2].
+    center : ndarray (dim,)
+        Centre of mass [m].
+    axes : ndarray (dim, dim)
+        Principal axes as columns, right-handed; those given where the tensor is diagonal in them.
+    """
 
     offsets: np.ndarray
     radii: np.ndarray
@@ -29,11 +44,17 @@ class Clump(NamedTuple):
     center: np.ndarray
     axes: np.ndarray
 
+    @property
+    def moments(self):
+        """Principal moments of inertia, (1,) in 2D, (3,) in 3D in the order of `axes` [kg m2]."""
+        return self.inertia if len(self.axes) == 2 else np.einsum("ji,jk,ki->i", self.axes, self.inertia[0], self.axes)
+
 
 def clump(centers, radii, density, *, overlap="union", depth=1.0, points=48) -> Clump:
     """The rigid body that disks (m, 2) or spheres (m, 3) of one density make together.
 
-    density [kg/m3]; depth [m] of a 2D body. Raises ValueError for bad sizes.
+    It keeps the axes in which the parts are given: `cairn.clumps(places, c.offsets, c.radii, c.mass, c.inertia, material)` puts
+    it there as it was given. density [kg/m3]; depth [m] of a 2D body. Raises ValueError for bad sizes.
     """
     centers = np.asarray(centers)
     dim = checks.dimension(centers.shape[-1] if centers.ndim == 2 else 0)
@@ -60,10 +81,9 @@ def clump(centers, radii, density, *, overlap="union", depth=1.0, points=48) -> 
         return Clump(
             (c - center) * size, radii.copy(), mass, np.array([np.trace(second) * scale]), middle + center * size, np.eye(2)
         )
-    tensor = np.trace(second) * np.eye(3) - second
-    moments, axes = np.linalg.eigh(tensor)
-    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    return Clump((c - center) @ axes * size, radii.copy(), mass, moments * scale, middle + center * size, axes)
+    tensor = mass_properties.inertia_of((second + second.T)[None] / 2) * scale
+    _, axes = mass_properties.principal(tensor)  # of the very tensor that cairn.clumps takes: signs hang on its last digits
+    return Clump((c - center) * size, radii.copy(), mass, tensor, middle + center * size, axes[0])
 
 
 def parts_overlap(c: np.ndarray, r: np.ndarray) -> bool:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from ..base.time_functions import Expression
-from . import unit_warnings
+from . import scene_warnings, unit_warnings
 from .given_values import three
 
 
@@ -69,6 +69,7 @@ class CellDriving:
         cell.components(self.scene.dim)
         change(self._core, self.scene, cell)
         unit_warnings.warn_of_cell(cell, self.dt, 3)
+        scene_warnings.warn_of_tension(self, cell, 3)
         self._cell = cell
 
 

@@ -1,4 +1,4 @@
-"""Checks before the first step: initial overlaps, and walls whose normals point away from all bodies."""
+"""Checks before the first step of bodies: initial overlaps, and walls whose normals point away from all bodies."""
 
 import warnings
 
@@ -11,6 +11,8 @@ from .sinking import overlaps_of
 from .step_warnings import OverlapWarning
 from .views import core_of
 
+REMEDY = "or shrink the radii, or set overlap='ignore'"
+WITHOUT_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly, and project_positions removes all)"
 CHUNK = 64  # bodies compared with all facets of a surface at a time
 
 
@@ -27,32 +29,50 @@ def _first_gaps(simulation):
         core.undo_step()
 
 
-def check(simulation, action, share):
+def check(simulation, action, share, over_ranks=False):
     """Checks overlaps of the initial configuration, relative to the smaller radius. Warns or raises ValueError, naming the worst
     pairs, above `share`; returns the deepest [-]."""
     turned = look_at_walls(simulation, action)
     gap, pairs = _first_gaps(simulation)
+    listed, deepest = _listed(simulation, gap, pairs, share, ~np.isin(pairs, list(turned)).any(axis=1))
+    if listed:
+        text = f"{listed}: move them apart, {REMEDY}{'' if over_ranks else WITHOUT_RANKS}"
+        if action == "error":
+            raise ValueError(text)
+        warnings.warn(text, OverlapWarning, stacklevel=4)
+    return deepest
+
+
+def look_at_added(simulation, ids, share):
+    """Warns of bodies, added since the last step, that overlap others in this one by more than `share`. Returns the deepest
+    overlap of theirs [-]."""
+    core = core_of(simulation)
+    gap, pairs = core.contact("gap"), core.contact("bodies")
+    theirs = np.isin(pairs, ids).any(axis=1)
+    listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
+    if listed:
+        text = f"of the bodies added before step {simulation.steps}, {listed}: add them where is room, {REMEDY}{WITHOUT_RANKS}"
+        warnings.warn(text, OverlapWarning, stacklevel=5)
+    return deepest
+
+
+def _listed(simulation, gap, pairs, share, counts=None):
+    """(text on the pairs that overlap by more than `share` of the smaller radius, "" without any; the deepest overlap of all).
+    counts (n,): mask of the pairs that the text may name."""
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
-        return 0.0
+        return "", 0.0
     relative = overlaps_of(simulation, gap[deep], pairs[deep])
-    beyond = (relative > share) & ~np.any(np.isin(pairs[deep], list(turned)), axis=1)
+    beyond = relative > share
+    if counts is not None:
+        beyond &= counts[deep]
     found, first = np.unique(np.sort(pairs[deep[beyond]], axis=1), axis=0, return_inverse=True)
-    if not len(found):
-        return float(np.max(relative))
     most = np.zeros(len(found))  # deepest overlap of each pair
     np.maximum.at(most, first.ravel(), relative[beyond])
     pair = "bodies {} and {} by {:.3g} of a radius"
-    listed = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
-    text = (
-        f"{len(found)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
-        "or shrink the radii, or set overlap='ignore' (NSCD(overlap=...) takes back what is beyond it, slowly, and "
-        "project_positions removes all)"
-    )
-    if action == "error":
-        raise ValueError(text)
-    warnings.warn(text, OverlapWarning, stacklevel=4)
-    return float(np.max(relative))
+    worst = "; ".join(pair.format(*found[k], most[k]) for k in np.argsort(-most, kind="stable")[:3])
+    text = f"{len(found)} pairs overlap by more than {share:g} of the smaller radius, the worst are {worst}" if worst else ""
+    return text, float(np.max(relative))
 
 
 def look_at_walls(simulation, action="warn", above=5):

@@ -420,15 +420,18 @@ def _check(simulation, steps, until, while_, every, callback, checkpoint_every, 
         checks.count("checkpoint_every", checkpoint_every, 1)
         if output is None:
             raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
-    check_calls(simulation, callback, probes)
+    check_calls(simulation, callback, probes, output)
     _takes_a_simulation("while_", while_, "which is true as long as the run goes on")
 
 
-def check_calls(simulation, callback, probes):
-    """Raises ValueError unless callback and probes are functions of the simulation, or None."""
+def check_calls(simulation, callback, probes, output):
+    """Raises ValueError unless callback and probes are functions of the simulation, or None, and probes have a file."""
     _takes_a_simulation("callback", callback, "which runs after each step")
     if probes is not None:
         _check_probes(simulation, probes)
+    if probes and output is None:
+        raise ValueError("probes needs output=: their numbers stand in the history of the run file, cn.load(output).history; "
+                         "give output=, or collect them in callback=")  # fmt: skip
 
 
 def _warn_of_no_step(simulation, steps, until):

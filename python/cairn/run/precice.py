@@ -373,7 +373,7 @@ class Coupling(Spelt):
         overwrite : bool, default False
             Replaces the file if it is there.
         probes : dict, optional
-            {name: function of the simulation}, recorded with the history.
+            {name: function of the simulation}, recorded with the history; needs `output`.
         callback : callable, optional
             Function of the simulation that is called after each window that counts.
         progress : bool, default False
@@ -395,7 +395,7 @@ class Coupling(Spelt):
         every = checks.count("every", every, 1)
         from .loop import _Recorder, check_calls
 
-        check_calls(self.simulation, callback, probes)
+        check_calls(self.simulation, callback, probes, output)
 
         precice = self._participant
         self._done = True

@@ -1,4 +1,5 @@
-"""Warnings of scenes in which nothing holds bodies against gravity, nothing moves, or joints are far from their bodies."""
+"""Warnings of scenes in which nothing holds bodies against gravity or tension, nothing moves, or joints are far from their
+bodies."""
 
 from __future__ import annotations
 
@@ -7,18 +8,23 @@ import warnings
 import numpy as np
 
 from ..base import checks
+from ..model.extents import Placed
 from ..model.joint_ends import END
+from .unit_warnings import holds_together
 from .views import core_of
 
 # distance of a joint from the nearer of its bodies over their size
 FAR = 100.0
+# shapes with faces, of bodies that move; walls and surfaces, on which these faces lie
+FACES, GROUND = ("polygon", "polyhedron", "cylinder"), ("half_plane", "plane", "segment", "facet")
 # steps of a run after which it is told that nothing moved
 STEPS = 10
 
 
 class SceneWarning(UserWarning):
     """A scene lacks what holds or moves its bodies: a mesh that touches nothing falls, a liquid has no walls, gravity acts along
-    a periodic axis; nothing moves in a run; or a joint is far from its bodies."""
+    a periodic axis; a wall or a cell is pulled where no law holds bodies together; a ParallelBond joins faces; nothing moves in a
+    run; or a joint is far from its bodies."""
 
 
 def warn(simulation, above):
@@ -26,11 +32,53 @@ def warn(simulation, above):
     scene = simulation.scene
     given = scene.gravity(simulation.time) if callable(scene.gravity) else scene.gravity
     gravity = checks.real_array("gravity", given, (scene.dim,))
-    found = [_joints(simulation)]
+    found = [_joints(simulation), _pulled_walls(simulation), _bonds_of_faces(simulation)]
     if np.any(gravity):
         found += [_meshes(simulation), _liquid(simulation, gravity), _cell(simulation, gravity)]
     for text in filter(None, found):
         warnings.warn(text, SceneWarning, stacklevel=above + 1)
+
+
+def warn_of_tension(simulation, cell, above):
+    """Warns of a periodic cell that is pulled, where nothing holds bodies together. cell: Periodic, or None."""
+    stress = None if cell is None else cell.stress
+    given = stress if isinstance(stress, dict) else {"all": stress}
+    pulled = [name for name, value in given.items() if name in ("all", "xx", "yy", "zz") and _is_below_zero(value)]
+    if pulled and not holds_together(simulation):
+        value = given[pulled[0]]
+        which = "stress" if pulled[0] == "all" else f"stress[{pulled[0]!r}]"
+        text = f"{which} of the periodic cell is {value:g} Pa, a tension, and no law holds bodies together: the cell grows "
+        text += f"without end; compression is positive, give {-value:g}, or a law with cohesion"
+        warnings.warn(text, SceneWarning, stacklevel=above + 1)
+
+
+def _bonds_of_faces(simulation):
+    """Text on parallel bonds between faces, whose size is that of circumscribed balls instead of the face."""
+    if not any(law is not None and law.name == "parallel_bond" for *_, law in simulation._rules):
+        return None
+    placed, known = Placed(core_of(simulation).scene), {number: pair for pair, number in simulation._species.items()}
+    species = placed.field("material")
+    faces, ground = (np.unique(species[np.isin(placed.shape, shapes)]) for shapes in (FACES, GROUND))
+    laws = (simulation.scene.law_between(known[int(a)], known[int(b)]) for a in faces for b in np.union1d(faces, ground))
+    if not any(law is not None and law.name == "parallel_bond" for law in laws):
+        return None
+    return "ParallelBond joins bodies with faces: each point of contact has a bond of its own, of the effective radius of " \
+           "their circumscribed balls and not of the area of the face; give a law that takes the area, cn.MohrCoulomb, cn.MAL " \
+           "or another of docs/cohesion.md"  # fmt: skip
+
+
+def _is_below_zero(value):
+    return isinstance(value, (int, float, np.number)) and value < 0
+
+
+def _pulled_walls(simulation):
+    """Text on a wall that a Servo pulls off, where nothing holds bodies together."""
+    for s in simulation._sets:
+        stress = getattr(s.force, "stress", None)
+        if _is_below_zero(stress) and not holds_together(simulation):
+            return f"stress of the {type(s.force).__name__} of body {int(s.ids[0])} is {stress:g} Pa, a tension, and no law " \
+                   f"holds bodies to it: it leaves; compression is positive, give {-stress:g} or a law with cohesion"  # fmt: skip
+    return None
 
 
 def warn_of_rest(simulation, steps, above):

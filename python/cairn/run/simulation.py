@@ -104,18 +104,20 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self._start_meshes()
         self._fluid = self._start_fluid()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
+        self._added, self._overlap_share = [], np.inf if overlap == "ignore" else checks.number("overlap_share", overlap_share)
         self._unmet, self._lawless, self._turned, self._deepest = set(), set(), set(), 0.0
         self._warn_of_shapes()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap == "ignore":
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
-            self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
+            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, ranks is not None))
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
         unit_warnings.warn_of_cell(scene.periodic, self._dt, 3)
         scene_warnings.warn(self, 3)
+        scene_warnings.warn_of_tension(self, scene.periodic, 3)
         if ranks is not None:
             if self._fluid:
                 self._fluid.refuse_ranks()
@@ -260,6 +262,9 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         """
         self._info = report
         self._deepest = max(self._deepest, report.get("penetration", 0.0))
+        if self._added:
+            added, self._added = np.concatenate(self._added), []
+            self._warnings.begins_with(first_overlaps.look_at_added(self, added, self._overlap_share))
         self._warnings.look(self, report, h)
         if self._fluid:
             self._fluid.look(report)
@@ -358,7 +363,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             Function of the simulation that is called after each step; returning False ends the run.
         probes : dict, optional
             {name: function of the simulation that gives a number, or Probe}, recorded in the history each step, or as often as
-            the Probe says.
+            the Probe says; needs `output`, whose file holds the history.
         progress : bool, default True
             Shows a bar.
         overwrite : bool, default False
@@ -470,6 +475,10 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ------
         ValueError
             If a set is wrong; nothing is inserted then.
+
+        Notes
+        -----
+        Bodies that overlap others by more than `overlap_share` are told of in the next step, unless `overlap` is "ignore".
         """
         from ..model.bodies import replace
 
@@ -488,6 +497,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time, numbers))
             self._sets.append(replace(s, ids=ids[-1]))
+        if ids and self._ranks is None and self._overlap_share < np.inf:
+            self._added.append(np.concatenate(ids))
         self._radii = None
         if self._given.for_scene(self._core.scene, self._rules, free_masses(self._sets)) != self._strategy:
             self.strategy = self._given

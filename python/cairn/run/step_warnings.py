@@ -91,7 +91,7 @@ def _creators(simulation):
     unseen += ["how far a long row of bonds falls that each miss little"] if any(law.bonds for law in laws) else []
     text = f"the error does not see {', nor '.join(unseen)}" if unseen else "that is what the tolerance leaves"
     auto = "" if isinstance(simulation.strategy.solver, Auto) or not unseen else "solver=cn.Auto(), "
-    text += f"; give {auto}a smaller tol or accuracy=1e-3 of NSCD"
+    text += f"; give {_for(simulation, f'{auto}a smaller tol or accuracy=1e-3 of NSCD', 'a smaller tol')}"
     own = any(type(law).__name__ == "Restitution" and law.mu > 0 for law in laws)
     return text + (" (Restitution with friction may do so by its law)" if own else "")
 
@@ -113,8 +113,14 @@ def _rebounds(simulation):
         return None
     return (
         "Restitution with a rebound acts once bodies touch, after they overlapped by up to their speed times dt, and gives none "
-        "of it back; give a smaller dt, or project_positions=True of NSCD"
+        f"of it back; give {_for(simulation, 'a smaller dt, or project_positions=True of NSCD', 'a smaller dt')}"
     )
+
+
+def _for(simulation, remedy, over_ranks):
+    """The remedy that a simulation takes; over ranks, which refuse other solvers, accuracy and project_positions, that of ranks,
+    and the way out of them."""
+    return remedy if simulation.ranks is None else f"{over_ranks}; without ranks= also {remedy}"
 
 
 class StepWarnings:
@@ -125,8 +131,8 @@ class StepWarnings:
         self._flights, self._sinking, self._edges, self._leaps = Flights(), Sinking(), RoundEdges(), Leaps()
 
     def begins_with(self, overlap):
-        """Sets the deepest overlap before the first step, over the size of the smaller body; the first step may add its own."""
-        self._first_overlap = overlap
+        """Sets the deepest overlap of bodies that come in, over the size of the smaller body; the first step may add its own."""
+        self._first_overlap = max(overlap, self._first_overlap or 0.0)
 
     def look(self, simulation, info, h):
         """Checks the report of a step of h [s]."""
@@ -243,17 +249,16 @@ class StepWarnings:
             self._tell(
                 OverlapWarning,
                 f"superquadric {rolls} overlaps by {overlap:.2g} of the smaller size in step {simulation.steps}: flat faces of "
-                "superquadrics roll over their edges to first order of the step; give project_positions=True of NSCD, or a "
-                "smaller dt",
+                "superquadrics roll over their edges to first order of the step; give "
+                + _for(simulation, "project_positions=True of NSCD, or a smaller dt", "a smaller dt"),
                 "edges",
             )
         grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
         if grown is None or len(simulation.nodes) or core_of(simulation).overlaps_by_law():
             return
         before, steps = grown
-        adds_up = (
-            f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give a smaller tol, a smaller dt, or "
-            "project_positions=True of NSCD"
+        adds_up = f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give " + _for(
+            simulation, "a smaller tol, a smaller dt, or project_positions=True of NSCD", "a smaller tol or a smaller dt"
         )
         self._tell(
             OverlapWarning,
@@ -294,8 +299,9 @@ class StepWarnings:
                         RunawayWarning,
                         f"{what} {view.id[k]} moves {way[k]:.1e} m in step {simulation.steps}, and all bodies reach over "
                         f"{reach:.1e} m: this step, which {ENDED.get(info['status'], 'converged')}, or one before it went wrong, "
-                        "and what follows has no meaning, though it may converge; give a smaller dt, solver=cn.Auto() or softer "
-                        "laws, and look at the status of the steps before",
+                        "and what follows has no meaning, though it may converge; give "
+                        + _for(simulation, "a smaller dt, solver=cn.Auto() or softer laws", "a smaller dt or softer laws")
+                        + ", and look at the status of the steps before",
                     )
 
     def _tell(self, kind, text, key=None):

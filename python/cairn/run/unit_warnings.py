@@ -147,22 +147,25 @@ SMOOTH = {
 }
 
 
-# laws that hold no body to a wall
+# laws that hold no two bodies together
 DRY = (
     "signorini_coulomb", "gap_coulomb", "frictionless", "newton_restitution", "rolling_friction", "wear", "unilateral_contact",
     "elastic_contact", "limited_slip", "linear_spring", "hertz_mindlin",
 )  # fmt: skip
 
 
+def holds_together(simulation):
+    """True if a law, bond or joint of the scene may hold two bodies together."""
+    return any(law.bonds or law.name not in DRY for *_, law in simulation._rules if law is not None)
+
+
 def _walls(simulation, gravity):
     """Text on gravity that pulls bodies away from every wall, where nothing else holds them."""
-    laws = [law for *_, law in simulation._rules if law is not None]
-    held = simulation.scene.fluids or simulation.meshes or any(law.bonds or law.name == "joint" for law in laws)
+    held = simulation.scene.fluids or simulation.meshes or holds_together(simulation)
     moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
     given = [np.asarray(s.velocity, float) for s in simulation._sets if s.velocity is not None]
     thrown = any(np.any(velocity[..., : len(gravity)] @ gravity < 0) for velocity in given)
-    sticks = any(law.name not in DRY and not law.bonds for law in laws)
-    if held or moved or thrown or sticks:
+    if held or moved or thrown:
         return None
     placed = Placed(core_of(simulation).scene)
     planes = np.isin(placed.shape, ["half_plane", "plane"])

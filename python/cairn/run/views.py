@@ -13,6 +13,14 @@ from .shown import shown
 SETTABLE = ("position", "velocity", "rotation")
 FORCES_BY_SET = "; forces are those of the sets, force= of cn.disks and the like: give a function of time, which changes them"
 SETTABLE_OF_NODES = ("position", "velocity")
+# what gives an array that a scene does not store, by its name
+INSTEAD = {
+    "contact_force": "SmoothDEM alone keeps it; cn.Probe('contact_force.x', of=ids) records it under every strategy, and "
+    "sim.contacts.force [N] acts on the first of the two sim.contacts.bodies, its opposite on the second",
+    "reaction": "only driven dofs have one; cn.Probe('contact_force.x', of=ids) records the force of contacts on any body",
+    "temperature": "scene.thermal(...) gives bodies a temperature",
+    "potential": "scene.electrical(...) gives bodies a potential",
+}
 
 
 class _View:
@@ -68,7 +76,8 @@ class BodyView(_View):
             values += simulation.scene.origin
         if len(values) == 0 and len(self):
             why = f"ranks keep {name} for their own bodies" if apart else f"this scene needs no {name}, so it is not stored"
-            raise AttributeError(f"{why}; it stores {', '.join(self.names)}")
+            instead = f": {INSTEAD[name]}" if name in INSTEAD and not apart else ""
+            raise AttributeError(f"{why}{instead}; it stores {', '.join(self.names)}")
         return shown(values, self._remedy(name))
 
     def _remedy(self, name):

@@ -170,6 +170,13 @@ def test_run_a_script(tmp_path, capsys):
     script.write_text("import sys, beside\nprint(__name__, sys.argv[1:], beside.x)\n")
     (tmp_path / "beside.py").write_text("x = 3\n")
     assert call(capsys, "run", script, "--steps", "5")[1] == "__main__ ['--steps', '5'] 3\n"
+    script.write_text("import sys\nprint(sys.argv[0].endswith('hello.py'))\n")
+    status, out, err = call(capsys, "run", script, "--dt", "5e-3")
+    assert (status, out) == (0, "True\n") and "reads no options, so --dt 5e-3 had no effect" in err
+    assert not call(capsys, "run", script)[2]
+    for reads in ("len(sys.argv)", "sys.argv[1:]", "[*sys.argv]", "__import__('argparse').ArgumentParser().parse_known_args()"):
+        script.write_text(f"import sys\n{reads}\n")
+        assert not call(capsys, "run", script, "--dt", "5e-3")[2]
     with pytest.raises(SystemExit, match="no such script"):
         cli.main(["run", str(tmp_path / "none.py")])
 

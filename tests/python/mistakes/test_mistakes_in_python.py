@@ -60,6 +60,7 @@ MISTAKES = [
     (lambda s, r: run(s, probes=[len]), r"probes is \[.*\]: give \{name: function\}"),
     (lambda s, r: run(s, probes={"x": lambda: 1}), r"probe 'x' takes \(\): give a function of one argument"),
     (lambda s, r: run(s, probes={"time": lambda s: 1}), "probe 'time' bears the name of a column .*: give it another"),
+    (lambda s, r: run(s, probes={"speed": len}), "probes needs output=: .* history .*; give output=, or collect .* callback="),
     (lambda s, r: run(s, probes={"energy_kinetic": lambda s: 1}), "probe 'energy_kinetic' bears the name of a column"),
     (lambda s, r: run(s, probes={"x": lambda s: s.bodies.position}, output="p.vtkhdf"), "probe 'x' gave an array of shape"),
     (lambda s, r: run(s, output="r.txt"), "r.txt: a run is an HDF5 file, .* ends in .txt; give a name that ends in .vtkhdf"),

@@ -110,6 +110,8 @@ ERRORS = {
     "polyhedra without faces": (lambda: cn.polyhedra([[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]], ROCK), "give a mesh"),
     "faces from 1": (lambda: cn.polyhedra([(np.eye(4)[:, :3], [[1, 2, 3], [1, 2, 4]])], ROCK), "numbered 0 to 3"),
     "cells from 1": (lambda: cn.ElasticBody(QUAD, {"quad": [[1, 2, 3, 4]]}, young=1.0, poisson=0.0), "number them from 0"),
+    "measures of a simulation": (lambda: measures.measure(sim()), r"step is a Simulation.*give run\[-1\]"),
+    "measures of a whole run": (lambda: measures.measure(run()), r"an output of a run: give run\[-1\]"),
     "marks as numbers": (lambda: measures.lacey_index([(0, 0), (1, 1)], [0, 1], 0.1), "of bool"),
     "cells of two sides in 3D": (lambda: measures.lacey_index(np.eye(3), np.array([True, False, True]), (1.0, 1.0)), "sample"),
     "thrust through one block": (lambda: structure().thrust_line([1]), "two blocks and more"),

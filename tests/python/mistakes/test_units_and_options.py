@@ -179,7 +179,7 @@ ERRORS = {
     "a disk that is fixed": (lambda f: cn.disks([(0, 0)], 0.5, ROCK, fixed=True), "did you mean 'driven'"),
     "a .pvd of a run": (lambda f: converted(f, "a.pvd"), "give .vtp: the .pvd of all outputs comes with it"),
     "a fluid misspelt": (lambda f: pool().scene.interact("flud", ROCK, cn.NoSlip()), "did you mean 'fluid'"),
-    "an axis that is not periodic": (lambda f: cn.Scene(2, periodic=cn.Periodic((8.0, None))), "give inf along axes"),
+    "an axis that is not periodic": (lambda f: cn.Scene(2, periodic=cn.Periodic((8.0, None))), "give inf or 0 along axes"),
     "the beginning of a name": (lambda f: cn.Hertz, "did you mean 'HertzMindlin'"),
 }  # fmt: skip
 

@@ -216,10 +216,10 @@ def test_probes_of_the_core_read_what_python_reads(dim, tmp_path):
         ({"quantity": "velocity.x", "of": [77]}, "77"),
     ],
 )
-def test_what_no_probe_reads_is_told_as_the_run_begins(given, told):
+def test_what_no_probe_reads_is_told_as_the_run_begins(given, told, tmp_path):
     sim, *_ = box(2, None)
     with pytest.raises(ValueError, match=told):
-        sim.run(steps=1, probes={"x": cn.Probe(**given)}, progress=False)
+        sim.run(steps=1, probes={"x": cn.Probe(**given)}, output=tmp_path / "run.vtkhdf", progress=False)
 
 
 def test_a_drive_that_drives_nothing_is_told():
