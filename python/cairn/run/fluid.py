@@ -57,12 +57,12 @@ class Running:
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_tension(settings, above=4)
         self.watch = FluidWatch(self)
-        if warn_of_gaps(bodies, slips, position, first.spacing, above=4):
+        held = _held(simulation._sets, scene.dim)
+        if warn_of_gaps(bodies, slips, position, first.spacing, held, above=4):
             self.watch.knows("gaps")
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
         sizes = [self._grain(b)[0] for b in small]
         warn_of_beds(small, sizes, first.spacing, first.smoothing, above=4)
-        held = _held(simulation._sets, scene.dim)
         free = [k for k, b in enumerate(small) if int(b.ids[0]) not in held]
         density = [scene._materials[small[k].material].density for k in free]
         warn_of_light_beds([small[k] for k in free], [sizes[k] for k in free], density, gravity, position, first.spacing,
@@ -79,6 +79,8 @@ class Running:
             raise ValueError("grains smaller than a particle do not meet open ends: leave out GrainDrag, or Inflow and Outflow")
         reach, inflows = 2 * first.smoothing * first.spacing, [e for e in scene.fluid_ends if hasattr(e, "velocity")]
         tables = [e.lanes(first.spacing, reach) for e in inflows]
+        for t in tables:
+            _refuse_liquid_behind(t, position, first.spacing, reach)
         outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin)
                     for e in scene.fluid_ends if not hasattr(e, "velocity")]  # fmt: skip
         for axis in [int(t["axis"][0]) for t in tables] + [int(row[6]) for row in outflows]:
@@ -306,13 +308,20 @@ class Running:
             if slip > FreeSlip.number:
                 continue
             before, after = (_deepest(x, [c], scene.dim)[0] for c in (a, b))
-            inside = np.flatnonzero((after > 0.5 * spacing) & (before < 0.5 * spacing))
+            came = np.where(before < 0.5 * spacing, after, -np.inf)
+            inside = np.flatnonzero(came > 0.5 * spacing)
+            if not len(inside):
+                inside = _crowd(np.where(before < 0, after, -np.inf), b, scene.dim, spacing)
             if len(inside):
                 at = tuple(float(v) for v in x[inside[np.argmax(after[inside])]])
                 raise ValueError(
                     f"{len(inside)} particles of the liquid lie in body {int(b.ids[0])} where it is put, one at {at}: put it "
                     "outside the liquid, or move it there by driven= in steps, before which the liquid gives way"
                 )
+
+    def held(self):
+        """Ids of bodies that do not move freely at all."""
+        return _held(self._simulation._sets, self._simulation.scene.dim)
 
     def look(self, report):
         """Adds the volume of the liquid to the report of a step, and warns; see FluidWatch."""
@@ -330,8 +339,11 @@ class Running:
         self._refuse_meshes(sets)
         self.refuse_integrator(self._simulation.strategy, sets)
         bodies += [_Solid(-1, _surface_of(d, d.body.points), self.fluids[0].spacing) for d, _, _ in self._met_meshes(sets)]
+        spacing = self.fluids[0].spacing
         depth, _ = _deepest(x, bodies, scene.dim)
-        inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)
+        inside = np.flatnonzero(depth > 0.5 * spacing)
+        for b in bodies if not len(inside) else ():
+            inside = np.union1d(inside, _crowd(_deepest(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
         if len(inside):
             at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
             raise ValueError(
@@ -474,13 +486,38 @@ def _sampled(contactors, dim, spacing, reach, slip, body):
 
 def _table(rows):
     """Arrays of the core for points of bodies, in space."""
-    none = (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+    none = (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
     wide = [none]
     for k, p, slip in rows:
-        wide.append((np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, np.full(len(p), slip)))
+        slips = np.full(len(p), slip)
+        wide.append((np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, slips, p.centre))
     columns = [np.concatenate(c) for c in zip(*wide)]
     kinds = ("body", np.int64), ("offset", float), ("normal", float), ("depth", float), ("volume", float), ("slip", np.int8)
+    kinds = (*kinds, ("centre", float))
     return {name: np.ascontiguousarray(c, kind) for (name, kind), c in zip(kinds, columns)}
+
+
+def _crowd(depth, body, dim, spacing):
+    """Rows of particles, at depths (n,) in a small body, that take more than half of its volume, be they deep in it or not."""
+    inside = np.flatnonzero(depth > 0)
+    size = 0.0 if body.points is None else float(np.sum(body.points.volume))
+    return inside if len(inside) * spacing**dim > 0.5 * size > 0 else inside[:0]
+
+
+def _refuse_liquid_behind(table, position, spacing, reach):
+    """Raises ValueError if particles of the liquid stand behind the begin of an inflow, from which it leads away."""
+    axis, sign = int(table["axis"][0]), float(table["sign"][0])
+    begin = float(np.max(table["face"] - table["length"]))
+    along, across = sign * position[:, axis], np.delete(position, axis, axis=1)
+    box = np.delete(table["position"], axis, axis=1)
+    within = np.all((across > box.min(axis=0) - 0.5 * spacing) & (across < box.max(axis=0) + 0.5 * spacing), axis=1)
+    behind = np.flatnonzero(within & (along < begin) & (along > begin - reach))
+    if len(behind):
+        at = tuple(float(v) for v in position[behind[np.argmax(along[behind])]])
+        raise ValueError(
+            f"velocity of cn.Inflow leads {'up' if sign > 0 else 'down'} axis {axis}, away from the liquid, which stands behind "
+            f"its region, at {at}: give a velocity towards the liquid, a region on its other side, or cn.Outflow, where it leaves"
+        )
 
 
 def _three(x):
@@ -540,9 +577,7 @@ def _outside(fluid, bodies, dim):
         at = (np.arange(FINE) + 0.5) / FINE - 0.5
         steps = np.stack([a.ravel() for a in np.meshgrid(*[at] * dim, indexing="ij")], axis=1) * dx
         share[cut] = np.mean([_deepest(x[cut] + step, bodies, dim)[0] > 0 for step in steps], axis=0)
-    left_out = int(round(float(share.sum())))
-    order = np.argsort(-deepest, kind="stable")
-    rows = np.sort(order[left_out:])
+    rows = _kept(deepest, int(round(float(share.sum()))), 1e-6 * dx)
     place = x[rows].copy()
     near = np.flatnonzero(deepest[rows] > -NEAREST * dx)
     for _ in range(3 if len(near) else 0):  # edges have two normals
@@ -551,6 +586,18 @@ def _outside(fluid, bodies, dim):
         slope /= np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
         place[near] -= np.maximum(depth + NEAREST * dx, 0.0)[:, None] * slope
     return place, rows
+
+
+def _kept(deepest, left_out, same):
+    """Rows of the particles that stay when a number of the deepest are left out; of those as deep as the last one, to
+    `same`, every so many: left out from one end on they would leave the liquid lopsided about a body."""
+    if left_out == 0:
+        return np.arange(len(deepest))
+    last = np.sort(deepest)[-left_out]
+    out, tied = deepest > last + same, np.flatnonzero(np.abs(deepest - last) <= same)
+    many = left_out - int(out.sum())
+    out[tied[((np.arange(many) + 0.5) * len(tied) / many).astype(int)]] = True
+    return np.flatnonzero(~out)
 
 
 def _pressure(fluid, gravity):

@@ -52,7 +52,8 @@ class FluidView:
     def info(self):
         """Numbers of the last step: sub_steps, lists, speed [m/s], compression, volume over that of the mass at rest, neighbours,
         stable_step [s], drag_loss: energy that drag of grains took [J], came_in and left: mass by open ends since the start [kg],
-        surface_energy [J], bytes."""
+        surface_energy [J], bytes, light_factor: by how much the lightest body beside the liquid shortened sub-steps, light_body:
+        its id (-1: none)."""
         return _core.fluid_report(self._core)
 
     def force_on(self, body):

@@ -10,6 +10,7 @@ from .fluid_gaps import FluidWarning, gaps
 
 AT_START = 0.1  # difference of volumes that is told after the first step; edges of small blocks seem some percent larger
 SWELLS, SHRINKS = 0.05, 0.1  # change of volume since then; surfaces that are not flat seem to lose some
+LIGHT = 10.0  # factor by which a light body shortens sub-steps, above which it is told
 EVERY = 16  # steps between looks at gaps, which take as long as a step of few particles
 
 
@@ -49,6 +50,8 @@ class FluidWatch:
             incompressible = self._running.settings["incompressible"]
             slower = "a smaller dt, or leave out incompressible"
             remedy = slower if incompressible else "a greater sound_speed or a smaller spacing"
+            if len(simulation.scene.fluid_ends):
+                remedy += ", and between walls that hold the liquid cn.Inflow a parabola, or cn.FreeSlip() to the walls"
             warnings.warn(
                 f"the liquid takes {volume:.1%} of the volume of its mass after step {simulation.steps}: particles that flew "
                 f"apart have not come together again, or lay closer than the spacing; levels and pressures are wrong by that; "
@@ -56,8 +59,19 @@ class FluidWatch:
                 FluidWarning,
                 stacklevel=5,
             )
+        if info["light_factor"] > LIGHT and "light" not in self._told:
+            self._told.add("light")
+            warnings.warn(
+                f"body {info['light_body']} is so much lighter than the liquid about it that a step takes {info['sub_steps']} "
+                f"sub-steps, {info['light_factor']:.3g} times as many as without it: give cn.fluid(incompressible=True), whose "
+                "steps no light body shortens",
+                FluidWarning,
+                stacklevel=5,
+            )
         if "gaps" not in self._told and self._steps % EVERY == 0 and len(simulation.contacts):
-            text = gaps(*self._running.met_surfaces(), np.asarray(simulation.fluid.position), self._running.settings["spacing"])
+            bodies, slips = self._running.met_surfaces()
+            position, spacing = np.asarray(simulation.fluid.position), self._running.settings["spacing"]
+            text = gaps(bodies, slips, position, spacing, self._running.held())
             if text:
                 self._told.add("gaps")
                 warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)
