@@ -12,6 +12,7 @@ from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
+from .fluid_room import crowd, kept_rows, refuse_liquid_behind
 from .fluid_watch import FluidWatch
 
 
@@ -80,7 +81,7 @@ class Running:
         reach, inflows = 2 * first.smoothing * first.spacing, [e for e in scene.fluid_ends if hasattr(e, "velocity")]
         tables = [e.lanes(first.spacing, reach) for e in inflows]
         for t in tables:
-            _refuse_liquid_behind(t, position, first.spacing, reach)
+            refuse_liquid_behind(t, position, first.spacing, reach)
         outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin)
                     for e in scene.fluid_ends if not hasattr(e, "velocity")]  # fmt: skip
         for axis in [int(t["axis"][0]) for t in tables] + [int(row[6]) for row in outflows]:
@@ -311,7 +312,7 @@ class Running:
             came = np.where(before < 0.5 * spacing, after, -np.inf)
             inside = np.flatnonzero(came > 0.5 * spacing)
             if not len(inside):
-                inside = _crowd(np.where(before < 0, after, -np.inf), b, scene.dim, spacing)
+                inside = crowd(np.where(before < 0, after, -np.inf), b, scene.dim, spacing)
             if len(inside):
                 at = tuple(float(v) for v in x[inside[np.argmax(after[inside])]])
                 raise ValueError(
@@ -343,7 +344,7 @@ class Running:
         depth, _ = _deepest(x, bodies, scene.dim)
         inside = np.flatnonzero(depth > 0.5 * spacing)
         for b in bodies if not len(inside) else ():
-            inside = np.union1d(inside, _crowd(_deepest(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
+            inside = np.union1d(inside, crowd(_deepest(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
         if len(inside):
             at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
             raise ValueError(
@@ -497,29 +498,6 @@ def _table(rows):
     return {name: np.ascontiguousarray(c, kind) for (name, kind), c in zip(kinds, columns)}
 
 
-def _crowd(depth, body, dim, spacing):
-    """Rows of particles, at depths (n,) in a small body, that take more than half of its volume, be they deep in it or not."""
-    inside = np.flatnonzero(depth > 0)
-    size = 0.0 if body.points is None else float(np.sum(body.points.volume))
-    return inside if len(inside) * spacing**dim > 0.5 * size > 0 else inside[:0]
-
-
-def _refuse_liquid_behind(table, position, spacing, reach):
-    """Raises ValueError if particles of the liquid stand behind the begin of an inflow, from which it leads away."""
-    axis, sign = int(table["axis"][0]), float(table["sign"][0])
-    begin = float(np.max(table["face"] - table["length"]))
-    along, across = sign * position[:, axis], np.delete(position, axis, axis=1)
-    box = np.delete(table["position"], axis, axis=1)
-    within = np.all((across > box.min(axis=0) - 0.5 * spacing) & (across < box.max(axis=0) + 0.5 * spacing), axis=1)
-    behind = np.flatnonzero(within & (along < begin) & (along > begin - reach))
-    if len(behind):
-        at = tuple(float(v) for v in position[behind[np.argmax(along[behind])]])
-        raise ValueError(
-            f"velocity of cn.Inflow leads {'up' if sign > 0 else 'down'} axis {axis}, away from the liquid, which stands behind "
-            f"its region, at {at}: give a velocity towards the liquid, a region on its other side, or cn.Outflow, where it leaves"
-        )
-
-
 def _three(x):
     return np.ascontiguousarray(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
 
@@ -577,7 +555,7 @@ def _outside(fluid, bodies, dim):
         at = (np.arange(FINE) + 0.5) / FINE - 0.5
         steps = np.stack([a.ravel() for a in np.meshgrid(*[at] * dim, indexing="ij")], axis=1) * dx
         share[cut] = np.mean([_deepest(x[cut] + step, bodies, dim)[0] > 0 for step in steps], axis=0)
-    rows = _kept(deepest, int(round(float(share.sum()))), 1e-6 * dx)
+    rows = kept_rows(deepest, int(round(float(share.sum()))), 1e-6 * dx)
     place = x[rows].copy()
     near = np.flatnonzero(deepest[rows] > -NEAREST * dx)
     for _ in range(3 if len(near) else 0):  # edges have two normals
@@ -586,18 +564,6 @@ def _outside(fluid, bodies, dim):
         slope /= np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
         place[near] -= np.maximum(depth + NEAREST * dx, 0.0)[:, None] * slope
     return place, rows
-
-
-def _kept(deepest, left_out, same):
-    """Rows of the particles that stay when a number of the deepest are left out; of those as deep as the last one, to
-    `same`, every so many: left out from one end on they would leave the liquid lopsided about a body."""
-    if left_out == 0:
-        return np.arange(len(deepest))
-    last = np.sort(deepest)[-left_out]
-    out, tied = deepest > last + same, np.flatnonzero(np.abs(deepest - last) <= same)
-    many = left_out - int(out.sum())
-    out[tied[((np.arange(many) + 0.5) * len(tied) / many).astype(int)]] = True
-    return np.flatnonzero(~out)
 
 
 def _pressure(fluid, gravity):
