@@ -49,9 +49,10 @@ cairn::FluidSurface surface_of(const py::dict& d) {
   s.depth = numbers<double>(d, "depth");
   s.volume = numbers<double>(d, "volume");
   s.slip = numbers<std::int8_t>(d, "slip");
+  s.centre = numbers<double>(d, "centre");
   const std::size_t n = s.body.size();
   if (s.offset.size() != 3 * n || s.normal.size() != 3 * n || s.depth.size() != n || s.volume.size() != n ||
-      s.slip.size() != n)
+      s.slip.size() != n || s.centre.size() != n)
     throw cairn::Error("points of surfaces hold arrays of different lengths: give one row for each");
   return s;
 }
@@ -181,6 +182,8 @@ py::dict report(Simulation& s) {
   out["volume"] = f.report.volume;
   out["volume_begin"] = f.volume_begin();
   out["back_flow"] = f.back_flow();
+  out["light_factor"] = f.report.light_factor;
+  out["light_body"] = f.report.light_body;
   out["came_in"] = f.passed()[0];
   out["left"] = f.passed()[1];
   out["surface_energy"] = f.surface_energy();

@@ -103,7 +103,8 @@ contains
   end subroutine cairn_fluid_fill_rows
 
   !> Sums of each body over its points about particle i: twice the gradient, its moment, the force by the pressure that gravity adds
-  !> there and its moment, the viscous coefficient and where it acts, from the centre of the body.
+  !> there and its moment, the viscous coefficient and where it acts, from the centre of the body. Pressure acts at centres of
+  !> curvature: the gradients of points about a particle beside a round body have a sum that does not lead through its axis.
   subroutine fill_walls(v, given, to, w, i, shape)
     type(fluid), intent(in) :: v
     type(cairn_fluid_rows), intent(in) :: given
@@ -113,7 +114,7 @@ contains
     real(c_double), intent(in) :: shape(3, 3)
     integer(c_int64_t) :: n, at
     integer :: k, body
-    real(c_double) :: grad(3), arm(3), force(3), d, t, high, c
+    real(c_double) :: grad(3), arm(3), lever(3), force(3), d, t, high, c
     n = to%first_wall(i)
     do k = 1, w%count
       d = sqrt(sum(w%r(:, k)**2))
@@ -122,9 +123,11 @@ contains
       if (w%plane(k) == 0) then
         body = to%body_of_point(w%point(k))
         arm = v%surface(1:3, w%point(k)) - to%centre(:, body + 1)
+        lever = arm - v%surface(14, w%point(k))*w%normal(:, k)
       else
         body = to%body_of_plane(w%plane(k))
         arm = v%record(1:3, i) - w%r(:, k) - to%centre(:, body + 1)
+        lever = arm
       end if
       do at = n, to%first_wall(i) + 1, -1
         if (to%wall_body(at) == body) exit
@@ -138,9 +141,9 @@ contains
       grad = -v%scale*t**3*w%volume(k)*matmul(shape, w%r(:, k))
       force = v%density*dot_product(v%resting, w%r(:, k))*grad
       to%wall(1:3, at) = to%wall(1:3, at) + 2*grad
-      to%wall(4:6, at) = to%wall(4:6, at) + 2*cross(arm, grad)
+      to%wall(4:6, at) = to%wall(4:6, at) + 2*cross(lever, grad)
       to%wall(7:9, at) = to%wall(7:9, at) + force
-      to%wall(10:12, at) = to%wall(10:12, at) + cross(arm, force)
+      to%wall(10:12, at) = to%wall(10:12, at) + cross(lever, force)
       if (.not. w%holds(k) .or. v%viscosity <= 0) cycle
       high = max(dot_product(w%r(:, k), w%normal(:, k)) - w%depth(k), least_height*v%dx)
       c = 2*v%viscosity*v%scale*t**3*w%volume(k)*(1 + w%depth(k)/high)

@@ -223,7 +223,7 @@ contains
     type(near_particles) :: near
     integer(c_int64_t) :: i, k
     integer :: j, beside
-    real(c_double) :: own(8), a(3), s(3), push(3), g, peak, spread, at(3)
+    real(c_double) :: own(8), a(3), s(3), push(3), shear(3), g, peak, spread, at(3)
     call open_fluid(f, last, v)
     peak = max(0.0_c_double, 1 - 0.5_c_double*v%dx/v%h)
     peak = peak**4*(2*v%dx/v%h + 1)
@@ -241,8 +241,8 @@ contains
       end do
       call wall_points_of(v, i, w)
       do k = 1, w%count
-        call from_wall(v, own, w%r(:, k), w%velocity(:, k), w%normal(:, k), w%depth(k), w%holds(k), push, g)
-        push = push*w%volume(k)
+        call from_wall(v, own, w%r(:, k), w%velocity(:, k), w%normal(:, k), w%depth(k), w%holds(k), push, shear, g)
+        push = (push + shear)*w%volume(k)
         a = a + push
         s = s - g*w%volume(k)*w%r(:, k)
         spread = spread - g*w%volume(k)*sum(w%r(:, k)**2)
@@ -296,25 +296,26 @@ contains
     spread = spread + sum_of
   end subroutine add_forces
 
-  !> Forces of the fluid on points first to last - 1 of surfaces.
-  subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force) bind(c)
+  !> Forces of the fluid on points first to last - 1 of surfaces, and the part of them by viscosity.
+  subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force, shear) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     integer(c_int64_t), intent(in) :: first_of(0:*) !< in particle
     integer(c_int32_t), intent(in) :: particle(0:*) !< numbers of particles, from 0
-    real(c_double), intent(inout) :: force(3, 0:*)  !< [N]
+    real(c_double), intent(inout) :: force(3, 0:*), shear(3, 0:*) !< [N]
     type(fluid) :: v
     logical :: periodic
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: b, k
     integer :: i
-    real(c_double) :: own(8), r(3), push(3), sum_of(3), g
+    real(c_double) :: own(8), r(3), push(3), drag(3), sum_of(3), of_shear(3), g
     call open_fluid(f, last, v)
     periodic = v%periodic
     period = v%period
     per = v%per
     do b = first, last - 1
       sum_of = 0
+      of_shear = 0
       do k = first_of(b), first_of(b + 1) - 1
         i = particle(k) + 1
         own = v%record(:, i)
@@ -324,19 +325,22 @@ contains
         if (sum(r**2) >= 4*v%h**2) cycle
         if (from_behind(v, int(b) + 1, r)) cycle
         call from_wall(v, own, r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), v%surface(10, b + 1), &
-                       v%surface(12, b + 1) < 1.5_c_double, push, g)
-        sum_of = sum_of - own(7)*(push*v%surface(11, b + 1))
+                       v%surface(12, b + 1) < 1.5_c_double, push, drag, g)
+        sum_of = sum_of - own(7)*((push + drag)*v%surface(11, b + 1))
+        of_shear = of_shear - own(7)*(drag*v%surface(11, b + 1))
       end do
       force(:, b) = sum_of
+      shear(:, b) = of_shear
     end do
   end subroutine cairn_fluid_on_points
 
-  !> Force of a point of a wall on a particle, over the volumes of both, with own(8) the pressure that acts.
-  pure subroutine from_wall(v, own, r, velocity, normal, depth, holds, push, g)
+  !> Forces of a point of a wall on a particle by pressure and by viscosity, over the volumes of both, with own(8) the pressure that
+  !> acts.
+  pure subroutine from_wall(v, own, r, velocity, normal, depth, holds, push, shear, g)
     type(fluid), intent(in) :: v
     real(c_double), intent(in) :: own(8), r(3), velocity(3), normal(3), depth
     logical, intent(in) :: holds
-    real(c_double), intent(out) :: push(3) !< [N/m6 | N/m4]
+    real(c_double), intent(out) :: push(3), shear(3) !< [N/m6 | N/m4]
     real(c_double), intent(out) :: g !< W'/r
     real(c_double) :: u(3), d, p, high
     d = sqrt(sum(r**2))
@@ -349,9 +353,10 @@ contains
     high = dot_product(r, normal) - depth
     if (high < nearest*v%dx .and. dot_product(r, normal) > facing*d) & ! whatever the pressure, nothing goes through
       push = push - g*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal
+    shear = 0
     if (holds .and. v%viscosity > 0) then
       high = max(high, least_height*v%dx)
-      push = push + g*2*v%viscosity*(1 + depth/high)*u
+      shear = g*2*v%viscosity*(1 + depth/high)*u
     end if
   end subroutine from_wall
 

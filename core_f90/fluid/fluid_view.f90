@@ -8,7 +8,7 @@ module fluid_view
   public :: add_square, cross, invert, mass_of
   public :: from_behind
   public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
-  integer, parameter :: record_size = 8, surface_size = 13, plane_size = 16
+  integer, parameter :: record_size = 8, surface_size = 14, plane_size = 16
   integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
 
   type, bind(c) :: cairn_fluid

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../base/threads.hpp"
 
 namespace cairn {
@@ -78,6 +79,7 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains g
   body_of_plane_ = places(planes.body);
   const std::vector<std::int32_t> of_grains = places(grains.body);
   points_ = std::move(points);
+  points_.centre.resize(points_.body.size(), 0.0);
   planes_ = std::move(planes);
   bodies_ = std::move(bodies);
   force_ = std::move(force);
@@ -89,6 +91,14 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains g
     Body& body = bodies_[std::size_t(body_of_point_[std::size_t(b)])];
     const double* x = &points_.offset[std::size_t(3 * b)];
     body.reach = std::max(body.reach, std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
+    double seen = 0; // a round side that slides shows none of a spin about its centre
+    for (std::size_t c = 0; c < 3; ++c) {
+      const bool slides = points_.slip[std::size_t(b)] == std::int8_t(Slip::slides);
+      const double arm =
+          x[c] - (slides ? points_.centre[std::size_t(b)] * points_.normal[std::size_t(3 * b) + c] : 0.0);
+      seen += arm * arm;
+    }
+    body.seen = std::max(body.seen, std::sqrt(seen));
     if (points_.depth[std::size_t(b)] < settings.spacing)
       body.surface += points_.volume[std::size_t(b)] / settings.spacing;
     if (const double* n = &points_.normal[std::size_t(3 * b)]; points_.depth[std::size_t(b)] < settings.spacing)
@@ -115,8 +125,8 @@ void Fluid::check(const Scene& scene) {
     corner_[std::size_t(k)] = cell.corner[k];
     const double least = 3 * (reach() + skin());
     if (period_[std::size_t(k)] < least)
-      throw Error("the periodic cell is " + std::to_string(period_[std::size_t(k)]) + " m long along axis " +
-                  std::to_string(k) + ", and the particles of the fluid reach over " + std::to_string(least) +
+      throw Error("the periodic cell is " + number_text(period_[std::size_t(k)]) + " m long along axis " +
+                  std::to_string(k) + ", and the particles of the fluid reach over " + number_text(least) +
                   " m: give it a smaller spacing, or a longer cell");
   }
   list_.period = period_;
@@ -270,10 +280,11 @@ void Fluid::find_forces(const Scene& scene) {
                              open_new_.data(), &on_planes_[std::size_t(6 * planes * t)]);
   const std::int64_t points = all_points();
   on_points_.resize(std::size_t(3 * points));
+  shear_on_points_.resize(std::size_t(3 * points));
 #pragma omp parallel for schedule(dynamic, 1) if (points > 256)
   for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
     cairn_fluid_on_points(&f, tile * t, std::min(tile * (t + 1), points), list_.first_of_point.data(),
-                          list_.particle.data(), on_points_.data());
+                          list_.particle.data(), on_points_.data(), shear_on_points_.data());
   if (settings.surface_tension > 0) pull_surface(scene);
   open_.swap(open_new_);
   if (ends_) hold_ends();
@@ -339,19 +350,30 @@ double Fluid::stable_step(const Scene& scene) const {
     dt =
         std::min(dt, 0.25 * std::sqrt(settings.density * h * h * h / (2 * std::acos(-1.0) * settings.surface_tension)));
   // A body lighter than the liquid about it follows that as on a spring of its compressibility.
-  for (const Body& b : bodies_) {
-    if (b.at < 0 || b.surface == 0) continue;
-    const double around = settings.density * b.surface * h * settings.depth;
-    double lightest = 0;
-    for (int k = 0; k < 3; ++k) {
-      lightest = std::max(lightest, b.inverse_mass[k]);
-      lightest = std::max(lightest, b.inverse_inertia[4 * k] * b.reach * b.reach);
-    }
-    dt = std::min(dt, settings.courant * h / c / std::sqrt(std::max(1.0, around * lightest)));
-  }
+  for (const Body& b : bodies_) dt = std::min(dt, settings.courant * h / c / lightness(b));
   if (burden_ > 1) dt = std::min(dt, settings.courant * h / c / std::sqrt(burden_));
   if (granular_) dt = std::min(dt, settings.courant * h / c / swiftness_of_grains());
   return dt;
+}
+
+// Greatest speed and compression; refuses a flow that the speed of sound is too low for.
+void Fluid::measure_flow() {
+  double speed = 0, compression = 0;
+  for (std::int64_t i = 0; i < count(); ++i) {
+    const double* v = &velocity_[std::size_t(3 * i)];
+    const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    const double share = std::abs(fluid_density(std::size_t(i)) / settings.density - 1);
+    if (!(square < std::numeric_limits<double>::infinity()) || !(share < 0.5))
+      throw Error("particle " + std::to_string(number_[std::size_t(i)]) + " of the fluid has a density of " +
+                  number_text(density_[std::size_t(i)]) + " kg/m3 and a speed of " + number_text(std::sqrt(square)) +
+                  " m/s: its sound speed of " + number_text(settings.sound_speed) +
+                  " m/s is too low for this flow, or bodies stand within the liquid; give cn.fluid(sound_speed=...) "
+                  "ten times the greatest speed");
+    speed = std::max(speed, square);
+    compression = std::max(compression, share);
+  }
+  report.speed = std::sqrt(speed);
+  report.compression = compression;
 }
 
 void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
@@ -379,34 +401,30 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
     }
     report.drag_loss = 0;
     const double limit = stable_step(scene);
+    report.light_factor = 1;
+    for (const Body& b : bodies_)
+      if (const double factor = lightness(b); factor > report.light_factor) {
+        report.light_factor = factor;
+        report.light_body = b.id;
+      }
     fastest_ = fastest();
     // Without a free surface the level of pressure is free: under tension particles clump.
     closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
     raised_ = closed_ ? settings.density * fastest_ * fastest_ : 0;
     const double parts = std::ceil(h / limit * (1 - 1e-12));
     if (!(parts <= 1e6))
-      throw Error("a step of " + std::to_string(h) + " s takes the fluid " + std::to_string(parts) + " sub-steps of " +
-                  std::to_string(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
+      throw Error("a step of " + number_text(h) + " s takes the fluid " + number_text(parts) + " sub-steps of " +
+                  number_text(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
     report.sub_steps = int(parts);
     for (int k = 0; k < report.sub_steps; ++k) sub_step(scene, h / parts);
-    double speed = 0, compression = 0;
-    for (std::int64_t i = 0; i < count(); ++i) {
-      const double* v = &velocity_[std::size_t(3 * i)];
-      const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-      const double share = std::abs(fluid_density(std::size_t(i)) / settings.density - 1);
-      if (!(square < std::numeric_limits<double>::infinity()) || !(share < 0.5))
-        throw Error("particle " + std::to_string(number_[std::size_t(i)]) + " of the fluid has a density of " +
-                    std::to_string(density_[std::size_t(i)]) + " kg/m3 and a speed of " +
-                    std::to_string(std::sqrt(square)) + " m/s: its sound speed of " +
-                    std::to_string(settings.sound_speed) +
-                    " m/s is too low for this flow, or bodies stand within the liquid; give cn.fluid(sound_speed=...) "
-                    "ten times the greatest speed");
-      speed = std::max(speed, square);
-      compression = std::max(compression, share);
-    }
-    report.speed = std::sqrt(speed);
-    report.compression = compression;
+    measure_flow();
+    report.too_fast = too_fast();
     measure_volume(scene);
+  } catch (const Error& error) {
+    const std::string cause = too_fast();
+    restore_before();
+    if (cause.empty()) throw;
+    throw Error(std::string(error.what()) + "; " + cause);
   } catch (...) {
     restore_before();
     throw;

@@ -44,6 +44,9 @@ struct FluidSurface {
   std::vector<double> offset, normal; // (3, n) from the centre of mass [m], out of the body
   std::vector<double> depth, volume;  // (n) [m], [m3 | m2]
   std::vector<std::int8_t> slip;      // (n) Slip
+  // How far below a point, along its normal, the centre of curvature lies, where pressure acts (n) [m]; 0: on a flat
+  // side, whose pressure acts at the point; empty: all are on flat sides.
+  std::vector<double> centre;
   std::int64_t count() const { return std::int64_t(body.size()); }
 };
 
@@ -139,6 +142,10 @@ public:
     std::int64_t surface_points = 0;
     double drag_loss = 0; // of energy by drag of grains, in the last step [J]
     double volume = 1;    // of the liquid over that of its mass at rest
+    // The lightest body beside the liquid about it shortened sub-steps by this factor, 1: none; its id.
+    double light_factor = 1;
+    std::int64_t light_body = -1;
+    std::string too_fast; // the body that moves faster than the sound of the liquid about it, empty: none
   };
   Report report;
   std::int64_t bytes() const;
@@ -191,6 +198,7 @@ private:
     double surface = 0; // area or length of it that meets the liquid
     double volume = 0;  // within it [m3 | m2]
     double reach = 0;   // farthest point of it from the centre
+    double seen = 0;    // farthest place whose velocity by its spin the liquid feels
   };
 
   void load_bodies(const Scene& scene, double h);
@@ -198,6 +206,9 @@ private:
   void move_bodies(double dt);
   void place_surfaces();
   double fastest() const; // [m/s]
+  double lightness(const Body& body) const;
+  std::string too_fast() const;
+  void measure_flow();
   void renew_list();
   void renew_as_listed();
   void keep_before();
@@ -271,7 +282,7 @@ private:
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
   std::vector<Body> bodies_;
   std::vector<double> position_, velocity_, density_, acceleration_, drift_, record_, surface_, plane_, rate_;
-  std::vector<double> on_points_, on_planes_, fill_, color_, normal_, curvature_;
+  std::vector<double> on_points_, shear_on_points_, on_planes_, fill_, color_, normal_, curvature_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
   std::vector<std::int32_t> end_;       // see ends (n), none without open ends

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../bodies/rigid_motion.hpp"
 #include "fluid.hpp"
 
@@ -127,6 +128,43 @@ void Fluid::move_bodies(double dt) {
   }
 }
 
+// Root of the mass of the liquid in a layer about a body over the least mass that this sets against it, 1 at least.
+double Fluid::lightness(const Body& body) const {
+  if (body.at < 0 || body.surface == 0) return 1;
+  const double around = settings.density * body.surface * settings.smoothing * settings.spacing * settings.depth;
+  double lightest = 0;
+  for (int k = 0; k < 3; ++k) {
+    lightest = std::max(lightest, body.inverse_mass[k]);
+    lightest = std::max(lightest, body.inverse_inertia[4 * k] * body.seen * body.seen);
+  }
+  return std::sqrt(std::max(1.0, around * lightest));
+}
+
+// Names the body beside the liquid whose surface moves faster than sound, which the liquid cannot follow.
+std::string Fluid::too_fast() const {
+  double most = settings.sound_speed;
+  std::string text;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const Body& b = bodies_[k];
+    const auto meets = [](double f) { return f < 0 || f > 0; };
+    if (b.at < 0 || b.reach == 0 || std::none_of(&force_[6 * k], &force_[6 * k] + 6, meets)) continue;
+    double way = 0, turn = 0;
+    for (int c = 0; c < 3; ++c) {
+      way += b.velocity[c] * b.velocity[c];
+      turn += b.velocity[3 + c] * b.velocity[3 + c];
+    }
+    const double speed = std::sqrt(way) + b.seen * std::sqrt(turn);
+    if (speed <= most) continue;
+    most = speed;
+    text = "body " + std::to_string(b.id) + " moves at " + number_text(std::sqrt(way)) + " m/s and spins at " +
+           number_text(std::sqrt(turn)) + " rad/s, faster than the sound of the fluid about it, " +
+           number_text(settings.sound_speed) +
+           " m/s: give a smaller dt, a heavier body, cn.fluid(sound_speed=...) ten times the greatest speed, or "
+           "cn.fluid(incompressible=True)";
+  }
+  return text;
+}
+
 // Points of surfaces and half-spaces where their bodies are.
 void Fluid::place_surfaces() {
   const auto turned = [](const Body& b, const double* x, double* to) {
@@ -142,8 +180,12 @@ void Fluid::place_surfaces() {
     turned(b, &points_.offset[std::size_t(3 * i)], arm);
     turned(b, &points_.normal[std::size_t(3 * i)], to + 6);
     const double* w = b.velocity + 3;
-    const double spin[3] = {w[1] * arm[2] - w[2] * arm[1], w[2] * arm[0] - w[0] * arm[2],
-                            w[0] * arm[1] - w[1] * arm[0]};
+    const double centre = points_.centre[std::size_t(i)];
+    double seen[3]; // of this point the velocity: a surface that slides shows none of a spin about its centre
+    for (int c = 0; c < 3; ++c)
+      seen[c] = arm[c] - (points_.slip[std::size_t(i)] == std::int8_t(Slip::slides) ? centre * to[6 + c] : 0);
+    const double spin[3] = {w[1] * seen[2] - w[2] * seen[1], w[2] * seen[0] - w[0] * seen[2],
+                            w[0] * seen[1] - w[1] * seen[0]};
     const bool there = b.at >= 0 && points_.slip[std::size_t(i)] != std::int8_t(Slip::none);
     for (int c = 0; c < 3; ++c) {
       to[c] = there ? b.position[c] + arm[c] : std::numeric_limits<double>::infinity();
@@ -153,6 +195,7 @@ void Fluid::place_surfaces() {
     to[11 - 1] = points_.volume[std::size_t(i)];
     to[12 - 1] = points_.slip[std::size_t(i)];
     to[13 - 1] = std::numeric_limits<double>::max();
+    to[14 - 1] = centre;
   }
   if (skins_.count() > 0) skins_.place(skin_records());
   plane_.clear();
@@ -177,16 +220,19 @@ void Fluid::add_surface_forces() {
   for (std::int64_t i = 0; i < points_.count(); ++i) {
     if (list_.first_of_point[std::size_t(i)] == list_.first_of_point[std::size_t(i + 1)]) continue;
     const std::size_t k = std::size_t(body_of_point_[std::size_t(i)]);
-    const double *f = &on_points_[std::size_t(3 * i)], *x = &surface_[std::size_t(cairn_fluid_surface_record * i)];
+    const double *f = &on_points_[std::size_t(3 * i)], *s = &shear_on_points_[std::size_t(3 * i)],
+                 *x = &surface_[std::size_t(cairn_fluid_surface_record * i)];
     double* to = &force_[6 * k];
-    double arm[3];
+    double arm[3], lever[3], p[3]; // pressure acts at the centre of curvature, viscosity at the surface
     for (int c = 0; c < 3; ++c) {
       arm[c] = x[c] - bodies_[k].position[c];
+      lever[c] = arm[c] - x[13] * x[6 + c];
+      p[c] = f[c] - s[c];
       to[c] += f[c];
     }
-    to[3] += arm[1] * f[2] - arm[2] * f[1];
-    to[4] += arm[2] * f[0] - arm[0] * f[2];
-    to[5] += arm[0] * f[1] - arm[1] * f[0];
+    to[3] += arm[1] * s[2] - arm[2] * s[1] + lever[1] * p[2] - lever[2] * p[1];
+    to[4] += arm[2] * s[0] - arm[0] * s[2] + lever[2] * p[0] - lever[0] * p[2];
+    to[5] += arm[0] * s[1] - arm[1] * s[0] + lever[0] * p[1] - lever[1] * p[0];
   }
   const std::int64_t planes = planes_.count(), tiles = (count() + fluid_tile - 1) / fluid_tile;
   for (std::int64_t t = 0; t < tiles; ++t)

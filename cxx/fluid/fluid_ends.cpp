@@ -6,6 +6,7 @@
 #include <string>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "fluid.hpp"
 
 namespace cairn {
@@ -89,9 +90,8 @@ void Fluid::check_ends(double h) const {
     if (end <= 0) continue;
     const double speed = ends_->lanes.speed[std::size_t(end - 1)];
     if (!(speed * h < settings.spacing))
-      throw Error("a step of " + std::to_string(h) + " s moves an inflow of " + std::to_string(speed) +
-                  " m/s by more than its spacing: give a dt of " + std::to_string(0.5 * settings.spacing / speed) +
-                  " s");
+      throw Error("a step of " + number_text(h) + " s moves an inflow of " + number_text(speed) +
+                  " m/s by more than its spacing: give a dt of " + number_text(0.5 * settings.spacing / speed) + " s");
   }
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../base/threads.hpp"
 #include "fluid.hpp"
 #include "fluid_tiles.hpp"
@@ -153,7 +154,7 @@ void Fluid::shear(double h) {
   const double length = settings.smoothing * settings.spacing;
   const double parts = std::max(1.0, std::ceil(h * settings.viscosity / (0.125 * length * length * settings.density)));
   if (!(parts <= most_shears))
-    throw Error("a step of " + std::to_string(h) + " s takes the viscosity of the fluid " + std::to_string(parts) +
+    throw Error("a step of " + number_text(h) + " s takes the viscosity of the fluid " + number_text(parts) +
                 " parts: give a smaller dt or viscosity, or a larger spacing");
   const double dt = h / parts, volume = std::pow(settings.spacing, dim_) * settings.depth;
   const cairn_fluid_rows r = rows();
@@ -200,9 +201,9 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   s.ahead = ahead;
   fastest_ = fastest();
   if (!(fastest_ * h <= most_way * settings.spacing))
-    throw Error("a step of " + std::to_string(h) + " s moves the fluid by " +
-                std::to_string(fastest_ * h / settings.spacing) + " of its spacing: give a dt of " +
-                std::to_string(0.4 * settings.spacing / fastest_) + " s");
+    throw Error("a step of " + number_text(h) + " s moves the fluid by " +
+                number_text(fastest_ * h / settings.spacing) + " of its spacing: give a dt of " +
+                number_text(0.4 * settings.spacing / fastest_) + " s");
   for (std::size_t i = 0; i < position_.size(); ++i) position_[i] += ahead * velocity_[i];
   place_surfaces();
   if (known_ && !list_known_) renew_as_listed();

@@ -243,6 +243,7 @@ void FluidSkins::place(double* records) const {
     to[10] = points_.volume[std::size_t(p)] * size / size_[std::size_t(p)];
     to[11] = m.slip;
     to[12] = points_.behind[std::size_t(p)];
+    to[13] = 0; // nodes take forces where they act
   }
 }
 

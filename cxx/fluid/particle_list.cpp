@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 
 namespace cairn {
 
@@ -25,7 +26,7 @@ void ParticleList::lay_grid(const std::vector<double>& x, double reach) {
     }
     const double cells = (high - least) / reach;
     if (!(cells < 1e6))
-      throw Error("the particles of the fluid are spread over " + std::to_string(high - least) + " m along axis " +
+      throw Error("the particles of the fluid are spread over " + number_text(high - least) + " m along axis " +
                   std::to_string(k) + ", a million times their reach: give walls that hold it");
     corner_[k] = least - reach; // points of surfaces may lie a cell below
     width_[k] = reach;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../contactors/shapes.hpp"
 #include "../contacts/interaction.hpp"
 
@@ -28,14 +28,8 @@ const JointKind& kind_named(const std::string& name) {
 bool spans(const JointKind& kind) { return kind.points > 1; }
 bool is_rope(const JointKind& kind) { return kind.points == 3; }
 
-std::string told(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", x);
-  return text;
-}
-
 [[noreturn]] void refuse(const std::string& what, const JointKind& kind, double value, const char* remedy) {
-  throw Error(what + " of " + kind.name + " is " + told(value) + "; " + remedy);
+  throw Error(what + " of " + kind.name + " is " + number_text(value) + "; " + remedy);
 }
 
 double length(const double (&x)[3]) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
@@ -81,7 +75,7 @@ private:
 
 void check_numbers(const JointKind& kind, const Numbers& given) {
   const double low = given.get("lowest", -infinity), high = given.get("highest", infinity);
-  if (!(low <= high)) refuse("lowest", kind, low, ("give no more than highest, " + told(high)).c_str());
+  if (!(low <= high)) refuse("lowest", kind, low, ("give no more than highest, " + number_text(high)).c_str());
   if (spans(kind) && given.any({"lowest", "highest"}) && !(low > 0))
     refuse("lowest", kind, low, "give a length above 0 [m]");
   if (given.any({"speed", "effort"})) {
@@ -130,8 +124,8 @@ void check_end(const Scene& scene, const JointKind& kind, const char* side, std:
   for (int k = 0; k < scene.dim; ++k)
     away = std::max(away, std::abs(point[k] - scene.origin[std::size_t(k)] - scene.nodes.position[scene.node(id)][k]));
   if (!(away <= 1e-9 * size_of_mesh(scene, id)))
-    throw Error("point of " + std::string(kind.name) + " is " + told(away) + " m away from node " + std::to_string(id) +
-                "; give the place of the node, which is where a mesh is joined");
+    throw Error("point of " + std::string(kind.name) + " is " + number_text(away) + " m away from node " +
+                std::to_string(id) + "; give the place of the node, which is where a mesh is joined");
 }
 
 // Checks joints at nodes of meshes, which have no axes: a joint there cannot block rotations.
@@ -192,7 +186,8 @@ int far_end(const Scene& scene, const JointKind& kind, const JointDraft& draft, 
   const std::int64_t pulley = body_of_pulley(draft);
   if (given) {
     if (*given != double(pulley) || pulley < 0)
-      throw Error("pulley of Cable is " + told(*given) + "; give the id of a rigid body, or leave it out: the world");
+      throw Error("pulley of Cable is " + number_text(*given) +
+                  "; give the id of a rigid body, or leave it out: the world");
     check_end(scene, kind, "pulley", pulley, draft.point.data());
   }
   if (pulley >= 0 && (pulley == draft.a || pulley == draft.b))
@@ -299,7 +294,7 @@ std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft
   }
   if (is_rope(kind) && given.get("length", begin) < begin * (1 - 0x1p-30))
     refuse("length", kind, given.get("length", begin),
-           ("give at least the " + told(begin) + " m that it spans").c_str());
+           ("give at least the " + number_text(begin) + " m that it spans").c_str());
   const int far = is_rope(kind) ? far_end(scene, kind, draft, given.find("pulley")) : 0;
   const bool let_go = kind.points == 2 && given.any({"lowest", "highest", "stiffness", "damping"});
   const std::array<double, 3> axis = axis_of(scene, kind, draft.axis);

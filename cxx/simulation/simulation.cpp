@@ -75,6 +75,10 @@ const StepReport& Simulation::step(double h) {
     throw;
   }
   fluid->end(scene, h);
+  if (const std::string& cause = fluid->report.too_fast; !cause.empty()) {
+    report.solve.status = SolveStatus::diverged;
+    report.solve.hint = cause;
+  }
   return report;
 }
 

@@ -9,10 +9,12 @@ extern "C" {
 
 /* Particles of a liquid, points on the surfaces of bodies and half-spaces. A record of a particle is its position [m],
  * velocity [m/s], volume [m3 | m2] and pressure [Pa]; of a point of a surface its position, velocity, normal out of the
- * body, depth below the surface [m], volume, slip: 1 holds the liquid, 2 lets it slide, and how far behind the surface
- * particles see it at most, which thin bodies limit [m]. A half-space is a point of
- * its surface, the normal out of it, the centre of its body, velocity and spin of that, and slip. */
-enum { cairn_fluid_record = 8, cairn_fluid_surface_record = 13, cairn_fluid_plane_record = 16 };
+ * body, depth below the surface [m], volume, slip: 1 holds the liquid, 2 lets it slide, how far behind the surface
+ * particles see it at most, which thin bodies limit [m], and how far below the point, along the normal, the centre of
+ * curvature lies [m]: pressure acts there, so that it has no moment about the axis of a round body; 0 on flat sides. A
+ * half-space is a point of its surface, the normal out of it, the centre of its body, velocity and spin of that, and
+ * slip. */
+enum { cairn_fluid_record = 8, cairn_fluid_surface_record = 14, cairn_fluid_plane_record = 16 };
 typedef struct cairn_fluid {
   int32_t dim, planes;
   double smoothing, spacing;             /* length of the kernel and distance of particles [m] */
@@ -24,7 +26,7 @@ typedef struct cairn_fluid {
   const double* record;                  /* (8, particles) */
   const int64_t* first;                  /* (particles + 1) in neighbour */
   const int32_t* neighbour;              /* numbers of particles, from 0 */
-  const double* surface;                 /* (13, points) */
+  const double* surface;                 /* (14, points) */
   const int64_t* first_point;            /* (particles + 1) in point */
   const int32_t* point;                  /* numbers of points, from 0 */
   const double* plane;                   /* (16, planes) */
@@ -36,7 +38,7 @@ void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last,
 void cairn_fluid_acceleration(const cairn_fluid* f, int64_t first, int64_t last, double* acceleration, double* drift,
                               int8_t* open, double* on_planes);
 void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, const int64_t* first_of,
-                           const int32_t* particle, double* force);
+                           const int32_t* particle, double* force, double* shear);
 
 /* The free surface: share of space that is filled; (4, particles) gradient of the color and its size [1/m]; curvature
  * [1/m]; coefficient of tension over the sum of the gradient across a flat surface [N/m]. */

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "../../base/number_text.hpp"
 #include "../../fluid/fluid.hpp"
 #include "../../solvers/sweeps/contact_system.hpp"
 #include "nscd.hpp"
@@ -56,10 +57,10 @@ void Nscd::fluid_passes(Simulation& s) {
   if (misfit <= enough && solved) return;
   if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::iteration_limit;
   if (!s.report.solve.hint.empty()) return;
-  s.report.solve.hint = solved ? "pressure of the fluid and contacts differ by " + std::to_string(misfit) +
+  s.report.solve.hint = solved ? "pressure of the fluid and contacts differ by " + number_text(misfit) +
                                      " of the velocity after " + std::to_string(s.fluid->report.passes) +
                                      " passes: give a smaller dt"
-                               : "the pressure of the fluid leaves " + std::to_string(s.fluid->report.residual) +
+                               : "the pressure of the fluid leaves " + number_text(s.fluid->report.residual) +
                                      " of the divergence: give a smaller dt";
 }
 

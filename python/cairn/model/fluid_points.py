@@ -23,10 +23,14 @@ class Points:
         Below its surface [m].
     volume : ndarray (n,)
         Volume, in 2D area, of each [m3 or m2].
+    centre : ndarray (n,), optional
+        How far below each, along its normal, the centre of curvature of the surface lies, at which pressure acts on the body
+        [m]; 0, as when not given, of flat sides.
     """
 
-    def __init__(self, place, normal, depth, volume):
+    def __init__(self, place, normal, depth, volume, centre=None):
         self.place, self.normal, self.depth, self.volume = place, normal, depth, volume
+        self.centre = np.zeros(len(place)) if centre is None else centre
 
     def __len__(self):
         return len(self.place)
@@ -44,7 +48,7 @@ class Points:
         Points
             These.
         """
-        return Points(self.place[kept], self.normal[kept], self.depth[kept], self.volume[kept])
+        return Points(self.place[kept], self.normal[kept], self.depth[kept], self.volume[kept], self.centre[kept])
 
 
 def points_of(shape, dim, form, spacing, reach):
@@ -79,6 +83,8 @@ def points_of(shape, dim, form, spacing, reach):
         made = _polyhedron(form, spacing, layers)
     else:
         made = _by_distance(shape, dim, form, spacing, reach)
+    if shape in ("disk", "sphere", "ring"):
+        made.centre = np.sum(made.place * made.normal, axis=1)
     made.place = made.place + form["offset"]
     return made
 
@@ -259,11 +265,14 @@ def _by_distance(shape, dim, form, spacing, reach):
     place = np.stack([x.ravel() for x in np.meshgrid(*rows, indexing="ij")], axis=1) @ frame
     if shape == "polyhedron":
         below = height - place @ normal.T
-        depth, out = below.min(axis=1), normal[below.argmin(axis=1)]
+        depth, out, centre = below.min(axis=1), normal[below.argmin(axis=1)], np.zeros(len(place))
     else:
         depth, out = _depth_and_normal(shape, form, place)
+        centre = form["radius"] - depth
+        if shape == "cylinder":  # its ends are flat
+            centre = np.where(np.abs(out @ form["direction"]) > 0.5, 0.0, centre)
     kept = (depth > 0) & (depth < reach)
-    return Points(place[kept], out[kept], depth[kept], np.full(kept.sum(), volume))
+    return Points(place[kept], out[kept], depth[kept], np.full(kept.sum(), volume), centre[kept])
 
 
 def _depth_and_normal(shape, form, r):

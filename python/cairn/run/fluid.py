@@ -12,6 +12,7 @@ from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
+from .fluid_room import crowd, kept_rows, refuse_liquid_behind
 from .fluid_watch import FluidWatch
 
 
@@ -57,12 +58,12 @@ class Running:
         slips = [slip_between(scene, b.material, b.group) for b in bodies]
         warn_of_tension(settings, above=4)
         self.watch = FluidWatch(self)
-        if warn_of_gaps(bodies, slips, position, first.spacing, above=4):
+        held = _held(simulation._sets, scene.dim)
+        if warn_of_gaps(bodies, slips, position, first.spacing, held, above=4):
             self.watch.knows("gaps")
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
         sizes = [self._grain(b)[0] for b in small]
         warn_of_beds(small, sizes, first.spacing, first.smoothing, above=4)
-        held = _held(simulation._sets, scene.dim)
         free = [k for k, b in enumerate(small) if int(b.ids[0]) not in held]
         density = [scene._materials[small[k].material].density for k in free]
         warn_of_light_beds([small[k] for k in free], [sizes[k] for k in free], density, gravity, position, first.spacing,
@@ -79,6 +80,8 @@ class Running:
             raise ValueError("grains smaller than a particle do not meet open ends: leave out GrainDrag, or Inflow and Outflow")
         reach, inflows = 2 * first.smoothing * first.spacing, [e for e in scene.fluid_ends if hasattr(e, "velocity")]
         tables = [e.lanes(first.spacing, reach) for e in inflows]
+        for t in tables:
+            refuse_liquid_behind(t, position, first.spacing, reach)
         outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin)
                     for e in scene.fluid_ends if not hasattr(e, "velocity")]  # fmt: skip
         for axis in [int(t["axis"][0]) for t in tables] + [int(row[6]) for row in outflows]:
@@ -321,13 +324,20 @@ class Running:
             if slip > FreeSlip.number:
                 continue
             before, after = (_deepest(x, [c], scene.dim)[0] for c in (a, b))
-            inside = np.flatnonzero((after > 0.5 * spacing) & (before < 0.5 * spacing))
+            came = np.where(before < 0.5 * spacing, after, -np.inf)
+            inside = np.flatnonzero(came > 0.5 * spacing)
+            if not len(inside):
+                inside = crowd(np.where(before < 0, after, -np.inf), b, scene.dim, spacing)
             if len(inside):
                 at = tuple(float(v) for v in x[inside[np.argmax(after[inside])]])
                 raise ValueError(
                     f"{len(inside)} particles of the liquid lie in body {int(b.ids[0])} where it is put, one at {at}: put it "
                     "outside the liquid, or move it there by driven= in steps, before which the liquid gives way"
                 )
+
+    def held(self):
+        """Ids of bodies that do not move freely at all."""
+        return _held(self._simulation._sets, self._simulation.scene.dim)
 
     def look(self, report):
         """Adds the volume of the liquid to the report of a step, and warns; see FluidWatch."""
@@ -345,8 +355,11 @@ class Running:
         self._refuse_meshes(sets)
         self.refuse_integrator(self._simulation.strategy, sets)
         bodies += [_Solid(-1, _surface_of(d, d.body.points), self.fluids[0].spacing) for d, _, _ in self._met_meshes(sets)]
+        spacing = self.fluids[0].spacing
         depth, _ = _deepest(x, bodies, scene.dim)
-        inside = np.flatnonzero(depth > 0.5 * self.fluids[0].spacing)
+        inside = np.flatnonzero(depth > 0.5 * spacing)
+        for b in bodies if not len(inside) else ():
+            inside = np.union1d(inside, crowd(_deepest(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
         if len(inside):
             at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
             raise ValueError(
@@ -489,12 +502,14 @@ def _sampled(contactors, dim, spacing, reach, slip, body):
 
 def _table(rows):
     """Arrays of the core for points of bodies, in space."""
-    none = (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+    none = (np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
     wide = [none]
     for k, p, slip in rows:
-        wide.append((np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, np.full(len(p), slip)))
+        slips = np.full(len(p), slip)
+        wide.append((np.full(len(p), k), _three(p.place), _three(p.normal), p.depth, p.volume, slips, p.centre))
     columns = [np.concatenate(c) for c in zip(*wide)]
     kinds = ("body", np.int64), ("offset", float), ("normal", float), ("depth", float), ("volume", float), ("slip", np.int8)
+    kinds = (*kinds, ("centre", float))
     return {name: np.ascontiguousarray(c, kind) for (name, kind), c in zip(kinds, columns)}
 
 
@@ -555,9 +570,7 @@ def _outside(fluid, bodies, dim):
         at = (np.arange(FINE) + 0.5) / FINE - 0.5
         steps = np.stack([a.ravel() for a in np.meshgrid(*[at] * dim, indexing="ij")], axis=1) * dx
         share[cut] = np.mean([_deepest(x[cut] + step, bodies, dim)[0] > 0 for step in steps], axis=0)
-    left_out = int(round(float(share.sum())))
-    order = np.argsort(-deepest, kind="stable")
-    rows = np.sort(order[left_out:])
+    rows = kept_rows(deepest, int(round(float(share.sum()))), 1e-6 * dx)
     place = x[rows].copy()
     near = np.flatnonzero(deepest[rows] > -NEAREST * dx)
     for _ in range(3 if len(near) else 0):  # edges have two normals

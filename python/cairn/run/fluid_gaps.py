@@ -17,12 +17,12 @@ THIN = 3.0  # spacings: free edges of plates of 1 and 2 stir the liquid twenty t
 NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
 
 
-def warn_of_gaps(bodies, slips, position, spacing, above):
+def warn_of_gaps(bodies, slips, position, spacing, held, above):
     """Warns of bodies nearer to others than a spacing where the liquid wets them at the start.
 
     Parameters
     ----------
-    bodies, slips, position, spacing
+    bodies, slips, position, spacing, held
         As in `gaps`.
     above : int
         Frames above the caller to which the warning points.
@@ -32,13 +32,13 @@ def warn_of_gaps(bodies, slips, position, spacing, above):
     bool
         True if there are some.
     """
-    text = gaps(bodies, slips, position, spacing)
+    text = gaps(bodies, slips, position, spacing, held)
     if text:
         warnings.warn(text, FluidWarning, stacklevel=above + 1)
     return bool(text)
 
 
-def gaps(bodies, slips, position, spacing):
+def gaps(bodies, slips, position, spacing, held=()):
     """Finds bodies nearer to others than a spacing where the liquid wets them.
 
     Parameters
@@ -51,6 +51,8 @@ def gaps(bodies, slips, position, spacing):
         Places of the particles [m].
     spacing : float
         Distance of the particles [m].
+    held : set of int, optional
+        Ids of bodies that do not move freely at all: a gap between two of them changes no motion.
 
     Returns
     -------
@@ -72,9 +74,13 @@ def gaps(bodies, slips, position, spacing):
     for body, at, normal in planes:
         low = np.flatnonzero((place - at[0]) @ normal[0] < spacing)
         for k in np.unique(owner[low]):
+            if int(k) in held and int(body.ids[0]) in held:
+                continue
             found.setdefault((int(k), int(body.ids[0])), place[low[owner[low] == k][0]])
     if len(place):
         pairs = cKDTree(place).query_pairs(spacing, output_type="ndarray")
+        fixed = np.isin(owner, list(held))
+        pairs = pairs[~(fixed[pairs[:, 0]] & fixed[pairs[:, 1]])]
         for a, b in pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]:
             found.setdefault((int(min(owner[a], owner[b])), int(max(owner[a], owner[b]))), place[a])
     if not found:

@@ -53,7 +53,8 @@ class FluidView:
         """Numbers of the last step: sub_steps, lists, speed [m/s], compression, volume over that of the mass at rest, neighbours,
         volume_begin: volume after the first step, stable_step [s], drag_loss: energy that drag of grains took [J], came_in and
         left: mass by open ends since the start [kg], back_flow: particles of the liquid that stand in an inflow,
-        surface_energy [J], bytes."""
+        surface_energy [J], bytes, light_factor: by how much the lightest body beside the liquid shortened sub-steps, light_body:
+        its id (-1: none)."""
         return _core.fluid_report(self._core)
 
     def force_on(self, body):

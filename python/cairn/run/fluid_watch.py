@@ -10,6 +10,7 @@ from .fluid_gaps import FluidWarning, gaps
 
 AT_START = 0.1  # difference of volumes that is told after the first step; edges of small blocks seem some percent larger
 SWELLS, SHRINKS = 0.05, 0.1  # change of volume since then; surfaces that are not flat seem to lose some
+LIGHT = 10.0  # factor by which a light body shortens sub-steps, above which it is told
 EVERY = 16  # steps between looks at gaps, which take as long as a step of few particles
 
 
@@ -30,7 +31,7 @@ class FluidWatch:
         self._told.add(name)
 
     def look(self, simulation, info):
-        """Warns once of a liquid that swells or shrinks, of one that flows back into an inflow, and of gaps that closed.
+        """Warns once of a liquid that swells or shrinks or flows back into an inflow, of light bodies, and of gaps that closed.
 
         Parameters
         ----------
@@ -40,12 +41,15 @@ class FluidWatch:
             What the core says of the liquid.
         """
         self._steps += 1
-        for what, text in (("volume", self._volume(simulation, info)), ("back flow", _back_flow(simulation, info))):
+        wrong = {"volume": self._volume(simulation, info), "back flow": _back_flow(simulation, info), "light": _light(info)}
+        for what, text in wrong.items():
             if text and what not in self._told:
                 self._told.add(what)
                 warnings.warn(text, FluidWarning, stacklevel=5)
         if "gaps" not in self._told and self._steps % EVERY == 0 and len(simulation.contacts):
-            text = gaps(*self._running.met_surfaces(), np.asarray(simulation.fluid.position), self._running.settings["spacing"])
+            bodies, slips = self._running.met_surfaces()
+            position, spacing = np.asarray(simulation.fluid.position), self._running.settings["spacing"]
+            text = gaps(bodies, slips, position, spacing, self._running.held())
             if text:
                 self._told.add("gaps")
                 warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)
@@ -58,6 +62,8 @@ class FluidWatch:
             return None
         slower = "a smaller dt, or leave out incompressible"
         remedy = slower if self._running.settings["incompressible"] else "a greater sound_speed or a smaller spacing"
+        if len(simulation.scene.fluid_ends):
+            remedy += ", and between walls that hold the liquid cn.Inflow a parabola, or cn.FreeSlip() to the walls"
         return (
             f"the liquid takes {volume:.1%} of the volume of its mass after step {simulation.steps}: particles that flew "
             f"apart have not come together again, or lay closer than the spacing; levels and pressures are wrong by that; "
@@ -73,4 +79,15 @@ def _back_flow(simulation, info):
         f"{info['back_flow']} particles of the liquid stand in an inflow after step {simulation.steps}, more than a spacing "
         "behind its end: the liquid is pressed back, and the inflow pushes in more than there is room for; give a smaller "
         "velocity of cn.Inflow, a lower pressure at cn.Outflow, or a longer way before the obstacle"
+    )
+
+
+def _light(info):
+    """What a body much lighter than the liquid costs; None: nothing."""
+    if not info["light_factor"] > LIGHT:
+        return None
+    return (
+        f"body {info['light_body']} is so much lighter than the liquid about it that a step takes {info['sub_steps']} "
+        f"sub-steps, {info['light_factor']:.3g} times as many as without it: give cn.fluid(incompressible=True), whose "
+        "steps no light body shortens"
     )

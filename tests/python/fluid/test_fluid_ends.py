@@ -221,3 +221,13 @@ def test_wrong_ends_are_refused():
     scene.interact("fluid", rock, cn.GrainDrag())
     with pytest.raises(ValueError, match="grains smaller than a particle do not meet open ends"):
         cn.Simulation(scene, dt=1e-3)
+
+
+def test_an_inflow_that_leads_away_from_the_liquid_is_refused():
+    for sign, region in ((-1, [(-0.4, 0), (0, 1)]), (1, [(2, 0), (2.4, 1)])):
+        scene = cn.Scene(dim=2)
+        scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 1), (0, -1), rock))
+        scene.add(cn.fluid([(0, 0), (2, 1)], 0.1, 1.0, sound_speed=20.0), cn.Inflow(region, (1.0 * sign, 0.0)))
+        way = "up" if sign > 0 else "down"
+        with pytest.raises(ValueError, match=f"velocity of cn.Inflow leads {way} axis 0, away from the liquid"):
+            cn.Simulation(scene, dt=0.02)

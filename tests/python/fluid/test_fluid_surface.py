@@ -167,6 +167,36 @@ def test_bodies_are_not_put_into_the_liquid():
     other.bodies.set(position=place)  # the liquid flows through it
 
 
+@pytest.mark.parametrize("radius", [0.055, 0.06, 0.065, 0.08])
+def test_small_bodies_are_not_added_or_put_into_the_liquid(radius):
+    scene, log = cn.Scene(dim=2, gravity=(0.0, -9.81)), cn.Material("log", density=500.0)
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((1, 0), (-1, 0), rock))
+    ids = scene.add(cn.disks([[0.5, 0.8]], radius, log))
+    scene.add(cn.fluid([(0, 0), (1, 0.4)], 0.05, 1000.0))
+    sim = cn.Simulation(scene, dt=1e-3)
+    sim.step()
+    for place in ((0.5, 0.2), (0.525, 0.2), (0.51, 0.215)):
+        with pytest.raises(ValueError, match="particles of the liquid lie in the bodies that are added"):
+            sim.add(cn.disks([place], radius, log))
+        with pytest.raises(ValueError, match="particles of the liquid lie in body .* where it is put"):
+            sim.bodies.set(position=np.where((sim.bodies.id == ids[0])[:, None], place, sim.bodies.position))
+    sim.add(cn.disks([[0.3, 0.4 + radius]], radius, log))  # on the surface
+    sim.step()
+
+
+def test_fixed_bodies_that_touch_leave_no_gap_in_the_liquid():
+    for fixed in (True, False):
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        for a, b, c, d in ((-0.2, -0.2, 1.2, 0), (-0.2, 0, 0, 1), (1, 0, 1.2, 1)):
+            scene.add(cn.polygons([(a, b), (c, b), (c, d), (a, d)], rock, fixed=fixed or b < 0))
+        scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, 1000.0))
+        scene.interact("*", "*", cn.Coulomb(mu=0.4))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            cn.Simulation(scene, dt=4e-3)
+        assert any("leave gaps" in str(w.message) for w in told) == (not fixed)
+
+
 def test_grains_are_not_put_into_the_liquid():
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
     sand = cn.Material("sand", density=2600.0)
