@@ -65,7 +65,7 @@ def dimension(value) -> int:
 
 
 def node_numbers(name: str, value, nodes: int) -> np.ndarray:
-    """Numbers of nodes, given as these or by a mask of all of them."""
+    """Numbers of nodes, given as these or by a mask of all of them; a negative one or one that the mesh has not is refused."""
     found = np.atleast_1d(np.asarray(value))
     if found.dtype.kind == "b":
         if found.shape != (nodes,):
@@ -77,6 +77,9 @@ def node_numbers(name: str, value, nodes: int) -> np.ndarray:
             if found.dtype.kind != "f" or not np.all(found == np.floor(found)) or not np.all(np.isfinite(found)):
                 wrong = found.ravel() if found.dtype.kind != "f" else found[(found != np.floor(found)) | ~np.isfinite(found)]
                 raise ValueError(f"{name} has {wrong[0]!r}: give numbers of nodes, from 0")
+    beyond = found[(found < 0) | (found >= nodes)]
+    if beyond.size:
+        raise ValueError(f"{name} names node {beyond[0]:g}: the mesh has {nodes} nodes, from 0")
     return found.astype(int)
 
 
@@ -98,6 +101,8 @@ def body_ids(ids) -> np.ndarray:
 
 def node_groups(groups, nodes: int) -> dict:
     """Groups of a mesh of so many nodes, {name: numbers}."""
+    if groups is not None and not isinstance(groups, dict):
+        raise ValueError(f"groups is {groups!r}: give {{name: numbers of nodes}}")
     return {name: node_numbers(f"the group {name!r}", of, nodes) for name, of in (groups or {}).items()}
 
 

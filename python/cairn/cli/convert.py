@@ -1,6 +1,7 @@
 """`cairn convert`: a run in another format; an LMGC90 folder as a scene, with an account of what was read as what."""
 
 import os
+import sys
 
 
 def add_parser(add, commands):
@@ -12,6 +13,7 @@ def add_parser(add, commands):
         "cairn convert pile.vtkhdf pile.csv                    bodies of all outputs, a row each\n"
         "cairn convert pile.vtkhdf touch.csv --what contacts\n"
         "cairn convert pile.vtkhdf solver.csv --what history\n"
+        "cairn convert dam.vtkhdf water.csv --what fluid       particles of the liquid\n"
         "cairn convert pile.vtkhdf pile.npz                    numpy arrays, named 00000/bodies/position ...\n"
         "cairn convert pile.vtkhdf pile.vtu                    pile_bodies_0000.vtu ... with a .pvd for the times\n"
         "cairn convert pile.vtkhdf pile.h5                     plain HDF5, a group per output\n"
@@ -20,7 +22,8 @@ def add_parser(add, commands):
     )
     convert.add_argument("file", help="a .vtkhdf file, or an LMGC90 folder with DATBOX")
     convert.add_argument("out", nargs="?", help="file to write: .csv, .npz, .h5, .vtp or .vtu; of a folder a .scene.h5")
-    convert.add_argument("--what", choices=("bodies", "contacts", "history"), default="bodies", help="table to write to a .csv")
+    tables = ("bodies", "nodes", "contacts", "fluid", "history")
+    convert.add_argument("--what", choices=tables, default="bodies", help="table to write to a .csv")
     convert.add_argument("--step", type=int, metavar="I", help="only this output")
     convert.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
 
@@ -35,7 +38,16 @@ def main(options):
 
     for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
         print(path)
+    if options.out.lower().endswith(".csv") and options.what != "fluid" and _has_fluid(options.file):
+        print("the liquid is not in this table: --what fluid writes its particles, other formats hold all", file=sys.stderr)
     return 0
+
+
+def _has_fluid(path):
+    from ..post.load import load
+
+    with load(path) as run:
+        return any(len(step.fluid) for step in run)
 
 
 def _folder(options):

@@ -23,8 +23,8 @@ def add_parser(add, commands):
     plot.add_argument(
         "--what",
         default="velocity",
-        help="velocity, rotation, material, any field of the bodies, forces, energy, residual, or history: probes, energy and "
-        "error (default: velocity)",
+        help="velocity, rotation, material, any field of the bodies, pressure or density of a liquid, forces, energy, "
+        "residual, or history: probes, energy and error (default: velocity)",
     )
     plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
     plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
@@ -38,8 +38,9 @@ def main(options):
     import matplotlib
 
     matplotlib.use("Agg")
+    from ..post.fluid_plots import plot_fluid
     from ..post.load import load
-    from ..post.plots import AXES
+    from ..post.plots import AXES, plot_step
 
     checks.count("every", options.every, 1)
     checks.count("dpi", options.dpi, 1)
@@ -51,6 +52,8 @@ def main(options):
             parts = AXES[run[-1].dim]
             fields += [f"{name}_{part}" for name in ("stress", "strain") if name in fields for part in parts]
             fields += ["von_mises"] * ("stress" in fields)
+            of_liquid = [name for name in ("pressure", "density", "porosity") if name not in fields and name in run[-1].fluid]
+            fields += of_liquid
             if options.what not in fields:
                 raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
         if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
@@ -62,6 +65,7 @@ def main(options):
             if len(run) == 0:
                 raise ValueError(f"{options.file} holds no output yet")
             i = options.step if options.time is None else run.at(options.time).index
-            save_picture(run.plot_force_chains(i) if options.what == "forces" else run.plot(i, options.what), out, options.dpi)
+            draw = plot_fluid if options.what in of_liquid else plot_step
+            save_picture(run.plot_force_chains(i) if options.what == "forces" else draw(run[i], options.what), out, options.dpi)
     print(out)
     return 0

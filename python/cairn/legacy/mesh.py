@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.materials import Material
+from ..base.time_functions import Components
 from ..names import listed
 from . import solids
 from .drives import function_of, read_drive
@@ -427,10 +428,7 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
         target = drive if d.kind == "vlocy" else pushed
         target.setdefault(f"node {node}", {})["xyz"[d.component - 1]] = function_of(d)
 
-    def force(t):
-        at = {g: {a: v(t) if callable(v) else v for a, v in by.items()} for g, by in pushed.items()}
-        return {g: [by.get(a, 0.0) for a in "xyz"[: body.dim]] for g, by in at.items()}
-
+    force = {group: Components(by.get(axis, 0.0) for axis in "xyz"[: body.dim]) for group, by in pushed.items()}
     points = _contact_points(mesh)
     faces = _sides(mesh, "ASpxx") + _sides_of_zones(box, mesh, ("CSpxx", *ORDERS))
     edges = _sides(mesh, "ALpxx") + _sides_of_zones(box, mesh, ["CLxxx"])
@@ -446,7 +444,7 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     silent = Material(f"{mesh.cells[0][3]} of zones", density=density)
     moved, velocity = state if state is not None else (None, None)
     return deformable(
-        body, Material(mesh.cells[0][3], density=density), drive=drive, force=force if pushed else None,
+        body, Material(mesh.cells[0][3], density=density), drive=drive, force=force or None,
         point_material=[named(kind, color) for kind, color, *_ in points],
         edge_material=[named("ALpxx", color) if color is not None else silent for color, _ in edges],
         face_material=[named("ASpxx", color) if color is not None else silent for color, _ in faces],

@@ -161,7 +161,7 @@ class ElasticBody:
         self.second_order = any(ELEMENTS[kind]["order"] > 1 for kind in self.cells)
         if self.second_order:
             self._mass = self._lumped(mass)
-        if lumped:
+        if checks.flag("lumped", lumped):
             m = np.zeros(len(row))
             m[start[:-1]] = self._mass  # a column begins with its diagonal entry
         #: start, row and values of mass, stiffness and damping: lower triangles by columns, on one pattern

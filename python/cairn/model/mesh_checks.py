@@ -7,6 +7,7 @@ from .mesh_parts import group_nodes
 
 GROUPED = {"fixed": '{group: "xy"}', "drive": '{group: {"x": velocity}}', "displace": '{group: {"x": function of time}}',
            "pressure": "{group: p}"}  # fmt: skip
+BY_AXIS = {"drive": '{axis: velocity}, such as {"x": 0.1}', "displace": '{axis: function of time}, such as {"x": cn.Table(...)}'}
 
 
 def checked_fields(dim, given, fixed, drive):
@@ -15,10 +16,27 @@ def checked_fields(dim, given, fixed, drive):
     for field, due in GROUPED.items():
         if given[field] is not None and not isinstance(given[field], dict):
             raise ValueError(f"{field} is {given[field]!r}: give {due}")
+    for field, due in BY_AXIS.items():
+        for group, of in (given[field] or {}).items():
+            if not isinstance(of, dict):
+                raise ValueError(f"{field} of {group!r} is {of!r}: give {due}")
+    _check_force(dim, given["force"])
     for group, axes in (fixed or {}).items():
         checks.fixed_axes(group, axes, dim)
     _check_functions(**{name: given[name] for name in ("force", "body_force", "drive", "displace", "pressure", "traction")})
     return dict(fixed or {}), dict(drive or {})
+
+
+def _check_force(dim, force):
+    """Raises ValueError for a force that is neither {group: (dim,) or a function of time} nor a function of time."""
+    if force is None or callable(force):
+        return
+    if not isinstance(force, dict):
+        due = f"give {{group: ({dim},)}} [N], a function of time in the place of ({dim},) where it changes"
+        raise ValueError(f"force is {force!r}: {due}")
+    for group, total in force.items():
+        if not callable(total):
+            checks.real_array(f"force of {group!r}", total, (dim,))
 
 
 def _check_functions(**fields):

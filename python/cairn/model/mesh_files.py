@@ -86,7 +86,7 @@ def _encoded(name, value):
     if callable(value):
         return {"kind": "function", "of": time_functions.to_dict(name, value)}
     if isinstance(value, (list, tuple)):
-        if _of_numbers(value):
+        if len(value) and _of_numbers(value):  # an empty list of materials stays a list
             return np.asarray(value)
         return {"kind": "list", **{f"{k:06d}": _encoded(name, part) for k, part in enumerate(value)}}
     if hasattr(value, "tocsc"):

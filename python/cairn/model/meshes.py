@@ -181,7 +181,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     rigid : str or sequence of str
         Names of groups whose nodes move as a rigid body; it rotates as far as the kinematics of the body allow.
     force : dict or callable, optional
-        {group: (dim,)}, total force, spread evenly over the nodes [N], or a function of time that gives that dict.
+        {group: (dim,)}, total force, spread evenly over the nodes [N]; each a vector or a function of time that gives it. Or a
+        function of time that gives such a dict, which no scene file holds.
     velocity : array_like (dim,) or (n, dim), optional
         Initial velocity [m/s].
     displacement : array_like (dim,) or (n, dim), optional

@@ -23,7 +23,7 @@ def checked(ratios, body, name="modal_damping"):
         raise ValueError(f"{name} is of the modes of a linear body, and this one is a {made}: give rayleigh, or an ElasticBody")
     if getattr(body, "solver", None) is not None:
         raise ValueError(f"{name} needs matrices, and this body has a solver of its own: let its damping hold the modes")
-    values = np.asarray(ratios, float)
+    values = checks.reals(name, ratios, "give a damping ratio >= 0 of all modes [-], or a list of those of the first")
     if values.ndim > 1 or not values.size or not np.all(np.isfinite(values)) or np.any(values < 0):
         raise ValueError(f"{name} is {ratios!r}: give a damping ratio >= 0 of all modes [-], or a list of those of the first")
     if values.ndim == 0:

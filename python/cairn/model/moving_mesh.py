@@ -92,7 +92,8 @@ class MovingMesh:
         out = np.zeros((self.size // self.dim, self.dim))
         for group, total in (given or {}).items():
             nodes = self.nodes_of(group)
-            out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
+            total = total(t) if callable(total) else total
+            out[nodes] += checks.real_array(f"force of {group!r}", total, (self.dim,)) / len(nodes)
         if self.d.loads:
             from .dead_loads import at_time
 

@@ -71,7 +71,7 @@ class SolidBody(ElasticBody):
             kinematics = "total_lagrangian" if any(m.takes_gradient for _, _, m in self._layout) else "small"
         if kinematics not in KINEMATICS:
             raise ValueError(f"kinematics is {kinematics!r}: give one of {', '.join(KINEMATICS)}")
-        self.kinematics, self.mean_dilatation = kinematics, bool(mean_dilatation)
+        self.kinematics, self.mean_dilatation = kinematics, checks.flag("mean_dilatation", mean_dilatation)
         if plane not in ("strain", "stress", "axisymmetric"):
             raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
         points = np.ascontiguousarray(points, float)

@@ -53,8 +53,12 @@ def _checked(own, parameters, given):
 
 def _class_of(row, described):
     own, parameters = described["python_name"], described["parameters"]
+    names = tuple(p[0] for p in parameters)
 
-    def __init__(self, **given):
+    def __init__(self, *values, **given):
+        if values:
+            told = ", ".join(f"{name}=..." for name in names) or ""
+            raise TypeError(f"{own} takes its parameters by name, and {values[0]!r} has none: give {own}({told})")
         Conductance.__init__(self, _checked(own, parameters, given))
 
     rows = [
@@ -62,7 +66,6 @@ def _class_of(row, described):
         for name, default, low, high in parameters
     ]
     doc = "\n".join([f"Conductance of contacts: {described['meaning']}.", *parameters_section(rows)])
-    names = tuple(p[0] for p in parameters)
     members = {"row": row, "reads": tuple(described["reads"].split()), "parameter_names": names, "__doc__": doc}
     members["__signature__"] = by_name(parameters)
     return type(own, (Conductance,), {**members, "__init__": __init__})

@@ -66,14 +66,12 @@ def collapse_multiplier(
     live, way = live_load(blocks, assembly, load, towards)
     found = assembly.collapse(live)
     limit = found.multiplier
+    nowhere = found.status == "infeasible"
     if not high_given:
-        if found.status != "optimal":
-            raise ValueError(
-                f"limit analysis ends as {found.status!r}: "
-                + ("no load makes it fall; " if found.status == "unbounded" else "it stands under no load of this kind; ")
-                + "give high, the largest multiplier to try"
-            )
-        high = 1.05 * limit
+        if found.status != "optimal" and not nowhere:
+            told = ", no load makes it fall" * (found.status == "unbounded")
+            raise ValueError(f"limit analysis ends as {found.status!r}{told}: give high, the largest multiplier to try")
+        high = 1.0 if nowhere else 1.05 * limit
     low, high = checks.number("low", low), checks.number("high", high)
     if not low < high:
         raise ValueError(f"low is {low} and high {high}: give low below high")
@@ -93,7 +91,13 @@ def collapse_multiplier(
         return share <= creep
 
     if not upright(low):
+        if nowhere:
+            told = "limit analysis finds no joint forces that balance it under any load of this kind"
+            raise ValueError(f"the structure falls under its own weight, {told}: it needs supports, thickness or friction")
         raise ValueError(f"it moves under low = {low:g} of the load already (limit analysis: {limit:g}): give a lower one")
+    if nowhere and not high_given:
+        told = "limit analysis finds no state of rest, since its friction in 3D is below Coulomb's"
+        raise ValueError(f"it stands under low = {low:g} of the load, and {told}: give high, the largest multiplier to try")
     if upright(high):
         raise ValueError(f"it stands under high = {high:g} of the load (limit analysis: {limit:g}): give a higher one")
     while high - low > width:

@@ -9,11 +9,12 @@ import numpy as np
 
 from ..base import checks
 from ..base.errors import FileError, as_file_error
+from ..names import one_of
 from .load import load
 from .shape_meshes import surfaces_of
 
 AXES = "xyz"
-
+TABLES = ("bodies", "nodes", "contacts", "fluid", "history")  # of a .csv
 
 SINGLE = 1e-4  # of the smallest extent of a surface: coordinates whose rounding is below that are written in single precision
 MANY = 500  # balls: more of them are written with half the faces
@@ -22,10 +23,11 @@ MANY = 500  # balls: more of them are written with half the faces
 def convert(source, target, what="bodies", step=None, overwrite=False, around=None):
     """Write the run `source` to `target`; its extension chooses the format. Returns the paths written.
 
-    what : of a .csv, "bodies", "nodes" (of meshes), "contacts" or "history". step : only this output, all if None. around :
+    what : of a .csv, which holds one table, "bodies", "nodes" (of meshes), "contacts", "fluid" (particles of a liquid) or
+        "history"; other formats hold all. step : only this output, all if None. around :
         faces round a sphere or disk in .vtp, 24, or 12 where a run has more than 500 bodies, if None. Raises FileError.
     """
-    target = os.fspath(target)
+    target, what = os.fspath(target), one_of("what", what, TABLES)
     kind = os.path.splitext(target)[1].lower()
     around = None if around is None else checks.count("around", around, 4)
     writers = {".csv": _csv, ".npz": _npz, ".h5": _hdf5, ".vtp": _vtk, ".vtu": _vtk}
@@ -48,8 +50,9 @@ def convert(source, target, what="bodies", step=None, overwrite=False, around=No
             raise as_file_error(target, error, writing=True) from error
 
 
-def columns(fields):
-    """Fields as named columns: vectors as name_x, name_y ..., velocity as vx, vy, w, other rows by number."""
+def columns(fields, turning=True):
+    """Fields as named columns: vectors as name_x, name_y ..., velocity as vx, vy, w, other rows by number. turning: False for
+    nodes of meshes and particles of a liquid, which have no spin."""
     result = {}
     for name in fields.names:
         value = fields[name]
@@ -59,6 +62,8 @@ def columns(fields):
         parts = value.shape[1]
         if name == "position":
             labels = AXES[:parts]
+        elif name == "velocity" and not turning:
+            labels = [f"v{axis}" for axis in AXES[:parts]]
         elif name == "velocity":
             labels = ("vx", "vy", "w") if parts == 3 else ("vx", "vy", "vz", "wx", "wy", "wz")
         elif name == "rotation":
@@ -79,7 +84,7 @@ def _csv(run, steps, target, what):
             return [target]
         for i, step in enumerate(steps):
             fields = getattr(step, what)
-            named = columns(fields)
+            named = columns(fields, turning=what == "bodies")
             if i == 0:
                 table.writerow(["step", "time", *named])
             time = step.time_detection if what == "contacts" else step.time
@@ -89,6 +94,11 @@ def _csv(run, steps, target, what):
     return [target]
 
 
+def _blocks(steps):
+    """Names of the tables of outputs: nodes and fluid where an output has rows of them."""
+    return ["bodies", "contacts", *(name for name in ("nodes", "fluid") if any(len(getattr(step, name)) for step in steps))]
+
+
 def _each(run, steps):
     """(name, array) of all that a run holds."""
     for name in ("time", "time_detection", "step"):
@@ -96,7 +106,7 @@ def _each(run, steps):
     for name, value in run.history.items():
         yield f"history/{name}", value
     for step in steps:
-        for what in ("bodies", "contacts", "nodes") if len(step.nodes) else ("bodies", "contacts"):
+        for what in _blocks([step]):
             fields = getattr(step, what)
             for name in fields.names:
                 yield f"{step.index:05d}/{what}/{name}", fields[name]
@@ -128,9 +138,7 @@ def _vtk(run, steps, target, around):
     except ImportError as error:
         raise FileError(target, "the package vtk is needed for this format", "pip install vtk") from error
     stem, kind = os.path.splitext(target)
-    paths, entries = [], {"bodies": [], "contacts": []}
-    if any(len(step.nodes) for step in steps):
-        entries["nodes"] = []
+    paths, entries = [], {name: [] for name in _blocks(steps)}
     shapes = []
     for step in steps:
         for name, listed in entries.items():

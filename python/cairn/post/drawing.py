@@ -70,6 +70,9 @@ def field_values(step, what):
     if what == "von_mises":
         across = step.drawn["stress_zz"] if step.dim == 2 and "stress_zz" in step.drawn else None
         return von_mises(step.drawn["stress"], across), LABELS[what]
+    if what not in (*step.drawn.names, "speed") and len(step.fluid) and what in step.fluid:
+        calls = f"cairn.post.fluid_plots.plot_fluid(step, {what!r}) draws it, `cairn plot --what {what}` in the shell"
+        raise ValueError(f"{what} is a field of the liquid, and of no body: {calls}")
     stem, _, part = what.rpartition("_")
     if what not in step.drawn and stem in ("stress", "strain") and part in AXES[step.dim]:
         return step.drawn[stem][:, AXES[step.dim].index(part)], f"{stem} {part} [{'Pa' if stem == 'stress' else '-'}]"

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..base import checks
+from ..names import listed
 from .drawing import _axes, _frame, _view, bar, draw_cell, draw_disks, draw_pale, title_of, titled
 
 LABELS = {"pressure": "pressure [Pa]", "speed": "speed [m/s]", "density": "density [kg/m3]"}
@@ -18,11 +20,17 @@ def plot_fluid(step, what="pressure", ax=None, cmap=None, limits=None, colorbar=
     if not len(fluid):
         raise ValueError("this output has no fluid: give cn.fluid(...) to the scene of the run")
     place = fluid["position"]
+    if isinstance(what, str) and what != "speed" and (what not in fluid or fluid[what].ndim > 1):
+        known = [name for name in fluid.names if fluid[name].ndim == 1] + ["speed"]
+        raise ValueError(f"the liquid has no field {what!r} of numbers; there are {listed(known, what)}")
     if isinstance(what, str):
         values = np.linalg.norm(fluid["velocity"], axis=1) if what == "speed" else fluid[what]
         label = LABELS.get(what, what)
     else:
-        values, label = np.asarray(what, float), ""
+        due = "give 'pressure', 'speed', 'density', or a number for each particle"
+        values, label = checks.reals("what", what if what is not None else "None", due), ""
+        if values.shape != place.shape[:1]:
+            raise ValueError(f"what has shape {values.shape}: {due}, ({len(place)},)")
     spacing = float(step.run.scene["fluid"]["spacing"])
     flat = step.dim == 2
     if view is None:

@@ -11,14 +11,14 @@ from .load import load
 from .runs import Run
 from .shape_meshes import surfaces_of
 
-BLOCKS = ("surfaces", "bodies", "contacts", "nodes")
+BLOCKS = ("surfaces", "bodies", "contacts", "nodes", "fluid")
 
 
 class Series:
     """A run as PyVista datasets over time, with the methods of PyVista's readers of series.
 
     `series[k]` is output k: a pyvista.MultiBlock of "surfaces" (all bodies as they are drawn, each part of a clump a sphere),
-    "bodies", "contacts" and, with meshes, "nodes" (a point each), all with the fields of the run.
+    "bodies", "contacts", with meshes "nodes" and with a liquid "fluid" (a point each), all with the fields of the run.
 
     Parameters
     ----------

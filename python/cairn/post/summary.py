@@ -27,9 +27,11 @@ def describe(path):
                 "last step": last.step,
                 "bodies": len(last.bodies),
                 **({"nodes of meshes": len(last.nodes)} if len(last.nodes) else {}),
+                **({"particles of the liquid": len(last.fluid)} if len(last.fluid) else {}),
                 "contacts": len(last.contacts),
                 "fields of bodies": ", ".join(last.bodies.names),
                 **({"fields of nodes": ", ".join(last.nodes.names)} if len(last.nodes) else {}),
+                **({"fields of the liquid": ", ".join(last.fluid.names)} if len(last.fluid) else {}),
                 "fields of contacts": ", ".join(last.contacts.names),
             }
         history = run.history
@@ -42,6 +44,8 @@ def describe(path):
             for name in scene
             if not isinstance(scene[name], dict) and name not in ("shapes", "mark", "core_mark") and np.size(scene[name]) <= 40
         }
+        if "fluid" in scene:
+            facts["liquid"] = {k: v for k, v in scene["fluid"].items() if isinstance(v, (str, int, float, np.generic))}
         facts["made by"] = {k: v for k, v in run.provenance.items() if k != "script_text" and not isinstance(v, dict)}
         return facts
 

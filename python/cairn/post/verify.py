@@ -28,19 +28,23 @@ class Frame:
     gap: np.ndarray | None = None  # (m,) [m]
     force: np.ndarray | None = None  # (m, 2) normal and tangential size [N]
     point: np.ndarray | None = None  # (m, dim) [m]
+    particles: np.ndarray | None = None  # (k, dim) positions of a liquid [m]
+    flow: np.ndarray | None = None  # (k, dim) its velocities [m/s]
     scaled: bool = True  # False: the file does not tell the step, and `force` holds impulses [N s]
 
 
 @dataclass
 class Side:
-    """All instants of a run, and the size of its bodies [m]. carriers: {id: id of the first node of its mesh}, of all bodies that
-    nodes, points and sides of meshes are in a run of Cairn; aside: ids of those that are no nodes, not stored by LMGC90."""
+    """All instants of a run, the size of its bodies and the spacing of its liquid [m]. carriers: {id: id of the first node of its
+    mesh}, of all bodies that nodes, points and sides of meshes are in a run of Cairn; aside: ids of those that are no nodes, not
+    stored by LMGC90."""
 
     name: str
     frames: list
     size: float
     carriers: dict = field(default_factory=dict)
     aside: frozenset = frozenset()
+    spacing: float = 0.0
 
 
 # Compared quantities in the order of the table: name, meaning.
@@ -52,7 +56,10 @@ COLUMNS = {
     "gap": "largest difference of the gap of a contact that both have / body size",
     "force": "sum of the differences of contact forces / sum of the forces",
     "total_force": "difference of the sums of normal forces / sum",
+    "fluid_position": "largest distance of a particle of the liquid from its twin / spacing",
+    "fluid_velocity": "largest difference of velocity of the liquid / its largest speed so far",
 }
+OF_FLUID = {"fluid_position": "position", "fluid_velocity": "velocity"}  # the norm whose tolerance holds unless one is given
 
 
 @dataclass
@@ -74,7 +81,7 @@ class Comparison:
 
     def table(self):
         """Text: norms at some instants, and the verdict."""
-        names = list(COLUMNS)
+        names = [n for n in COLUMNS if n not in OF_FLUID or any(row[n] is not None for row in self.rows)]
         lines = [f"A: {self.a}", f"B: {self.b}", "", f"{'time':>12} " + " ".join(f"{n:>12}" for n in names)]
         step = max(1, (len(self.rows) + 11) // 12)
         shown = self.rows[::step] + ([] if (len(self.rows) - 1) % step == 0 else self.rows[-1:])
@@ -130,25 +137,57 @@ def verify(a, b, tolerances=None, *, until=None, size=None):
     one, two = side(a), side(b)
     pairs = _common(one, two, until)
     _without_what_lmgc90_does_not_store(one, two)
-    size = (one.size or two.size) if size is None else size
+    size = (one.size or two.size or one.spacing or two.spacing) if size is None else size
     if not size > 0:
         raise ValueError(f"{one.name} and {two.name} tell no radius of a body: give size [m]")
-    rows, speed, lone = [], 0.0, 0
+    rows, speed, lone, flow, fluid = [], 0.0, 0, 0.0, ""
     for fa, fb in pairs:
         speed = max(speed, float(np.max(np.abs(fa.velocity[:, : fa.position.shape[1]]), initial=0.0)))
         row, missing = _compare(fa, fb, size, speed)
-        rows.append(row)
+        flow = max(flow, _fastest(fa.flow))
+        fluid = fluid or _unlike_fluids(fa, fb)
+        rows.append(row | _compare_fluids(fa, fb, one.spacing, flow))
         lone = max(lone, missing)
     result = Comparison(one.name, two.name, rows, tolerances, _alone(one, two, pairs, until), lone)
+    if any(row["fluid_position"] is not None for row in rows):
+        tolerances |= {name: tolerances[of] for name, of in OF_FLUID.items() if of in tolerances and name not in tolerances}
     for name, gate in tolerances.items():
         beyond = [r for r in rows if r[name] is not None and not r[name] <= gate]
         if beyond:
             result.failures.append(f"{name} is {beyond[0][name]:.3g} at t = {beyond[0]['time']:g} s, first beyond {gate:g}")
         elif all(r[name] is None for r in rows):
-            result.failures.append(f"{name} is not known at any instant: the runs hold no common contacts")
+            what = "liquid" if name in OF_FLUID else "contacts"
+            result.failures.append(f"{name} is not known at any instant: the runs hold no common {what}")
     if lone:
         result.failures.append(f"{lone} bodies are in one of the runs only")
+    if fluid:
+        result.failures.append(fluid)
     return result
+
+
+def _fastest(velocity):
+    return float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)) if velocity is not None else 0.0
+
+
+def _unlike_fluids(fa, fb):
+    """Text on liquids that cannot be compared particle by particle; empty if they can."""
+    counts = [0 if f.particles is None else len(f.particles) for f in (fa, fb)]
+    if counts[0] == counts[1]:
+        return ""
+    if 0 in counts:
+        return f"at t = {fa.time:g} s a liquid is in {'B' if counts[0] == 0 else 'A'} only"
+    return f"the liquid has {counts[0]} particles in A and {counts[1]} in B at t = {fa.time:g} s"
+
+
+def _compare_fluids(fa, fb, spacing, speed):
+    """Particles are paired by their order, which is that of the scene."""
+    if fa.particles is None or fb.particles is None or fa.particles.shape != fb.particles.shape or not len(fa.particles):
+        return dict.fromkeys(OF_FLUID)
+    faster = _fastest(fa.flow - fb.flow)
+    return {
+        "fluid_position": float(np.max(np.linalg.norm(fa.particles - fb.particles, axis=1))) / spacing,
+        "fluid_velocity": faster / speed if speed > 0 else float(faster > 0),
+    }
 
 
 def _without_what_lmgc90_does_not_store(one, two):
@@ -303,11 +342,13 @@ def _run_side(path):
             gap = np.array(c["gap"]) if len(c) else np.zeros(0)
             b = step.drawn
             point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
-            told = (pairs, gap, force, point, dt is not None)
+            fluid = (step.fluid["position"], step.fluid["velocity"]) if len(step.fluid) else (None, None)
+            told = (pairs, gap, force, point, *fluid, dt is not None)
             frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], *told))
+        spacing = float(run.scene["fluid"]["spacing"]) if "fluid" in run.scene else 0.0
         radius = np.array(run[0].drawn["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]
-    return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
+    return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0, spacing=spacing)
 
 
 def _lengths(run):

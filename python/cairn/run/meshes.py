@@ -98,7 +98,8 @@ class Meshes:
                     self._core.set_pressures(k, mesh.pressures(t, t + h))
                 continue
             self._core.load_mesh(k, begin, end, held)
-            functions = [d.force, *(load for *_, load in d.loads), *(v for of in d.drive.values() for v in of.values())]
+            forces = d.force.values() if isinstance(d.force, dict) else [d.force]
+            functions = [*forces, *(load for *_, load in d.loads), *(v for of in d.drive.values() for v in of.values())]
             if not any(callable(f) for f in functions):
                 self._loaded.add(k)
 

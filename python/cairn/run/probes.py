@@ -9,6 +9,9 @@ import numpy as np
 from ..base import checks
 from .views import core_of
 
+#: quantities of the liquid, which Python reads
+OF_FLUID = {"report.fluid_volume": lambda simulation: simulation.fluid.info["volume"]}
+
 
 class Probe:
     """A number that a run records, every so many steps, for `run(probes={name: Probe(...)})`.
@@ -17,8 +20,9 @@ class Probe:
     ----------
     quantity : str or callable
         What the core reads: a field of bodies and its component, "position.z", "velocity.wy" (x, y, w in 2D, x, y, z, wx, wy, wz
-        in 3D), "temperature"; "contact_force.x", the force of contacts on a body [N]; "energy.TERM", "report.NUMBER"; of a
-        periodic cell "cell.xx", a component of its vectors [m], and "stress.xx", of its contacts, compression positive [Pa].
+        in 3D), "temperature"; "contact_force.x", the force of contacts on a body [N]; "energy.TERM", "report.NUMBER", of a liquid
+        "report.fluid_volume"; of a periodic cell "cell.xx", a component of its vectors [m], and "stress.xx", of its contacts,
+        compression positive [Pa].
         Or a function of the simulation that gives a number, called in Python.
     of : array_like of int, optional
         Ids of bodies; all of them when not given.
@@ -70,7 +74,10 @@ class Recorded:
             if not isinstance(probe, Probe):
                 probe = Probe(probe)
             if callable(probe.quantity):
-                self._called.append((name, probe))
+                self._called.append((name, probe, probe.quantity))
+            elif probe.quantity in OF_FLUID:
+                OF_FLUID[probe.quantity](simulation)  # a scene without a liquid is refused before the first step
+                self._called.append((name, probe, OF_FLUID[probe.quantity]))
             else:
                 self._core.add_probe(probe.quantity, probe.of, probe.take, probe.every)
                 self._read.append(name)
@@ -90,8 +97,8 @@ class Recorded:
         """
         out = dict(zip(self._read, self._core.probe_values())) if self._read else {}
         steps = self._simulation.steps
-        for name, probe in self._called:
-            out[name] = math.nan if steps % probe.every else one_number(name, probe.quantity(self._simulation))
+        for name, probe, read in self._called:
+            out[name] = math.nan if steps % probe.every else one_number(name, read(self._simulation))
         return out
 
     def close(self):
