@@ -24,8 +24,7 @@ def settings():
     yield "default, half step", None, 2, 3, 1
     yield "default, quarter step", None, 4, 2, 1
     yield "default, theta 1", cn.NSCD(theta=1.0), 1, 3, 1
-    yield "0.001 after 200 sweeps", cn.NSCD(solver=cn.NLGS(enough=1e-3, patience=200), overlap=5e-3), 1, 3, 1
-    yield "0.0001", cn.NSCD(solver=cn.NLGS(tol=1e-4)), 1, 3, 2
+    yield "0.001 after 200 sweeps", cn.NSCD(solver=cn.NLGS(enough=1e-3, patience=200), overlap=5e-3), 1, 2, 1
 
 
 def moved(pack, sample):
