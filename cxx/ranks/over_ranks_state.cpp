@@ -32,7 +32,7 @@ void OverRanks::ask(Simulation& s, Exchange::Wish wish) {
 
 void OverRanks::fetch(Simulation& s, bool workspace) {
   if (parts_.empty()) {
-    if (workspace) arrays_to_fill(s, true);
+    if (workspace) arrays_to_fill(s, true, true);
     return;
   }
   if (known_ && (!workspace || workspace_known_)) return;
@@ -46,7 +46,8 @@ void OverRanks::write_loads(Simulation& s) {
 
 // All ranks call it. Processes exchange arrays that were released one after the other, so that no message holds all.
 void OverRanks::gather_state(Simulation& s, bool workspace) {
-  const Arrays all = arrays_to_fill(s, workspace);
+  // what was set or grew since the step is with the whole alone
+  const Arrays all = arrays_to_fill(s, !known_, workspace);
   if (exchange_->whole()) {
     for (const Part& part : parts_) take(part, s, all);
   } else {
