@@ -2,9 +2,9 @@
 
     script/bench ranks_cost [--bodies 20000] [--steps 4] [--ranks 1 2] [--csv benchmarks/results/ranks_cost.csv]
 
-A row for each scene and number of ranks: processor time a sweep (a step, of smooth balls) over that without ranks, by one thread and
-by two; sweeps of a step of both; bytes that the largest rank holds over those of one. Times are the least over the turns, since all
-else that runs on the machine adds to them.
+A row for each scene and number of ranks: processor time a sweep (a step, of smooth balls) over that without ranks, by one thread
+and by two; sweeps of a step of both; bytes that the largest rank holds over those of one. Times are the least over the turns,
+since all else that runs on the machine adds to them.
 """
 
 import argparse

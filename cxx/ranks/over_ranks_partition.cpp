@@ -265,7 +265,7 @@ void OverRanks::partition(Simulation& s, double margin) {
       part.own.push_back(owner_[std::size_t(body)] == rank);
       part.owner.push_back(owner_[std::size_t(body)]);
       part.fixed.push_back(fixed_[std::size_t(body)]);
-      if (s.scene.has(Need::growing)) part.radius_then.push_back(radius[std::size_t(body)]);
+      part.radius_then.push_back(radius[std::size_t(body)]);
     }
     find_runs(part);
     part.has_joints = rank == joint_rank_;
@@ -288,7 +288,7 @@ void OverRanks::partition(Simulation& s, double margin) {
 void OverRanks::add_growth(std::vector<std::vector<double>>& more) const {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     const std::vector<double>& then = parts_[l].radius_then;
-    if (then.empty()) continue;
+    if (!parts_[l].simulation->scene.has(Need::growing)) continue;
     const std::vector<double> now = radii_of(*parts_[l].simulation);
     for (std::size_t i = 0; i < then.size(); ++i)
       if (std::isfinite(then[i])) more[l][i] += std::max(0.0, now[i] - then[i]);

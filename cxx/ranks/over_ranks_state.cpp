@@ -10,8 +10,8 @@ namespace cairn {
 
 // Meshes are whole in every process, with the bodies beside them, and so are bodies that grow or grew.
 bool OverRanks::reads_state(const Simulation& s) const {
-  return !leaves_state_ || s.scene.nodes.count > 0 || s.networks || s.scene.has(Need::growing) || (s.controls && s.controls->reads_state()) ||
-         (s.probes && s.probes->reads_bodies(s.steps));
+  return !leaves_state_ || s.scene.nodes.count > 0 || s.networks || s.scene.has(Need::growing) ||
+         (s.controls && s.controls->reads_state()) || (s.probes && s.probes->reads_bodies(s.steps));
 }
 
 OverRanks::~OverRanks() {
@@ -32,7 +32,7 @@ void OverRanks::ask(Simulation& s, Exchange::Wish wish) {
 
 void OverRanks::fetch(Simulation& s, bool workspace) {
   if (parts_.empty()) {
-    if (workspace) arrays_to_fill(s, true);
+    if (workspace) arrays_to_fill(s, true, true);
     return;
   }
   if (known_ && (!workspace || workspace_known_)) return;
@@ -46,7 +46,8 @@ void OverRanks::write_loads(Simulation& s) {
 
 // All ranks call it. Processes exchange arrays that were released one after the other, so that no message holds all.
 void OverRanks::gather_state(Simulation& s, bool workspace) {
-  const Arrays all = arrays_to_fill(s, workspace);
+  // what was set or grew since the step is with the whole alone
+  const Arrays all = arrays_to_fill(s, !known_, workspace);
   if (exchange_->whole()) {
     for (const Part& part : parts_) take(part, s, all);
   } else {

@@ -243,7 +243,7 @@ void take_nodes(const Part& part, Simulation& whole) {
   });
 }
 
-Arrays arrays_to_fill(Simulation& whole, bool workspace) {
+Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace) {
   Arrays arrays;
   const auto look = [&](auto& field, std::int64_t count, bool of_state) {
     if (workspace && made_in_step(field.name) && whole.scene.has(field.need)) field.activate(count);
@@ -252,7 +252,7 @@ Arrays arrays_to_fill(Simulation& whole, bool workspace) {
     arrays.push_back(field.active && (released || of_state || (workspace && made_in_step(field.name))));
   };
   whole.scene.bodies.for_each_field(
-      [&](auto& field) { look(field, whole.scene.bodies.count, left_by_step(field.name, field.stage)); });
+      [&](auto& field) { look(field, whole.scene.bodies.count, state && left_by_step(field.name, field.stage)); });
   whole.scene.contactors.for_each_field([&](auto& field) { look(field, whole.scene.contactors.count, false); });
   return arrays;
 }

@@ -23,7 +23,7 @@ struct Part {
   std::vector<std::int32_t> owner;             // (bodies) rank
   std::vector<std::uint8_t> fixed;             // (bodies) 1: contacts do not move it
   std::vector<double> position_then;           // (dim, bodies) when bodies were given to ranks [m]
-  std::vector<double> radius_then;             // (bodies) of bodies that grow, likewise [m]; empty: none grows
+  std::vector<double> radius_then;             // (bodies) of balls about centres that hold contactors, likewise [m]
   bool has_joints = false;                     // all that there are
   bool has_meshes = false;                     // it makes their step; contacts with them are on one rank alone
   std::vector<double> node_then;               // (dim, nodes) as position_then [m]
@@ -51,9 +51,9 @@ void bring(const Simulation& whole, Part& part, Known known);
 
 // Arrays of the whole that are filled from its parts, one number for each array of bodies, then of contactors.
 using Arrays = std::vector<std::uint8_t>;
-// Arrays of the state and released ones, with `workspace` those of the workspace, too. The whole has room for them
-// afterwards.
-Arrays arrays_to_fill(Simulation& whole, bool workspace);
+// Released arrays, with `state` those of the state, with `workspace` those of the workspace, too. The whole has room
+// for them afterwards.
+Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace);
 // Rows of the bodies that the part owns to the whole.
 void take(const Part& part, Simulation& whole, const Arrays& arrays);
 // The same over processes: what take() would read, as bytes, and back.

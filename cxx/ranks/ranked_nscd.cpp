@@ -487,8 +487,8 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
   double value[std::size(sums)];
   for (std::size_t k = 0; k < std::size(sums); ++k) value[k] = sums[k].value();
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size,
-              of_jumps, grown, seated, stiffened, stored, taken_normal, taken_rest, released, law_created, law_turned_over,
-              driven_rest, driven_normal] = value;
+              of_jumps, grown, seated, stiffened, stored, taken_normal, taken_rest, released, law_created,
+              law_turned_over, driven_rest, driven_normal] = value;
   const double normal = -0.5 * w_normal + grown - taken_normal + driven_normal,
                friction = -0.5 * w_rest - taken_rest + driven_rest, by_laws = driven_rest + driven_normal,
                stored_change = taken_normal + taken_rest - released;

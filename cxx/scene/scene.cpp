@@ -54,19 +54,11 @@ void check_positive(const char* what, std::span<const double> values, int compon
   }
 }
 
-// Room for items: a set of one wall after one of many grains does not double the memory of all.
-template <class T>
-void extend(Field<T>& field, std::int64_t items) {
-  const auto due = std::size_t(items) * std::size_t(field.components);
-  if (field.active && due > field.values.capacity()) field.values.reserve(field.values.empty() ? due : due + due / 8);
-  field.resize(items);
-}
-
 template <class T>
 void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::span<const double> values,
             double fallback) {
   if (!field.active) return;
-  extend(field, old_count + count);
+  field.resize(old_count + count);
   T* out = field[old_count];
   for (std::int64_t i = 0; i < count * field.components; ++i) out[i] = T(values.empty() ? fallback : values[i]);
 }
@@ -150,7 +142,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (anisotropic) activate(Need::anisotropic);
 
   const std::int64_t first = next_body_id, old = bodies.count;
-  bodies.for_each_field([&](auto& field) { extend(field, old + b.count); });
+  bodies.for_each_field([&](auto& field) { field.resize(old + b.count); });
   append(bodies.position, old, b.count, b.position, 0);
   for (std::int64_t i = 0; i < b.count * dim; ++i) bodies.position[old][i] -= origin[i % dim];
   append(bodies.rotation, old, b.count, unit, 0);
@@ -229,7 +221,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   if (!direction.empty()) activate(Need::direction);
 
   const std::int64_t first = next_contactor_id, old = contactors.count;
-  contactors.for_each_field([&](auto& field) { extend(field, old + b.count); });
+  contactors.for_each_field([&](auto& field) { field.resize(old + b.count); });
   append(contactors.radius, old, b.count, radius, 0);
   append(contactors.offset, old, b.count, b.offset, 0);
   append(contactors.direction, old, b.count, direction, 0);
@@ -256,7 +248,7 @@ std::int64_t Scene::add_nodes(std::int32_t mesh, std::span<const double> positio
   check_speed("velocity", velocity, dim);
   check_positive("mass", mass, 1, false, false);
   const std::int64_t first = next_body_id, old = nodes.count;
-  nodes.for_each_field([&](auto& field) { extend(field, old + n); });
+  nodes.for_each_field([&](auto& field) { field.resize(old + n); });
   append(nodes.position, old, n, position, 0);
   for (std::int64_t i = 0; i < n * dim; ++i) nodes.position[old][i] -= origin[i % dim];
   append(nodes.velocity, old, n, velocity, 0);

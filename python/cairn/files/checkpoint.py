@@ -31,7 +31,7 @@ def save(path, state, what="a checkpoint"):
 def load(path, what="a checkpoint", given=".checkpoint.h5", stays_from=None):
     """The state that `save` wrote, bit for bit.
 
-    Arrays of at least `stays_from` bytes stay in the file, from which they are read where they are looked at, and cannot be written.
+    Arrays of at least `stays_from` bytes stay in the file, which is read where they are looked at, and cannot be written.
     Raises FileError if there is no such file, it is truncated, damaged, something else or of a later format.
     """
     if not isinstance(path, (str, bytes, os.PathLike)):
