@@ -213,3 +213,23 @@ def test_sums_of_forces_do_not_depend_on_the_age_of_the_list(dim, rolling):
         runs.append(advance(cn.Simulation(scene, 5e-5, cn.SmoothDEM(skin=skin), overlap="ignore"), 300))
     assert runs[0].info["neighbour_lists"] > runs[1].info["neighbour_lists"]
     assert same(*runs, of=("position", "velocity", "contact_force"))
+
+
+@pytest.mark.parametrize("tip", ["ridge", "apex"])
+def test_a_ball_over_a_convex_edge_and_a_tip_is_borne_by_the_nearest_point(tip):
+    """Driven across, over faces at 45 degrees, at a depth of a hundredth of its radius over the edge or the tip."""
+    stiffness, depth, speed, dt = 1e4, 0.01 * R, 1.0, 2e-6
+    height = (lambda x, y: -np.abs(x)) if tip == "ridge" else (lambda x, y: -np.maximum(np.abs(x), np.abs(y)))
+    start = np.array([-0.004, 0.0011 if tip == "ridge" else 0.0, R - depth])
+    drive = [(speed, 0, 0, 0, 0, 0)]
+    ball = cn.spheres([start], R, STONE, driven=ALL, drive=drive)
+    sim = simulation([ball, sheet(8, height=height)], cn.LinearSpring(stiffness=stiffness), dt=dt, gravity=(0, 0, 0))
+    seen = []
+    for _ in range(4000):
+        sim.step()
+        seen.append((sim.bodies.position[0, 0], np.linalg.norm(sim.bodies.contact_force[0, :3])))
+        assert sim.info["contacts"] <= 1
+    x, force = np.array(seen).T
+    expected = stiffness * np.maximum(R - np.hypot(x, R - depth), 0)  # the nearest point stays on the edge or the tip
+    assert np.count_nonzero(expected) > 1000
+    assert np.allclose(force, expected, rtol=1e-2, atol=1e-3 * stiffness * depth)
