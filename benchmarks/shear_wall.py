@@ -68,7 +68,8 @@ def build(dt, courses=COURSES, halves=HALVES, joint=JOINT, crack=CRACK, heavier=
             name = (row % 2, brick % 2, half)
             stone = stones.setdefault(name, cn.Material("stone" + "".join(map(str, name)), density=2000.0 * heavier))
             box = ends[k], ends[k + 1], row * COURSE, (row + 1) * COURSE
-            scene.add(meshed(box, cells, stone, mute, row == courses - 1, young) if cells else cn.polygons([rectangle(*box)], stone))
+            last = row == courses - 1
+            scene.add(meshed(box, cells, stone, mute, last, young) if cells else cn.polygons([rectangle(*box)], stone))
     scene.interact("*", "*", cn.CompositeInterface(**joint))
     for row, brick, half in list(stones):
         if half == 0 and (row, brick, 1) in stones:
@@ -99,8 +100,10 @@ def press(sim, dt, cells=0):
 
 
 def shear(sim, top, speed, displacement, outputs=60, held=True):
-    """Rows: displacement of the top [mm], forces along and down [kN], failed steps and CPU time [s] so far. held: the top stays at
-    its height."""
+    """Rows: displacement of the top [mm], forces along and down [kN], failed steps and CPU time [s] so far.
+
+    held: the top stays at its height.
+    """
     sim.drive([top], "vx", speed)
     if held:
         sim.drive([top], "vy", 0.0)
@@ -125,9 +128,10 @@ def main():
     if asked.full:
         cases += [("no cap", JOINT | dict(cap=np.inf), 1e-4, 0.01, 0), ("cap, half the step", JOINT, 5e-5, 0.005, 0)]
     if asked.study:
-        half = dict(normal_stiffness=BARE_JOINT["normal_stiffness"] / 2, tangential_stiffness=BARE_JOINT["tangential_stiffness"] / 2)
-        cases = [("no cap", BARE_JOINT | dict(cap=np.inf), 1e-4, 0.01, 2), ("joints half as stiff", BARE_JOINT | half, 1e-4, 0.01, 2),
-                 ("top free to rise", BARE_JOINT, 1e-4, 0.01, 2), ("bricks ten times as stiff", BARE_JOINT, 1e-4, 0.01, 2)]  # fmt: skip
+        half = {name: BARE_JOINT[name] / 2 for name in ("normal_stiffness", "tangential_stiffness")}
+        changed = {"no cap": dict(cap=np.inf), "joints half as stiff": half, "top free to rise": {}}
+        changed["bricks ten times as stiff"] = {}
+        cases = [(name, BARE_JOINT | joint, 1e-4, 0.01, 2) for name, joint in changed.items()]
     path, curves = Path(__file__).parent / "results" / ("shear_wall_study.csv" if asked.study else "shear_wall.csv"), {}
     with open(path, "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")

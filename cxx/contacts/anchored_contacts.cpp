@@ -47,7 +47,7 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
     return pair_of(p) != pair_of(q) ? pair_of(p) < pair_of(q) : ~p.feature < ~q.feature;
   });
   find_bonds_on_surfaces();
-  find_bonded_nodes();
+  find_bonded_nodes(laws, numbers);
   Candidates& to = measured_;
   const std::size_t most = std::size_t(found.count) + places_.size();
   for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) fit(*column, most);
@@ -101,35 +101,55 @@ void AnchoredContacts::find_bonds_on_surfaces() {
   });
 }
 
-// Nodes of meshes that bonds hold on flat sides of bodies.
-void AnchoredContacts::find_bonded_nodes() {
+// Nodes of meshes that bonds hold on flat sides of bodies, and on other meshes by laws that give way under pressure.
+void AnchoredContacts::find_bonded_nodes(const LawTable& laws, std::span<const std::int32_t> numbers) {
   bonded_nodes_.clear();
+  const auto is_node = [&](std::int32_t side) { return in_.body(side) < 0 && in_.meshes->middle(side).node[1] < 0; };
   for (const Place& p : places_)
-    if (p.sound && !p.joins && !p.spans && in_.body(p.a) < 0 && in_.body(p.b) >= 0 &&
-        in_.meshes->middle(p.a).node[1] < 0)
+    if (p.sound && !p.joins && !p.spans && in_.body(p.b) >= 0 && is_node(p.a))
       bonded_nodes_.emplace_back(in_.body(p.b), in_.meshes->middle(p.a).node[0]);
+  for (std::size_t k = 0; in_.meshes && k < numbers.size() / 2; ++k) {
+    const std::int32_t a = numbers[2 * k], b = numbers[2 * k + 1];
+    if (a < 0 || b < 0 || in_.body(a) >= 0 || in_.body(b) >= 0) continue;
+    const int entry = laws.find(*in_.contactors->material[a], *in_.contactors->material[b]);
+    if (entry < 0 || !law_infos()[std::size_t(laws.entry(entry).law)].holds_broken ||
+        !(memory_.states[k * std::size_t(memory_.state_components)] > 0))
+      continue;
+    for (const auto& [node, bearer] : {std::pair(a, b), std::pair(b, a)})
+      if (is_node(node)) bonded_nodes_.emplace_back(surface_of(bearer), in_.meshes->middle(node).node[0]);
+  }
   std::sort(bonded_nodes_.begin(), bonded_nodes_.end());
 }
 
-// True if all nodes that carry a side of a mesh at its contact with a body are bonded to that body. Only rounding is
-// left to such a contact; as its normal and gap differ from those of the bonds, its impulses would diverge against
-// them.
+// True if bonds between nodes of one body and sides of the other hold a contact from detection already, which has a
+// side of the first.
 bool AnchoredContacts::is_held_by_nodes(std::int64_t i, const Candidates& found) const {
-  constexpr double some = 1.0 / 64; // of the weight of a node
+  if (bonded_nodes_.empty()) return false;
   const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
-  if (bonded_nodes_.empty() || (in_.body(a) < 0) == (in_.body(b) < 0)) return false;
-  const std::int32_t side = in_.body(a) < 0 ? a : b, bearer = in_.body(a) < 0 ? in_.body(b) : in_.body(a);
+  return (in_.body(a) < 0 && is_held_by_nodes(a, b, i, found)) || (in_.body(b) < 0 && is_held_by_nodes(b, a, i, found));
+}
+
+// Of a side of a mesh and a body: true if all nodes that carry the side at its contact are bonded to that body. Only
+// rounding is left to such a contact; as its normal and gap differ from those of the bonds, its impulses would diverge
+// against them. Of sides of two meshes one node suffices: bonds share the area of their faces, and what they leave over
+// is bonded too.
+bool AnchoredContacts::is_held_by_nodes(std::int32_t side, std::int32_t other, std::int64_t i,
+                                        const Candidates& found) const {
+  constexpr double some = 1.0 / 64; // of the weight of a node
   if (!in_.meshes->turns(side)) return false;
   double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
-  if (in_.cell->any() && side == b) image_shift(*in_.cell, found.image[i], shift);
+  if (in_.cell->any() && side == found.contactor_b[i]) image_shift(*in_.cell, found.image[i], shift);
   for (int k = 0; k < 3 && k < in_.dim(); ++k) point[k] = found.point[in_.dim() * i + k] - shift[k];
-  const Mapping m = in_.meshes->mapping(*in_.nodes, side, point);
-  const std::int32_t first = in_.meshes->meshes[std::size_t(m.mesh)].first_node();
-  for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
-    if (std::abs(m.weight[j]) > some &&
-        !std::binary_search(bonded_nodes_.begin(), bonded_nodes_.end(), std::pair(bearer, first + m.node[j])))
-      return false;
-  return true;
+  const bool meshes = in_.body(other) < 0;
+  const Mapping m = in_.meshes->mapping(*in_.nodes, side, point, meshes ? other : -1);
+  const std::int32_t first = in_.meshes->meshes[std::size_t(m.mesh)].first_node(), bearer = surface_of(other);
+  for (int j = 0; j < 4 && m.node[j] >= 0; ++j) {
+    if (std::abs(m.weight[j]) <= some) continue;
+    const bool bonded =
+        std::binary_search(bonded_nodes_.begin(), bonded_nodes_.end(), std::pair(bearer, first + m.node[j]));
+    if (bonded == meshes) return bonded;
+  }
+  return !meshes;
 }
 
 // True if a contact of a body with a triangle is a corner that a bond holds on the neighbouring triangle: rounding

@@ -35,11 +35,12 @@ private:
   };
   void measure_pair(std::span<const Place> places, std::int64_t first, std::int64_t last, const Candidates& found);
   void find_bonds_on_surfaces();
-  void find_bonded_nodes();
+  void find_bonded_nodes(const LawTable& laws, std::span<const std::int32_t> numbers);
   bool is_of_surface(std::int32_t side) const;
   std::int32_t surface_of(std::int32_t side) const;
   bool is_held_beside(std::int64_t i, const Candidates& found) const;
   bool is_held_by_nodes(std::int64_t i, const Candidates& found) const;
+  bool is_held_by_nodes(std::int32_t side, std::int32_t other, std::int64_t i, const Candidates& found) const;
 
   AssemblyInput& in_;
   Ropes& ropes_;
@@ -49,7 +50,8 @@ private:
   std::vector<std::int32_t> anchor_of_;
   std::vector<Anchor> held_;
   std::vector<Place> places_, on_surfaces_;
-  std::vector<std::pair<std::int32_t, std::int32_t>> bonded_nodes_; // a body, and a node that is held on it; sorted
+  // A body, or -1 - number of a mesh, and a node that is held on it; sorted.
+  std::vector<std::pair<std::int32_t, std::int32_t>> bonded_nodes_;
   std::vector<std::uint8_t> seen_;
   Candidates measured_;
 };

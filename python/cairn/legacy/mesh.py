@@ -320,8 +320,8 @@ def _heated(box, mesh, models, drives, origin):
     temperatures = read_temperatures(path, mesh.number, box.meshes) if path else np.zeros(len(mesh.points))
     if np.any(temperatures <= 0):
         node = int(np.argmin(temperatures)) + 1
-        raise LegacyError(f"{box.folder}: node {node} of MAILx {mesh.number} has no temperature T(1): give its nodes one above 0 K "
-                          "in DOF.INI")  # fmt: skip
+        raise LegacyError(f"{box.folder}: node {node} of MAILx {mesh.number} has no temperature T(1): give its nodes one "
+                          "above 0 K in DOF.INI")  # fmt: skip
     named = f"MAILx {mesh.number}"
     origin.heated.append((named, body, drives, temperatures))
     fixed = {f"node {k}": "xyz"[: body.dim] for k in range(len(mesh.points))}

@@ -70,8 +70,8 @@ def _add_grains(scene, box, origin):
         kind = kind.rstrip("=")
         if kind != "const" or m.get("local") not in LOCAL or any(v != "no" for v in told.values()):
             origin.unmapped.append(
-                f"MP_DEM.DAT: current {m.get('curnt', m.get('tensn'))}, local {m.get('local')}, {told}: currents of constant size "
-                "without oxide, breakdown and sliding are read; give scene.electrical(...)"
+                f"MP_DEM.DAT: current {m.get('curnt', m.get('tensn'))}, local {m.get('local')}, {told}: currents of constant "
+                "size without oxide, breakdown and sliding are read; give scene.electrical(...)"
             )
         else:
             current = _number(box, numbers[0])

@@ -6,10 +6,10 @@ ZONES = ("joints of no thickness: contactors on both sides (CSpxx and ASpxx, in 
          "MAL_CZM or GAP_MOHR_DS_CLB, or cn.fracture.split")  # fmt: skip
 FULL = "reduced or mixed integration: take Q8xxx, H20xx or another full one, which is stiffer by it"
 SPRINGS = "a spring between nodes: points on both (PT2Dx, PT3Dx) with ELASTIC_ROD, or cn.Rod"
-JOINTS = ("joint elements, whose bodies are cut there: make a mesh of each side, join them by cairn.fracture.split, and give the faces "
-          "cn.CompositeInterface(")  # fmt: skip
-MOHR_COULOMB = JOINTS + ("normal_stiffness=knc, tangential_stiffness=kt, tension=ftrc, cohesion=C, friction=tan(phi), mu=tan(phi), "
-                         "dilatancy=tan(zmu), normal_work=inf, tangential_work=inf, closes=0)")  # fmt: skip
+JOINTS = ("joint elements: cut the body there, by cn.fracture.split or into a mesh for each side, and give the faces "
+          "cn.CompositeInterface(normal_stiffness=knc, tangential_stiffness=kt, ")  # fmt: skip
+MOHR_COULOMB = JOINTS + ("tension=ftrc, cohesion=C, friction=tan(phi), mu=tan(phi), dilatancy=tan(zmu), normal_work=inf, "
+                         "tangential_work=inf, closes=0)")  # fmt: skip
 SHELLS = "a shell: take solid cells through its thickness, H8xxx or better H20xx"
 ELEMENTS = {
     **dict.fromkeys(("J2xx2", "J3xx2", "J3xx3", "J4xx3"), ZONES),
@@ -43,7 +43,7 @@ MODELS = {
     "J2iso": "give a material ELAS_PLAS",
     "USER_MAT": "a library of its own: as a UMAT it is cn.plug(library, material=...), see the page on solids; "
                 "read_datbox(materials={name: ...}) takes it, or cn.NeoHookean(...) and others, in its place",
-    "JOINT_ELAS": JOINTS + "normal_stiffness=knc, tangential_stiffness=kt, tension=inf, cohesion=inf, ...)",
+    "JOINT_ELAS": JOINTS + "tension=inf, cohesion=inf, ...)",
     "JOINT_MC": MOHR_COULOMB,
     "JOINT_FCZM": MOHR_COULOMB + ", with the works of fracture in place of inf",
     "orth_": "read_datbox(materials={name: cn.OrthotropicElastic(...)})",

@@ -146,8 +146,8 @@ def _choose_sides(box, origin):
             c.side = -1.0
         elif np.min(height) < 0:
             origin.unmapped.append(
-                f"PLANx of {body.type} {body.number}, which has bodies that it sees on both of its sides: give a POLYR of its sizes "
-                f"(BODIES.DAT, line {c.line})"
+                f"PLANx of {body.type} {body.number}, which has bodies that it sees on both of its sides: give a POLYR "
+                f"of its sizes (BODIES.DAT, line {c.line})"
             )
 
 

@@ -170,10 +170,6 @@ def mesh(blocks, size=None, *, young, poisson=0.2, joint=None, rigid=("support",
         raise ValueError(f"poisson is {poisson}: give a ratio above -1 and below 0.5, 0.2 for stone say")
     if joint is not None and not hasattr(joint, "parameter_names"):
         raise ValueError(f"joint is {joint!r}: give a law, as cairn.MAL(...), or leave it out and give rules by scene.interact")
-    if type(joint).__name__ == "CompositeInterface":
-        told = ("joint is a CompositeInterface, which gives way under pressure: both blocks bring nodes and sides to a joint, "
-                "and a second contact bears a part of the pressure beside it (docs/cohesion.md tells the way out)")  # fmt: skip
-        warnings.warn(told, BlocksWarning, stacklevel=3)
     rigid = (rigid,) if isinstance(rigid, str) else tuple(rigid)
     joints = blocks.joints()
     points, cells, sides = [], [], []

@@ -87,9 +87,9 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
     ("small", "J2iso", "ELAS", ELASTIC, r"model M2D_L \(small, J2iso, iso__\) of material GUMMY \(ELAS\)"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:3] + ("crit: Hill",) + PLASTIC[4:], "material GUMMY has crit: Hill, not Von-Mises"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:4] + ("isoh: Hollomon",) + PLASTIC[5:], "isoh: Hollomon, not linear or Swift"),
-    ("small", "J__MC", "JOINT_MC", ELASTIC, r"\(JOINT_MC\): joint elements, .*cn.CompositeInterface\(normal_stiffness=knc, .*tan\(phi\)"),
-    ("small", "JELAS", "JOINT_ELAS", ELASTIC, r"\(JOINT_ELAS\): joint elements, .*cn.CompositeInterface\(normal_stiffness=knc"),
-    ("small", "JFCZM", "JOINT_FCZM", ELASTIC, r"\(JOINT_FCZM\): joint elements, .*works of fracture"),
+    ("small", "J__MC", "JOINT_MC", ELASTIC, r"\(JOINT_MC\): joint elements: .*Interface\(normal_stiffness=knc, .*tan\(phi\)"),
+    ("small", "JELAS", "JOINT_ELAS", ELASTIC, r"\(JOINT_ELAS\): joint elements: .*cn.CompositeInterface\(normal_stiffness=knc"),
+    ("small", "JFCZM", "JOINT_FCZM", ELASTIC, r"\(JOINT_FCZM\): joint elements: .*works of fracture"),
     ("small", "kvisc", "VISCO_ELAS", VISCOUS[:5], "material GUMMY lacks its EYng="),
 ])  # fmt: skip
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
@@ -123,7 +123,9 @@ def test_a_line_is_told_by_its_model(tmp_path):
         legacy.read_datbox(folder)
 
 
-@pytest.mark.parametrize("kind, told", [("POLYD", "give CSpxx and ASpxx"), ("PT2DL", "join nodes by cn.Spring"), ("DISKL", "give CLxxx and ALpxx")])
+@pytest.mark.parametrize("kind, told", [
+    ("POLYD", "give CSpxx and ASpxx"), ("PT2DL", "join nodes by cn.Spring"), ("DISKL", "give CLxxx and ALpxx"),
+])  # fmt: skip
 def test_contactors_of_meshes_that_are_not_there_are_told_with_what_to_give(kind, told, tmp_path):
     folder = folder_of(tmp_path, "small", "elas_", "ELAS", ELASTIC) / "DATBOX"
     text = (folder / "BODIES.DAT").read_text()

@@ -8,7 +8,6 @@ from cairn.post import cracks, masonry_plots
 from cairn.post.masonry import Structure
 from cairn.pre import masonry
 from cairn.pre.blocks import Blocks
-from cairn.pre.import_report import BlocksWarning
 
 matplotlib.use("Agg")
 pytest.importorskip("scipy")
@@ -149,8 +148,21 @@ def test_thrust_lines_stand_out():
     assert ax.lines[0].get_path_effects()
 
 
-def test_joints_that_a_second_contact_bears_beside_are_told():
-    joint = cn.CompositeInterface(normal_stiffness=8.2e10, tangential_stiffness=3.6e10, tension=0.25e6, cohesion=0.35e6,
-                                  normal_work=18.0, tangential_work=125.0, friction=0.75, mu=0.75)  # fmt: skip
-    with pytest.warns(BlocksWarning, match="a second contact bears a part of the pressure"):
-        masonry.mesh(masonry.wall(0.44, 2), young=1e10, joint=joint)
+@pytest.mark.parametrize("bond, size", [("stack", 0.5), ("running", 0.5), ("running", 0.4)])
+def test_a_panel_under_pressure_sinks_as_its_joints_give_way(bond, size):
+    """Both blocks bring nodes and sides to a joint; contacts beside its bonds, which are of it, bear nothing."""
+    columns, courses, stiffness, young, pressure = 2, 2, 1e9, 1e12, 1e5
+    blocks = masonry.panel(columns, courses, (1.0, 1.0), bond)
+    blocks.add_box((0.0, courses), (columns, courses + 0.1), "beam")
+    joint = cn.CompositeInterface(normal_stiffness=stiffness, tangential_stiffness=stiffness / 2, tension=0.25e6, cohesion=0.35e6,
+                                  normal_work=180.0, tangential_work=1250.0, friction=0.75, mu=0.75)  # fmt: skip
+    meshed = masonry.mesh(blocks, size, young=young, poisson=0.0, joint=joint, rigid=("support", "beam"))
+    scene = cn.Scene(2)
+    load = {"beam": {"force": (0.0, -pressure * columns), "driven": ("vx", "w")}}
+    beam = meshed.add_to(scene, STONE, plane="stress", rigid_options=load)[-1][0]
+    sim = cn.Simulation(scene, 0.1, cn.NSCD(theta=1.0, solver=cn.Auto(tol=1e-8)))
+    row = list(sim.bodies.id).index(beam)
+    start = float(sim.bodies.position[row, 1])
+    assert {sim.step()["status"] for _ in range(15)} == {"converged"}
+    exact = (courses + 1) * pressure / stiffness + courses * pressure / young
+    assert start - float(sim.bodies.position[row, 1]) == pytest.approx(exact, rel=0.01)
