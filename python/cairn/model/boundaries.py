@@ -139,7 +139,8 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
         None,
         np.append(normal / np.max(np.abs(normal)), 0.0)[None],
     )
-    _refuse_opposed(force, normal)
+    if options.get("rotation") is None:  # which turns the wall, not the Servo
+        _refuse_opposed(force, normal)
     return boundary_set(dim, point, contactor, mass, inertia, free, velocity, force, options)
 
 

@@ -109,3 +109,24 @@ def test_where_only_rounding_is_left_no_smaller_tolerance_is_advised():
     assert info["status"] == "iteration_limit" and info["error"] < 1e-15 and info["light_error"] > 1e-6
     assert "only rounding is left" in info["hint"] and "cairn.Auto" in info["hint"]
     assert "allow more iterations" not in info["hint"]
+
+
+def test_a_sample_at_rest_between_servo_walls_is_not_told_of_energy():
+    """Hexagons of 0.1 kg under walls of 20 kg: at rest a step has next to no energy, and any error is a large share of it."""
+    grain = cn.Material("grain", density=2600.0)
+    rng, scene = np.random.default_rng(3), cn.Scene(2)
+    rng.uniform(0.004, 0.006, 100)
+    corner = np.linspace(0, 2 * np.pi, 6, endpoint=False)
+    places = (np.indices((10, 10)).reshape(2, -1).T + 0.5) * 0.012
+    outline = np.column_stack((np.cos(corner), np.sin(corner)))
+    scene.add(cn.polygons([outline * rng.uniform(0.004, 0.0058) + place for place in places], grain))
+    scene.add(cn.wall((0, 0), (0, 1), grain), cn.wall((0, 0), (1, 0), grain))
+    for point, normal, free in (((0.12, 0), (-1, 0), "vx"), ((0, 0.12), (0, -1), "vy")):
+        scene.add(cn.wall(point, normal, grain, mass=20.0, free=free, force=cn.Servo(1e4, normal, area="walls")))
+    scene.interact(grain, grain, cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 5e-4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", cn.EnergyCreatedWarning)
+        for _ in range(300):
+            sim.step()
+    assert sim.energy["kinetic"] < 1e-3 * sim.energy["in_play"]  # it came to rest
