@@ -270,6 +270,7 @@ set(CAIRN_CXX_SOURCES
   ranks/over_ranks_state.cpp
   ranks/over_ranks_views.cpp
   ranks/ranked_smooth.cpp
+  ranks/ranked_light.cpp
   ranks/ranked_sweeps.cpp
   ranks/sweep_exchange.cpp
   ranks/virtual_ranks.cpp

@@ -69,6 +69,7 @@ private:
   void measure_free();
   Error measure();
   static void add_rounding(const Share& share, ExactSum& sum);
+  void measure_light(SolveReport& report);
   int sweeps_to_check(double square, double wanted);
   void damp();
   void relax(double square);

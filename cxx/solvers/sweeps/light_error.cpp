@@ -22,25 +22,21 @@ struct MassRange {
   double ratio() const { return most > 0 ? std::max(most / least, 1.0) : 1; }
 };
 
-// Adds up contacts; scales of velocity come from two bodies, of which one may stand still.
-struct LightSum {
-  struct Side {
-    double inverse = 0, change = 0; // inverse mass, or 0 where it does not move; |v - v_free|
-  };
+// Adds up contacts; their scale of velocity is that of the lighter body.
+struct LightSum final : LightTerms {
   double mass = 0, energy = 0, mean = 0; // of bodies that impulses move
   double wrong = 0, squares = 0, loads = 0;
   LightError error;
 
-  void add_body(double inverse, double change_square) {
+  void add_body(std::int64_t, double inverse, double change_square) override {
     if (!(inverse > 0) || !(change_square > 0)) return;
     mass += 1 / inverse;
     energy += change_square / inverse;
   }
   void close_bodies() { mean = mass > 0 ? std::sqrt(energy / mass) : 0; }
-  void add_contact(double speed, double impulse, const Side& a, const Side& b, std::int64_t place) {
+  void add_contact(double speed, double impulse, const LightSide& lighter, std::int64_t place) override {
     if (!(speed > 0) && !(impulse > 0)) return;
     ++error.contacts;
-    const Side& lighter = a.inverse > b.inverse ? a : b;
     const double scale = std::max(lighter.change, mean), load = impulse > 0 ? impulse * lighter.inverse / scale : 0;
     loads += load * load;
     if (!(speed > 0)) return;
@@ -153,47 +149,60 @@ void changes_of_condensed(const ContactSystem& system, std::vector<double>& chan
     }
 }
 
+double change_square(const ContactSystem& system, const Velocities& velocity_free, std::int64_t body) {
+  double square = 0;
+  for (int k = 0; k < system.dim; ++k) {
+    const double change = system.record[body].x[k] - velocity_free.bodies[body][k];
+    square += change * change;
+  }
+  return square;
+}
+
+LightSide condensed_side(const ContactSystem& system, std::size_t i) {
+  return {system.condensed[i].inverse_mass, size(&system.condensed_change[std::size_t(system.dim) * i], system.dim)};
+}
+
+const LightSide& lighter_of(const LightSide& a, const LightSide& b) { return a.inverse > b.inverse ? a : b; }
+
 } // namespace
 
-LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
-  const int d = system.dim;
-  LightSum sum;
-  const auto change_square = [&](std::int64_t b) {
-    double square = 0;
-    for (int k = 0; k < d; ++k) {
-      const double change = system.record[b].x[k] - velocity_free.bodies[b][k];
-      square += change * change;
-    }
-    return square;
-  };
-  for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(inverse_mass(system, b), change_square(b));
-  std::vector<double>& of_condensed = system.condensed_change;
-  changes_of_condensed(system, of_condensed);
-  const auto condensed_side = [&](std::size_t i) -> LightSum::Side {
-    return {system.condensed[i].inverse_mass, size(&of_condensed[std::size_t(d) * i], d)};
-  };
+void give_light_bodies(ContactSystem& system, const Velocities& velocity_free, LightTerms& terms) {
+  for (std::int64_t b = 0; b < system.bodies; ++b)
+    terms.add_body(b, inverse_mass(system, b), change_square(system, velocity_free, b));
+  changes_of_condensed(system, system.condensed_change);
   for (std::size_t i = 0; i < system.condensed.size(); ++i) {
-    const LightSum::Side s = condensed_side(i);
-    sum.add_body(s.inverse, s.change * s.change);
+    const LightSide s = condensed_side(system, i);
+    terms.add_body(-1, s.inverse, s.change * s.change);
   }
-  sum.close_bodies();
+}
+
+void give_light_contacts(const ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
+                         LightTerms& terms) {
+  const auto side = [&](std::int32_t body, bool moves, bool mapped) -> LightSide {
+    if (mapped) return condensed_side(system, std::size_t(body));
+    if (!moves || body >= system.bodies) return {};
+    return {inverse_mass(system, body), std::sqrt(change_square(system, velocity_free, body))};
+  };
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
     // self-equilibrated bonds press and pull by more than any load: their load is not measured
     double speed[128], impulse[128] = {};
     const bool own = law_infos()[b.law].has_solve;
-    own ? law_misses(schedule, k, b, speed) : cone_breaks(d, schedule, k, b, speed, impulse);
+    own ? law_misses(schedule, k, b, speed) : cone_breaks(system.dim, schedule, k, b, speed, impulse);
     for (int lane = 0; lane < b.contacts; ++lane) {
       if (!(speed[lane] > 0) && !(impulse[lane] > 0)) continue;
-      const auto side = [&](std::int32_t body, bool moves, bool mapped) -> LightSum::Side {
-        if (mapped) return condensed_side(std::size_t(body));
-        if (!moves || body >= system.bodies) return {};
-        return {inverse_mass(system, body), std::sqrt(change_square(body))};
-      };
-      sum.add_contact(speed[lane], impulse[lane], side(b.body_a[lane], b.moves_a != 0, b.mapped_a != 0),
-                      side(b.body_b[lane], b.moves_b != 0, b.mapped_b != 0), system.candidate[b.first + lane]);
+      const LightSide one = side(b.body_a[lane], b.moves_a != 0, b.mapped_a != 0);
+      const LightSide other = side(b.body_b[lane], b.moves_b != 0, b.mapped_b != 0);
+      terms.add_contact(speed[lane], impulse[lane], lighter_of(one, other), system.candidate[b.first + lane]);
     }
   }
+}
+
+LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
+  LightSum sum;
+  give_light_bodies(system, velocity_free, sum);
+  sum.close_bodies();
+  give_light_contacts(system, schedule, velocity_free, sum);
   LightError out = sum.finish();
   if (!system.condensed.empty()) out.load = 0; // a body that bends is as light as each of its nodes
   return out;
@@ -208,21 +217,21 @@ LightError measure_light(const FrictionProblem& p, const Array<double>& w_nn, co
                          const double* unit, Array<double>& broken) {
   const ContactBodies& bodies = *p.bodies;
   const int d = p.dim, n = bodies.dofs;
-  const auto side = [&](std::int32_t who) -> LightSum::Side {
+  const auto side = [&](std::int32_t who) -> LightSide {
     if (who < 0) return {};
     return {inverse_mass(bodies, who), size(&bodies.velocity[std::size_t(n) * who], d)};
   };
   LightSum sum;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
-    const LightSum::Side s = side(std::int32_t(b));
-    sum.add_body(s.inverse, s.change * s.change);
+    const LightSide s = side(std::int32_t(b));
+    sum.add_body(b, s.inverse, s.change * s.change);
   }
   sum.close_bodies();
   broken.resize(p.unknowns());
   cairn_law_breaks(d, p.contacts, p.mu.data(), w_nn.data(), r, u, broken.data());
   for (std::int64_t a = 0; a < p.contacts; ++a)
-    sum.add_contact(size(&broken[d * a], d) / unit[a], size(r + d * a, d) * unit[a], side(bodies.body[2 * a]),
-                    side(bodies.body[2 * a + 1]), a);
+    sum.add_contact(size(&broken[d * a], d) / unit[a], size(r + d * a, d) * unit[a],
+                    lighter_of(side(bodies.body[2 * a]), side(bodies.body[2 * a + 1])), a);
   return sum.finish();
 }
 

@@ -55,6 +55,23 @@ inline double light_enough(double tolerance, double ratio) {
   return policy().light_enough * tolerance * std::min(1.0, 10 / ratio);
 }
 
+struct LightSide {
+  double inverse = 0, change = 0; // inverse mass [1/kg], 0 where it does not move; |v - v_free| [m/s]
+};
+// Takes the terms of a light error, of all bodies and then of contacts.
+class LightTerms {
+public:
+  virtual void add_body(std::int64_t body, double inverse, double change_square) = 0; // -1: one that deforms
+  // speed: by which it breaks the law [m/s]; impulse: its size [N s], 0 where it is not known; place: in the candidates
+  virtual void add_contact(double speed, double impulse, const LightSide& lighter, std::int64_t place) = 0;
+
+protected:
+  ~LightTerms() = default;
+};
+// Both before contacts: changes of velocity of bodies that deform stay with the system.
+void give_light_bodies(ContactSystem&, const Velocities& velocity_free, LightTerms&);
+void give_light_contacts(const ContactSystem&, const cairn_schedule&, const Velocities& velocity_free, LightTerms&);
+
 // Records hold the velocity that the impulses leave. Laws with a local solution of their own have no power.
 LightError measure_light(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 

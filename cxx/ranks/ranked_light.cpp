@@ -1,0 +1,65 @@
+// Error of light bodies under heavy ones over ranks: the true error, a sum of energies, does not see how they fall.
+#include <algorithm>
+#include <cmath>
+
+#include "../solvers/sweeps/light_error.hpp"
+#include "ranked_sweeps.hpp"
+
+namespace cairn {
+namespace {
+
+// Sums of the light error over the parts of all ranks: exact, so that its bits do not depend on the number of ranks.
+struct RankedLight final : LightTerms {
+  ExactSum bodies[2];   // mass, energy of own bodies' changes of velocity
+  ExactSum contacts[3]; // power, squares of light errors, and of loads
+  std::int64_t count = 0;
+  double mean = 0, largest = 0;
+  const std::vector<std::uint8_t>* own = nullptr; // of the part whose terms are given
+
+  void add_body(std::int64_t body, double inverse, double change_square) override {
+    if ((body >= 0 && !(*own)[std::size_t(body)]) || !(inverse > 0) || !(change_square > 0)) return;
+    bodies[0].add(1 / inverse);
+    bodies[1].add(change_square / inverse);
+  }
+  void add_contact(double speed, double impulse, const LightSide& lighter, std::int64_t) override {
+    const double scale = std::max(lighter.change, mean), load = impulse > 0 ? impulse * lighter.inverse / scale : 0;
+    const double ratio = speed > 0 ? speed / scale : 0;
+    ++count;
+    contacts[0].add(speed > 0 ? impulse * speed : 0);
+    contacts[1].add(ratio * ratio);
+    contacts[2].add(load * load);
+    largest = std::max(largest, ratio);
+  }
+};
+
+} // namespace
+
+// Light error of the impulses, as a run without ranks has it; the contact where it is largest is not known to all.
+void RankedSweeps::measure_light(SolveReport& report) {
+  RankedLight terms;
+  bool bends = false;
+  for (std::size_t l = 0; l < shares_.size(); ++l) {
+    terms.own = &parts_[l].own;
+    give_light_bodies(*shares_[l].system, shares_[l].free(), terms);
+    bends = bends || !shares_[l].system->condensed.empty();
+  }
+  add_over_ranks(terms.bodies, exchange_);
+  const double mass = terms.bodies[0].value(), energy = terms.bodies[1].value();
+  terms.mean = mass > 0 ? std::sqrt(energy / mass) : 0;
+  for (Share& share : shares_) give_light_contacts(*share.system, share.schedule, share.free(), terms);
+  add_over_ranks(terms.contacts, exchange_);
+  std::int64_t count[] = {terms.count};
+  double largest[] = {terms.largest, bends ? 1.0 : 0.0};
+  exchange_.sum(count);
+  exchange_.largest(largest);
+  LightError light;
+  light.contacts = count[0];
+  light.largest = largest[0];
+  const double wrong = terms.contacts[0].value(), many = double(count[0]);
+  if (wrong > 0) light.power = wrong / energy;
+  if (count[0] > 0) light.mean = std::sqrt(terms.contacts[1].value() / many);
+  if (count[0] > 0 && !(largest[1] > 0)) light.load = std::sqrt(terms.contacts[2].value() / many);
+  note(light, report);
+}
+
+} // namespace cairn
