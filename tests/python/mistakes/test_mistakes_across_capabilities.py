@@ -102,7 +102,7 @@ ERRORS = {
     "a box by highest, lowest": (lambda: cn.box((1, 1), (0, 0), ROCK), "low below high"),
     "a term of the energy misspelt": (lambda: ran(made(disk(), floor())).energy["kinetik"], "did you mean 'kinetic'"),
     "an array of contacts misspelt": (lambda: ran(made(disk(), floor())).contacts.forces, "did you mean 'force'"),
-    "a servo along a held axis": (lambda: floor(mass=1.0, free="vx", force=cn.Servo(1e4, (0, -1), area=2.0)), "free are vx"),
+    "a servo along a held axis": (lambda: floor(mass=1.0, free="vx", force=cn.Servo(1e4, (0, 1), area=2.0)), "free are vx"),
     # smooth contacts
     "a law of NSCD": (lambda: ran(made(disk(), floor()), strategy=cn.SmoothDEM()), "give LinearSpring, HertzMindlin or JKR"),
     "a law of smooth contacts": (lambda: ran(made(disk(), floor(), law=cn.HertzMindlin(**HERTZ))), "give Coulomb, Restitution"),

@@ -5,6 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.step_warnings import MOST_CREATED
 
 ROCK = cn.Material("rock", density=2500.0)
 
@@ -124,9 +125,9 @@ def test_a_sample_at_rest_between_servo_walls_is_not_told_of_energy():
     for point, normal, free in (((0.12, 0), (-1, 0), "vx"), ((0, 0.12), (0, -1), "vy")):
         scene.add(cn.wall(point, normal, grain, mass=20.0, free=free, force=cn.Servo(1e4, normal, area="walls")))
     scene.interact(grain, grain, cn.Coulomb(mu=0.5))
-    sim = cn.Simulation(scene, 5e-4)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", cn.EnergyCreatedWarning)
-        for _ in range(300):
-            sim.step()
-    assert sim.energy["kinetic"] < 1e-3 * sim.energy["in_play"]  # it came to rest
+    sim = cn.Simulation(scene, 5e-4, cn.NSCD(solver=cn.NLGS(tol=1e-2)))
+    rest, motion = [], []
+    for _ in range(200):
+        created = sim.step()["energy_created"]
+        (rest if sim.energy["kinetic"] < 1e-3 * sim.energy["in_play"] else motion).append(created)
+    assert len(rest) > 50 and max(rest) < MOST_CREATED < max(motion)  # what matters is told as before
