@@ -57,10 +57,11 @@ def boundary_nodes(body):
     return np.unique(sides[sides >= 0])
 
 
-def group_nodes(body, group):
-    """Numbers of the nodes of a group, by its name or as given. Raises ValueError for an unknown name."""
+def group_nodes(body, group, field="a group of nodes"):
+    """Numbers of the nodes of a group, by its name or as given. field: that gives it, in errors. Raises ValueError for an unknown
+    name, and for a node that the mesh has not."""
     if not isinstance(group, str):
-        return checks.node_numbers("a group of nodes", group, len(body.points))
+        return checks.node_numbers(field, group, len(body.points))
     has_sides = hasattr(body, "boundary_edges")
     if group == BOUNDARY and group not in body.groups and has_sides:
         return boundary_nodes(body)

@@ -244,7 +244,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         raise ValueError(f"body is {body!r}: give a mesh, a cairn.ElasticBody, LinearBody or SolidBody")
     dim, places = body.dim, body.points
     n = len(places)
-    nodes = _nodes(body, contact)
+    nodes = _nodes(body, contact, "contact")
     pairs = outwards(body, edges) if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
     patches = outwards(body, faces) if isinstance(faces, np.ndarray) and faces.ndim == 2 else _faces(body, faces)
     patches = Faces(patches) if len(patches) else None
@@ -349,10 +349,10 @@ def _listed(groups):
     return [groups] if isinstance(groups, str) else list(groups)
 
 
-def _nodes(body, groups):
+def _nodes(body, groups, field):
     if not isinstance(groups, str) and len(groups) and all(isinstance(of, (bool, np.bool_)) for of in groups):
-        return group_nodes(body, groups)  # a mask
-    parts = [group_nodes(body, g) for g in _listed(groups)]
+        return group_nodes(body, groups, field)  # a mask
+    parts = [group_nodes(body, g, field) for g in _listed(groups)]
     return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)
 
 
@@ -362,7 +362,7 @@ def _edges(body, groups):
     if body.dim != 2:
         raise ValueError("edges are antagonists in 2D alone: in 3D give faces")
     pairs = body.boundary_edges()
-    kept = np.isin(pairs, _nodes(body, groups)).all(axis=1)
+    kept = np.isin(pairs, _nodes(body, groups, "edges")).all(axis=1)
     if not kept.any():
         raise ValueError(f"no edge of the boundary has both nodes in {groups!r}")
     return pairs[kept]
@@ -374,7 +374,7 @@ def _faces(body, groups):
     if body.dim != 3:
         raise ValueError("faces are antagonists in 3D alone: in 2D give edges")
     faces = body.boundary_faces()
-    kept = (np.isin(faces, _nodes(body, groups)) | (faces < 0)).all(axis=1)
+    kept = (np.isin(faces, _nodes(body, groups, "faces")) | (faces < 0)).all(axis=1)
     if not kept.any():
         raise ValueError(f"no face of the boundary has all its nodes in {groups!r}")
     return faces[kept]
