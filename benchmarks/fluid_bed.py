@@ -29,7 +29,7 @@ def gradient(speed, viscosity, diameter):
 
 
 def column(speed):
-    """Simulation without the step of time, ids of the grains and their diameter [m]."""
+    """Scene, materials of floor and grains, ids of the grains, their diameter [m]."""
     rock, sand = cn.Material("rock", density=2600.0), cn.Material("sand", density=2600.0)
     scene = cn.Scene(dim=2, gravity=(0.0, -GRAVITY), periodic=cn.Periodic((WIDE, np.inf)))
     scene.add(cn.wall((0, 0), (0, 1), rock, velocity=(0.0, speed, 0.0)))

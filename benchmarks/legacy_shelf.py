@@ -2,9 +2,9 @@
 
 For LMGC90's own examples: its sources (folders `examples` and `test`), after each `gen_sample.py` there was run with LMGC90's
 pre-processor. Folders whose BODIES.DAT is larger than --largest are left out and said so; each of the others runs in a process
-of its own. Outcomes: `runs`, each step to the tolerance; `ends`, steps that did not; `refused`, by an error that names reason
-and remedy; `raw`, any other error. Time step and theta are those of the command.py beside, else 1e-4 s and 0.5. Writes
-benchmarks/results/legacy_shelf.csv.
+of its own. Outcomes: `runs`, each step to the tolerance; `ends`, steps that did not; `refused`, by an error of
+Cairn or any ValueError, whose text is the reason; `raw`, any other error. Time step and theta are those of the command.py
+beside, else 1e-4 s and 0.5. Writes benchmarks/results/legacy_shelf.csv.
 """
 
 import argparse

@@ -149,7 +149,8 @@ py::array at_places(const Input<double>& place, Gauge&& gauge) {
 
 py::tuple points_in_ball(int dim, double radius, double spacing, int layers, bool hollow) {
   const cairn::SurfacePoints made = cairn::points_in_ball(dim, radius, spacing, layers, hollow);
-  return py::make_tuple(rows(made.place, 3, dim), rows(made.normal, 3, dim), line(made.depth), line(made.volume));
+  return py::make_tuple(rows(made.place, 3, dim), rows(made.normal, 3, dim), line(made.depth), line(made.volume),
+                        line(made.centre));
 }
 
 py::object field(Simulation& s, const std::string& name) {

@@ -180,7 +180,7 @@ py::dict report_of(const cairn::StepReport& r) {
   if (r.stable_step > 0) {
     out["stable_step"] = r.stable_step;
     out["neighbour_lists"] = r.neighbour_lists;
-    out["status"] = "explicit";
+    if (r.solve.status == cairn::SolveStatus::converged) out["status"] = "explicit";
   }
   return out;
 }

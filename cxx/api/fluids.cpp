@@ -85,6 +85,14 @@ namespace cairn::api {
 void start_fluid(cairn_simulation& s) {
   if (s.fluid.position.empty()) return;
   s.simulation.fluid = made_fluid(s.fluid, s.simulation.scene, names_of(s.matter));
+  for (auto* values : {&s.fluid.position, &s.fluid.velocity, &s.fluid.pressure}) values->clear(); // rules stay
+}
+
+void check_fluid(const cairn_simulation& s, const char* shape, std::int64_t n, const std::int64_t* body,
+                 const std::int32_t* material, const double* radius) {
+  require(shape, "shape");
+  if (s.simulation.fluid && body)
+    check_contactors(s.fluid, names_of(s.matter), shape, {body, std::size_t(counted(n))}, material, radius);
 }
 
 void renew_fluid(cairn_simulation& s) {
@@ -120,7 +128,7 @@ int32_t cairn_scene_set_fluid(cairn_scene* scene, const cairn_fluid_settings* se
     chosen.artificial = settings->artificial;
     chosen.depth = settings->depth;
     chosen.incompressible = settings->incompressible != 0;
-    cairn::check_settings(chosen);
+    if (n > 0) cairn::check_settings(chosen);
     const auto copied = [](const double* from, std::int64_t count) {
       return from ? std::vector<double>(from, from + count) : std::vector<double>();
     };

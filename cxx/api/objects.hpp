@@ -172,6 +172,9 @@ void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const
 LawTable table_of(const cairn_matter& matter, int dim);
 void start_fluid(cairn_simulation& simulation); // that of its draft
 void renew_fluid(cairn_simulation& simulation); // contactors came in
+// Throws Error if the liquid, if there is one, cannot meet new contactors.
+void check_fluid(const cairn_simulation& simulation, const char* shape, std::int64_t n, const std::int64_t* body,
+                 const std::int32_t* material, const double* radius);
 MeshBody& mesh_of(cairn_simulation& simulation, std::int32_t mesh);
 
 } // namespace cairn::api

@@ -334,6 +334,7 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
     between_steps(simulation, "cairn_simulation_add_contactors");
     require(material, "material");
     check_materials(n, material, simulation->matter.materials.size());
+    check_fluid(*simulation, shape, n, body, material, radius);
     const auto id =
         add_contactors(simulation->simulation.scene, shape, n, body, material, radius, offset, direction, hull);
     renew_fluid(*simulation);
@@ -431,7 +432,10 @@ int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const c
     const char* const statuses[] = {"converged", "iteration_limit", "diverged", "newton_limit"};
     const std::string what = name;
     if (what == "status")
-      copy_text(report.stable_step > 0 ? "explicit" : statuses[int(report.solve.status)], capacity, text);
+      copy_text(report.stable_step > 0 && report.solve.status == cairn::SolveStatus::converged
+                    ? "explicit"
+                    : statuses[int(report.solve.status)],
+                capacity, text);
     else if (what == "solver")
       copy_text(report.solve.solver, capacity, text);
     else if (what == "hint")

@@ -42,7 +42,8 @@ std::string overlap(const Simulation& s) {
 
 std::string way(const Simulation& s) {
   if (!(s.report.way > 1)) return {};
-  return "a body moved by " + number(s.report.way) + " times its size, and may have passed through others; ";
+  const std::string size = s.report.stable_step > 0 ? " times the size of the smallest" : " times its size";
+  return "a body moved by " + number(s.report.way) + size + ", and may have passed through others; ";
 }
 
 // Pairs of shapes in the order of the first contactors that have them.

@@ -210,7 +210,7 @@ void take_fluid(Fluid& fluid, const StoredValue& tree) {
     std::vector<T> stored = numbers_of<T>(tree.at(name).array, name);
     if (of == "position") particles = stored.size() / 3;
     const std::size_t due = fluid.has_ends() && of_a_particle(of) > 0 ? of_a_particle(of) * particles : values.size();
-    if (stored.size() != due && of != "listed" && of != "volume_begin")
+    if (stored.size() != due && of != "listed" && !(of == "volume_begin" && stored.size() <= 1))
       throw std::invalid_argument("the fluid has " + std::to_string(stored.size()) + " numbers of " + name + ", and " +
                                   std::to_string(due) + " are due");
     values = std::move(stored);

@@ -448,6 +448,7 @@ void Fluid::keep_before() {
   before_.mass = mass_;
   before_.end = end_;
   before_.passed = passed_;
+  before_.volume_begin = volume_begin_;
   before_.solid = solid_;
   before_.skins = skins_.state;
 }
@@ -468,6 +469,7 @@ void Fluid::restore_before() {
   mass_ = before_.mass;
   end_ = before_.end;
   passed_ = before_.passed;
+  volume_begin_ = before_.volume_begin;
   solid_ = before_.solid;
   skins_.state = before_.skins;
   list_known_ = false;

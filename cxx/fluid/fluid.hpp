@@ -90,9 +90,8 @@ public:
   bool has_ends() const { return ends_ != nullptr; }
   std::array<double, 2> passed() const; // masses that came in and left since the start [kg]
   std::int64_t back_flow() const;       // particles of the liquid that stand in an inflow
-  double volume_begin() const {
-    return volume_begin_.empty() ? 0 : volume_begin_[0];
-  }                                       // report.volume of the first step
+  // report.volume of the first step
+  double volume_begin() const { return volume_begin_.empty() ? 0 : volume_begin_[0]; }
   std::vector<std::int32_t> ends() const; // 1 and more: in that lane of an inflow, -1 and less: in that outflow (n)
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
@@ -251,6 +250,10 @@ private:
   double fluid_density(std::size_t i) const { // within the pores
     return solid_.empty() ? density_[i] : density_[i] / (1 - solid_[i]);
   }
+  double pressure_of(std::size_t i) const { // in the order of lists [Pa]
+    if (settings.incompressible) return pressure_[i];
+    return settings.sound_speed * settings.sound_speed * (fluid_density(i) - settings.density);
+  }
   double swiftness_of_grains() const; // speed of sound with grains over that of the liquid
   double least_porosity() const;
   void place_grains();
@@ -300,7 +303,7 @@ private:
 
   struct Before { // of a step that may be undone
     std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm, mass, solid;
-    std::vector<double> passed;
+    std::vector<double> passed, volume_begin;
     std::vector<std::int32_t> number, end;
     std::vector<std::int8_t> open;
     FluidSkins::State skins;

@@ -181,7 +181,7 @@ void Fluid::place_surfaces() {
     turned(b, &points_.normal[std::size_t(3 * i)], to + 6);
     const double* w = b.velocity + 3;
     const double centre = points_.centre[std::size_t(i)];
-    double seen[3]; // of this point the velocity: a surface that slides shows none of a spin about its centre
+    double seen[3]; // place whose velocity the liquid feels: a surface that slides shows no spin about its centre
     for (int c = 0; c < 3; ++c)
       seen[c] = arm[c] - (points_.slip[std::size_t(i)] == std::int8_t(Slip::slides) ? centre * to[6 + c] : 0);
     const double spin[3] = {w[1] * seen[2] - w[2] * seen[1], w[2] * seen[0] - w[0] * seen[2],

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../bodies/rigid_motion.hpp"
 #include "../contactors/shapes.hpp"
 
@@ -31,6 +32,36 @@ std::array<double, 3> direction(int dim, std::int64_t k, std::int64_t n) {
   return {flat * std::cos(angle), flat * std::sin(angle), z};
 }
 
+bool has_points(const FluidDraft& draft, std::int64_t body) {
+  return std::find(draft.points.body.begin(), draft.points.body.end(), body) != draft.points.body.end();
+}
+
+void refuse_grain(const FluidDraft& draft, const ShapeInfo& shape, std::int64_t body, double radius) {
+  const std::string who = "body " + std::to_string(body);
+  if (!shape.ball())
+    throw Error(who + " is a " + shape.name + ": drag is that of disks and spheres here, give \"no_slip\"");
+  if (2 * radius > draft.settings.spacing)
+    throw Error(who + " is " + number_text(2 * radius) + " m wide, and grains are at most a spacing, " +
+                number_text(draft.settings.spacing) + " m: give \"no_slip\", with which the fluid flows round it");
+  if (draft.settings.incompressible || draft.settings.surface_tension > 0)
+    throw Error("drag of grains is that of the weakly compressible fluid without surface_tension: leave out "
+                "incompressible and surface_tension, or the rule of drag");
+}
+
+// Throws Error if the liquid cannot meet a contactor.
+void refuse(const FluidDraft& draft, const ShapeInfo& shape, std::int64_t body, double radius, std::int8_t kind) {
+  if (kind > std::int8_t(Slip::slides)) return refuse_grain(draft, shape, body, radius);
+  if (kind == std::int8_t(Slip::none) || shape.half_space() || has_points(draft, body)) return;
+  const std::string who = "body " + std::to_string(body) + " has a " + shape.name;
+  if (!(shape.ball() || (shape.hollow() && !shape.directed)))
+    throw Error(who +
+                ", whose points below its surface are not known: give them by cairn_scene_add_fluid_points before "
+                "the start, or the rule \"none\" for its material, and the fluid flows through");
+  if (radius < draft.settings.spacing)
+    throw Error(who + " of radius " + number_text(radius) + " m, less than the spacing of the fluid, " +
+                number_text(draft.settings.spacing) + " m: give a smaller spacing, a larger body, or a rule of drag");
+}
+
 // Points, half-spaces and grains of the contactors that the liquid meets.
 class Surfaces {
 public:
@@ -40,24 +71,18 @@ public:
     const Contactors& all = scene_.contactors;
     const ShapeInfo& shape = info(Shape(all.shape[k][0]));
     const std::int64_t body = scene_.bodies.id[all.body[k][0]][0];
-    if (kind > std::int8_t(Slip::slides)) return add_grain(k, body, shape, kind);
+    refuse(draft_, shape, body, all.radius.active ? all.radius[k][0] : 0.0, kind);
+    if (kind > std::int8_t(Slip::slides)) return add_grain(k, body, kind);
     if (shape.half_space()) return add_plane(k, body, kind);
-    if (given(body)) return;
-    const std::string who = "body " + std::to_string(body) + " has a " + shape.name;
-    if (!(shape.ball() || (shape.hollow() && !shape.directed)))
-      throw Error(who + ", whose points below its surface are not known: give them by cairn_scene_add_fluid_points, or "
-                        "the rule \"none\" for its material, and the fluid flows through");
+    if (has_points(draft_, body)) return;
     const double radius = all.radius[k][0];
-    if (radius < draft_.settings.spacing)
-      throw Error(who + " of radius " + std::to_string(radius) + " m, less than the spacing of the fluid, " +
-                  std::to_string(draft_.settings.spacing) +
-                  " m: give a smaller spacing, a larger body, or a rule of drag");
     const double reach = 2 * draft_.settings.smoothing;
     const SurfacePoints made =
         points_in_ball(scene_.dim, radius, draft_.settings.spacing, int(std::ceil(reach)), shape.hollow());
     for (std::size_t i = 0; i < made.count(); ++i) {
       for (int c = 0; c < 3; ++c) points.offset.push_back(made.place[3 * i + std::size_t(c)] + offset(k, c));
       points.normal.insert(points.normal.end(), &made.normal[3 * i], &made.normal[3 * i] + 3);
+      points.centre.push_back(made.centre[i]);
       append(points, body, made.depth[i], made.volume[i], kind);
     }
   }
@@ -65,6 +90,7 @@ public:
   void add_given(const FluidSurface& from, const std::vector<std::int8_t>& kind) {
     points.offset.insert(points.offset.end(), from.offset.begin(), from.offset.end());
     points.normal.insert(points.normal.end(), from.normal.begin(), from.normal.end());
+    points.centre.resize(points.normal.size() / 3, 0.0); // pressure acts at the points
     for (std::size_t i = 0; i < from.body.size(); ++i)
       append(points, from.body[i], from.depth[i], from.volume[i], kind[i]);
   }
@@ -82,9 +108,6 @@ private:
   double offset(std::int32_t k, int c) const {
     return c < scene_.dim && scene_.contactors.offset.active ? scene_.contactors.offset[k][c] : 0.0;
   }
-  bool given(std::int64_t body) const {
-    return std::find(draft_.points.body.begin(), draft_.points.body.end(), body) != draft_.points.body.end();
-  }
   void add_plane(std::int32_t k, std::int64_t body, std::int8_t kind) {
     for (int c = 0; c < 3; ++c) {
       planes.offset.push_back(offset(k, c));
@@ -92,18 +115,8 @@ private:
     }
     append(planes, body, 0.0, 0.0, kind);
   }
-  void add_grain(std::int32_t k, std::int64_t body, const ShapeInfo& shape, std::int8_t kind) {
+  void add_grain(std::int32_t k, std::int64_t body, std::int8_t kind) {
     const double radius = scene_.contactors.radius[k][0];
-    const std::string who = "body " + std::to_string(body);
-    if (!shape.ball())
-      throw Error(who + " is a " + shape.name + ": drag is that of disks and spheres here, give \"no_slip\"");
-    if (2 * radius > draft_.settings.spacing)
-      throw Error(who + " is " + std::to_string(2 * radius) + " m wide, and grains are at most a spacing, " +
-                  std::to_string(draft_.settings.spacing) +
-                  " m: give \"no_slip\", with which the fluid flows round it");
-    if (draft_.settings.incompressible || draft_.settings.surface_tension > 0)
-      throw Error("drag of grains is that of the weakly compressible fluid without surface_tension: leave out "
-                  "incompressible and surface_tension, or the rule of drag");
     grains.body.push_back(body);
     grains.diameter.push_back(2 * radius);
     grains.volume.push_back(ball_volume(scene_.dim, radius));
@@ -146,9 +159,8 @@ void refuse_inside(const FluidDraft& draft, const Scene& scene, const FluidMater
       }
       const double inside = shape.half_space() ? -along : all.radius[k][0] - std::sqrt(square);
       if (inside > 0)
-        throw Error("particle " + std::to_string(i) + " of the fluid lies " + std::to_string(inside) +
-                    " m deep in body " + std::to_string(scene.bodies.id[body][0]) +
-                    ": give places outside bodies and walls");
+        throw Error("particle " + std::to_string(i) + " of the fluid lies " + number_text(inside) + " m deep in body " +
+                    std::to_string(scene.bodies.id[body][0]) + ": give places outside bodies and walls");
     }
   }
 }
@@ -182,7 +194,7 @@ std::vector<double> pressure_of_rest(int dim, const FluidSettings& s, const std:
 
 void check_settings(const FluidSettings& s) {
   const auto refuse = [](const char* name, double value, const char* due) {
-    throw Error(std::string(name) + " of the fluid is " + std::to_string(value) + ": give " + due);
+    throw Error(std::string(name) + " of the fluid is " + number_text(value) + ": give " + due);
   };
   const auto finite = [](double x) { return std::isfinite(x); };
   for (const auto& [name, value] :
@@ -215,6 +227,7 @@ SurfacePoints points_in_ball(int dim, double radius, double spacing, int layers,
         out.normal.push_back(hollow ? -w : w);
       }
       out.depth.push_back(hollow ? at - radius : radius - at);
+      out.centre.push_back(hollow ? -at : at);
       out.volume.push_back(volume / double(n));
     }
   }
@@ -273,14 +286,21 @@ void give_surfaces(Fluid& fluid, const FluidDraft& draft, const Scene& scene, co
     if (met == std::int8_t(Slip::none)) continue;
     if (all.body[k][0] < 0)
       throw Error("a deformable body meets the fluid in Python alone: give the rule \"none\" for its name and its "
-                  "sides, and the fluid "
-                  "flows through");
+                  "sides, and the fluid flows through");
     surfaces.add(k, met);
-    for (std::size_t i = 0; i < kind.size(); ++i)
+    for (std::size_t i = 0; i < kind.size() && met <= std::int8_t(Slip::slides); ++i) // grains have no points
       if (draft.points.body[i] == scene.bodies.id[all.body[k][0]][0]) kind[i] = met;
   }
   surfaces.add_given(draft.points, kind);
   fluid.set_surfaces(std::move(surfaces.points), std::move(surfaces.planes), std::move(surfaces.grains));
+}
+
+void check_contactors(const FluidDraft& draft, const FluidMaterials& names, const std::string& shape,
+                      std::span<const std::int64_t> body, const std::int32_t* material, const double* radius) {
+  const auto all = shape_infos();
+  const auto row = std::find_if(all.begin(), all.end(), [&](const ShapeInfo& s) { return shape == s.name; });
+  for (std::size_t i = 0; i < body.size() && row != all.end(); ++i)
+    refuse(draft, *row, body[i], radius ? radius[i] : 0.0, kind_of(draft, names, material[i]));
 }
 
 std::unique_ptr<Fluid> made_fluid(const FluidDraft& draft, const Scene& scene, const FluidMaterials& names) {

@@ -8,9 +8,10 @@
 
 namespace cairn {
 
-// Points in layers below the surface of a shape, in its axes (3, n) [m], (3, n), (n) [m], (n) [m3 | m2].
+// Points in layers below the surface of a shape, in its axes (3, n) [m], (3, n), (n) [m], (n) [m3 | m2], and how far
+// below each the centre of curvature lies (n) [m].
 struct SurfacePoints {
-  std::vector<double> place, normal, depth, volume;
+  std::vector<double> place, normal, depth, volume, centre;
   std::size_t count() const { return depth.size(); }
 };
 
@@ -46,10 +47,15 @@ struct FluidMaterials {
   const std::vector<std::string>&materials, &groups;
 };
 
+// Throws Error if the liquid cannot meet new contactors, of a shape by its name.
+void check_contactors(const FluidDraft& draft, const FluidMaterials& names, const std::string& shape,
+                      std::span<const std::int64_t> body, const std::int32_t* material, const double* radius);
+
 // Gives the liquid the surfaces of all contactors that it meets. Throws Error for shapes without points.
 void give_surfaces(Fluid& fluid, const FluidDraft& draft, const Scene& scene, const FluidMaterials& names);
 
-// The liquid of a draft. Throws Error for values that are wrong, and for particles that lie in bodies.
+// The liquid of a draft. Throws Error for values that are wrong, and for particles in
+// half-spaces, disks and spheres; those in other bodies are not looked for.
 std::unique_ptr<Fluid> made_fluid(const FluidDraft& draft, const Scene& scene, const FluidMaterials& names);
 
 } // namespace cairn

@@ -22,20 +22,18 @@ double share(int dim, double smoothing, double q) {
 } // namespace
 
 double Fluid::pressure_at(const Scene& scene, const double* place) const {
-  const std::vector<double> pressures = pressure();
-  const std::vector<double> places = position();
   const double length = settings.smoothing * settings.spacing;
   double sum = 0, weights = 0;
-  for (std::size_t i = 0; i < pressures.size(); ++i) {
+  for (std::size_t i = 0; i < density_.size(); ++i) {
     double square = 0, added = 0;
     for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
-      double away = place[c] - places[3 * i + c];
+      double away = place[c] - position_[3 * i + c];
       if (period_[c] > 0) away -= period_[c] * std::round(away / period_[c]);
       square += away * away;
       if (!(period_[c] > 0)) added += settings.density * scene.gravity[c] * away;
     }
     const double weight = share(dim_, settings.smoothing, std::sqrt(square) / length);
-    sum += weight * (pressures[i] + added);
+    sum += weight * (pressure_of(i) + added);
     weights += weight;
   }
   return weights > 0 ? sum / weights : 0.0;
@@ -49,16 +47,17 @@ double Fluid::level_at(const Scene& scene, const double* place) const {
     double height, across; // along up, and the square of the distance from the line
   };
   std::vector<Near> column;
+  double height = 0;
+  for (std::size_t c = 0; c < std::size_t(dim_); ++c) height += place[c] * up[c];
   const double length = settings.smoothing * settings.spacing;
   for (std::size_t i = 0; i < position_.size() / 3; ++i) {
-    double square = 0, height = 0, along = 0;
+    double square = 0, along = 0;
     for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
       double away = position_[3 * i + c] - place[c];
       if (period_[c] > 0) away -= period_[c] * std::round(away / period_[c]);
       square += away * away;
       along += away * up[c];
     }
-    for (std::size_t c = 0; c < std::size_t(dim_); ++c) height += place[c] * up[c];
     const double across = std::max(0.0, square - along * along);
     if (across < reach() * reach()) column.push_back({height + along, across});
   }
@@ -75,9 +74,9 @@ double Fluid::level_at(const Scene& scene, const double* place) const {
   }
   const double part = settings.spacing / 8;
   double above = 0;
-  for (double height = top + reach(); !column.empty() && height >= low; height -= part) {
-    const double now = filled(height);
-    if (now >= 0.5) return height + (now > above ? part * (now - 0.5) / (now - above) : 0.0);
+  for (double at = top + reach(); !column.empty() && at >= low; at -= part) {
+    const double now = filled(at);
+    if (now >= 0.5) return at + (now > above ? part * (now - 0.5) / (now - above) : 0.0);
     above = now;
   }
   return std::numeric_limits<double>::quiet_NaN();

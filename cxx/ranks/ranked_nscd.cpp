@@ -518,9 +518,9 @@ void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
     }
   e.largest_kinetic = std::max({e.largest_kinetic, moving, moved});
   e.in_play = e.largest_kinetic + e.turned_over;
-  const double of_step =
-      std::max(moving, moved) + (0.5 * size + law_turned_over) + (std::abs(stored_change) + released) + fall;
-  s.report.solve.energy_created = created_share(0.5 * given + law_created, of_step, e.in_play);
+  const double of_step = std::max(moving, moved) + (0.5 * size + law_turned_over) +
+                         (std::abs(stored_change) + released) + fall + std::abs(strained);
+  s.report.solve.energy_created = created_share(0.5 * given + law_created, of_step, e.in_play, s.steps);
 }
 
 } // namespace cairn

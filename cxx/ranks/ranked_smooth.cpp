@@ -231,7 +231,7 @@ void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Ord
   order.known = !twins;
 }
 
-// Most pairs of a list are apart: a byte tells it, where their pushes are noughts far away in memory.
+// Most pairs of a list are apart: a byte tells it, and their pushes, far away in memory, are not set.
 void RankedSmooth::find_acting(const NeighbourList& list, Order& order) {
   order.acts.resize(2 * std::size_t(list.pairs));
   for (const NeighbourList::Batch& batch : list.batches)

@@ -22,7 +22,7 @@ struct SolveReport {
   double penetration = 0;                                           // deepest overlap / size of the smaller body
   double drift = 0;          // the deepest beyond the limit above which it is taken back / size of the smaller body
   double cone_distance = 0;  // distance of impulses outside the cone / impulse
-  double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
+  double energy_created = 0; // energy from nothing by contacts / energy in play, see created_share; once committed
   double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
   double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
   std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: none was measured

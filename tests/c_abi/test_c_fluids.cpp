@@ -166,6 +166,48 @@ TEST_F(CFluid, wrong_calls_name_what_is_wrong) {
   EXPECT_REFUSED(cairn_simulation_fluid_number(simulation, "volume", &value, &error), "no liquid");
 }
 
+TEST_F(CFluid, contactors_that_it_cannot_meet_leave_the_scene_as_it_was) {
+  std::vector<double> place;
+  basin(2, place);
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, particles(place), place.data(), nullptr, nullptr, &error), 0);
+  const int64_t id = body({0.5, 3}, 100, 1);
+  start();
+  const double small = 0.01, large = 0.2;
+  int64_t number = -1, before = -1;
+  ASSERT_EQ(cairn_simulation_add_contactors(simulation, "disk", 1, &id, &rock, &large, nullptr, nullptr, nullptr,
+                                            &before, &error),
+            0)
+      << error.message;
+  EXPECT_REFUSED(cairn_simulation_add_contactors(simulation, "disk", 1, &id, &rock, &small, nullptr, nullptr, nullptr,
+                                                 &number, &error),
+                 "smaller spacing");
+  ASSERT_EQ(cairn_simulation_add_contactors(simulation, "disk", 1, &id, &rock, &large, nullptr, nullptr, nullptr,
+                                            &number, &error),
+            0);
+  EXPECT_EQ(number, before + 1);
+}
+
+TEST_F(CFluid, water_that_slides_along_a_disk_does_not_spin_it) {
+  std::vector<double> place;
+  basin(8, place);
+  const double middle[2] = {0.47, 0.2}, radius = 0.12;
+  std::vector<double> outside;
+  for (std::size_t i = 0; i < place.size(); i += 2)
+    if (std::hypot(place[i] - middle[0], place[i + 1] - middle[1]) > radius + 0.02)
+      outside.insert(outside.end(), {place[i], place[i + 1]});
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, particles(outside), outside.data(), nullptr, nullptr, &error), 0);
+  ASSERT_EQ(cairn_scene_set_fluid_rule(scene, "*", "free_slip", &error), 0);
+  const double mass = 0.5 * 1000 * 3.14 * radius * radius;
+  const int64_t id = body({middle[0], middle[1]}, mass, 0.5 * mass * radius * radius);
+  ASSERT_EQ(cairn_scene_add_contactors(scene, "disk", 1, &id, &rock, &radius, nullptr, nullptr, nullptr, &error), 0);
+  start();
+  steps(50, 2e-3);
+  double force[3];
+  ASSERT_EQ(cairn_simulation_fluid_force(simulation, id, force, &error), 0);
+  EXPECT_GT(force[1], 0.1 * 9.81 * mass);
+  EXPECT_NEAR(force[2], 0, 1e-12 * force[1] * radius);
+}
+
 TEST_F(CFluid, the_incompressible_form_asks_for_the_theta_method) {
   std::vector<double> place;
   basin(2, place);

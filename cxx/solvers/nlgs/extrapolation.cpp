@@ -61,7 +61,7 @@ public:
 
   void prepare(SweepPass& pass) override {
     const int done = s_.report.iterations;
-    if (system_.clumps && done >= policy().clump_sweeps) {
+    if (s_.extrapolates && system_.clumps && done >= policy().clump_sweeps) {
       s_.extrapolates = false;
       s_.cycles = true;
     }

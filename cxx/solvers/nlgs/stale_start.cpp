@@ -15,13 +15,14 @@ public:
   explicit StaleStart(NlgsState& s) : s_(s) {}
 
   // Contacts without friction take the impulses of the least 1/2 r.W r + r.(u_free + bias), the energy that they put
-  // into bodies beyond what the law asks. Above 0, its value without impulses, the start is stale.
+  // into bodies beyond what the law asks: 0 without impulses. A start that exceeds the energy of the free velocities of
+  // contacts is stale; sweeps mend a lesser one.
   bool begin() override {
     s_.system.load(s_.velocity_free);
-    double gained = power();
+    double gained = work();
     cairn_add_impulses(&s_.schedule);
-    gained += power();
-    if (!(gained > 0)) return false;
+    gained += work();
+    if (!(0.5 * gained > s_.free.energy)) return false;
     for (const cairn_batch& b : s_.system.batches)
       for (int lane = 0; lane < b.contacts; ++lane)
         for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = 0;
@@ -31,8 +32,8 @@ public:
   }
 
 private:
-  // Power of the impulses over the present velocities [J].
-  double power() const {
+  // Work of the impulses over the present velocities, with half of that in their compliance [J].
+  double work() const {
     double u[6 * 128], sum = 0;
     for (std::size_t k = 0; k < s_.system.batches.size(); ++k) {
       const cairn_batch& b = s_.system.batches[k];
@@ -42,7 +43,7 @@ private:
           const double r = at(b, b.r, lane, c);
           if (!(r > 0 || r < 0)) continue; // its bias may be none
           const double bias = b.pack && c > 0 ? 0 : at(b, b.bias, lane, c);
-          const double given = b.compliance ? b.compliance[c * b.count + lane] * r : 0;
+          const double given = b.compliance ? 0.5 * b.compliance[c * b.count + lane] * r : 0;
           sum += r * (u[c * b.count + lane] + bias + given);
         }
     }

@@ -68,10 +68,6 @@ private:
   ContactMemory at_begin_;
 };
 
-} // namespace
-
-namespace {
-
 // Errors of the meshes that are not linear, and the worst of them.
 struct JudgedMeshes {
   bool whole = true;

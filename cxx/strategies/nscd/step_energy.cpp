@@ -63,12 +63,12 @@ void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const
   // a broken bond bears nothing at the end of the step, but released the energy of its springs in it
   const double of_springs = std::abs(contacts.stored_change) + contacts.released;
   const double of_step = std::max(moving, moved) + contacts.turned_over + of_springs + fall + std::abs(strained);
-  s.report.solve.energy_created = created_share(contacts.created, of_step, s.energy.in_play);
+  s.report.solve.energy_created = created_share(contacts.created, of_step, s.energy.in_play, s.steps);
 }
 
-double created_share(double created, double of_step, double in_play) {
-  constexpr double least = 1e-3;
-  const double all = of_step + least * in_play;
+double created_share(double created, double of_step, double in_play, std::int64_t steps) {
+  constexpr double few = 1000;
+  const double all = of_step + in_play / std::max(few, double(steps));
   return all > 0 ? created / all : 0;
 }
 

@@ -17,6 +17,6 @@ void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const
 
 // Energy that contacts made from nothing in a step [J], over the energy of that step, which is none in a scene at rest,
 // and a thousandth of all that has been in play: below that share of it, errors within the tolerance change no motion.
-double created_share(double created, double of_step, double in_play);
+double created_share(double created, double of_step, double in_play, std::int64_t steps);
 
 } // namespace cairn

@@ -38,7 +38,7 @@ def main(options):
 
     for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
         print(path)
-    if options.out.lower().endswith(".csv") and options.what != "fluid" and _has_fluid(options.file):
+    if options.out.lower().endswith(".csv") and options.what in ("bodies", "nodes") and _has_fluid(options.file):
         print("the liquid is not in this table: --what fluid writes its particles, other formats hold all", file=sys.stderr)
     return 0
 
@@ -47,7 +47,7 @@ def _has_fluid(path):
     from ..post.load import load
 
     with load(path) as run:
-        return any(len(step.fluid) for step in run)
+        return "fluid" in run.scene
 
 
 def _folder(options):

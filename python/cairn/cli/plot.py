@@ -47,6 +47,7 @@ def main(options):
     stem = os.path.splitext(options.file)[0]
     out = options.output or f"{stem}_{options.what}.png"
     with load(options.file) as run:
+        of_liquid = []
         if len(run):
             fields = [*run[-1].drawn.names, "speed", "spin", "forces", "energy", "residual", "history"]
             parts = AXES[run[-1].dim]
@@ -57,6 +58,8 @@ def main(options):
             if options.what not in fields:
                 raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
         if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
+            if options.what in of_liquid:
+                raise ValueError(f"a film shows no liquid, whose {options.what} this is: give -o a .png, with --step I")
             run.animate(out, options.what, every=options.every, dpi=options.dpi)
         elif options.what in ("energy", "residual", "history"):
             draw = {"energy": run.plot_energy, "residual": run.plot_residual, "history": lambda: run.plot_history()[0]}

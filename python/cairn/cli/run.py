@@ -23,6 +23,26 @@ class Arguments(list):
         self.read = True
         return super().__len__()
 
+    def __contains__(self, word):
+        self.read = True
+        return super().__contains__(word)
+
+    def index(self, *given):
+        self.read = True
+        return super().index(*given)
+
+    def pop(self, *index):
+        self.read = True
+        return super().pop(*index)
+
+    def remove(self, word):
+        self.read = True
+        super().remove(word)
+
+    def copy(self):
+        self.read = True
+        return super().copy()
+
 
 def add_parser(add, commands):
     """The parser of `cairn run`."""

@@ -43,7 +43,7 @@ MODELS = {
     "J2iso": "give a material ELAS_PLAS",
     "USER_MAT": "a library of its own: as a UMAT it is cn.plug(library, material=...), see the page on solids; "
                 "read_datbox(materials={name: ...}) takes it, or cn.NeoHookean(...) and others, in its place",
-    "JOINT_ELAS": JOINTS + "tension=inf, cohesion=inf, ...)",
+    "JOINT_ELAS": JOINTS + "tension=inf, cohesion=inf, normal_work=inf, tangential_work=inf, closes=0)",
     "JOINT_MC": MOHR_COULOMB,
     "JOINT_FCZM": MOHR_COULOMB + ", with the works of fracture in place of inf",
     "orth_": "read_datbox(materials={name: cn.OrthotropicElastic(...)})",

@@ -83,8 +83,6 @@ def points_of(shape, dim, form, spacing, reach):
         made = _polyhedron(form, spacing, layers)
     else:
         made = _by_distance(shape, dim, form, spacing, reach)
-    if shape in ("disk", "sphere", "ring"):
-        made.centre = np.sum(made.place * made.normal, axis=1)
     made.place = made.place + form["offset"]
     return made
 

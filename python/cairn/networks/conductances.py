@@ -57,7 +57,7 @@ def _class_of(row, described):
 
     def __init__(self, *values, **given):
         if values:
-            told = ", ".join(f"{name}=..." for name in names) or ""
+            told = ", ".join(f"{name}=..." for name in names)
             raise TypeError(f"{own} takes its parameters by name, and {values[0]!r} has none: give {own}({told})")
         Conductance.__init__(self, _checked(own, parameters, given))
 

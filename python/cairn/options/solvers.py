@@ -256,9 +256,9 @@ class Default(ContactSolver):
     ----------
     tol : float, optional
         Largest true error, the natural map in an energy norm [-]. None: 1e-4; in dense packs of balls, clumps, polygons,
-        polyhedra, capsules, cylinders and superquadrics, 1e-3 once a step has taken 50 iterations, and NSCD takes back overlap beyond 0.005 of a radius after such
-        steps. Blocks that bear on each other's faces, as in walls and arches, are no pack. Stress and
-        volume of a pack are then right within a few percent, at a tenth of the cost (docs/study.md).
+        polyhedra, capsules, cylinders and superquadrics, 1e-3 once a step has taken 50 iterations, and NSCD takes back overlap
+        beyond 0.005 of a radius after such steps. Blocks that bear on each other's faces, as in walls and arches, are no pack.
+        Stress and volume of a pack are then right within a few percent, at a tenth of the cost (docs/study.md).
     min_iter : int, default 1
         Fewest iterations of a step.
     max_iter : int, default 1000

@@ -71,7 +71,7 @@ def collapse_multiplier(
         if found.status != "optimal" and not nowhere:
             told = ", no load makes it fall" * (found.status == "unbounded")
             raise ValueError(f"limit analysis ends as {found.status!r}{told}: give high, the largest multiplier to try")
-        high = 1.0 if nowhere else 1.05 * limit
+        high = checks.number("low", low) + 1.0 if nowhere else 1.05 * limit  # nowhere: given below, or an error
     low, high = checks.number("low", low), checks.number("high", high)
     if not low < high:
         raise ValueError(f"low is {low} and high {high}: give low below high")
@@ -96,7 +96,7 @@ def collapse_multiplier(
             raise ValueError(f"the structure falls under its own weight, {told}: it needs supports, thickness or friction")
         raise ValueError(f"it moves under low = {low:g} of the load already (limit analysis: {limit:g}): give a lower one")
     if nowhere and not high_given:
-        told = "limit analysis finds no state of rest, since its friction in 3D is below Coulomb's"
+        told = "limit analysis finds no state of rest" + ", since its friction in 3D is below Coulomb's" * (blocks.dim == 3)
         raise ValueError(f"it stands under low = {low:g} of the load, and {told}: give high, the largest multiplier to try")
     if upright(high):
         raise ValueError(f"it stands under high = {high:g} of the load (limit analysis: {limit:g}): give a higher one")

@@ -28,7 +28,9 @@ def plot_fluid(step, what="pressure", ax=None, cmap=None, limits=None, colorbar=
         label = LABELS.get(what, what)
     else:
         due = "give 'pressure', 'speed', 'density', or a number for each particle"
-        values, label = checks.reals("what", what if what is not None else "None", due), ""
+        if what is None:
+            raise ValueError(f"what is None: {due}")
+        values, label = checks.reals("what", what, due), ""
         if values.shape != place.shape[:1]:
             raise ValueError(f"what has shape {values.shape}: {due}, ({len(place)},)")
     spacing = float(step.run.scene["fluid"]["spacing"])

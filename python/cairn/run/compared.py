@@ -1,5 +1,6 @@
 """Arguments of the calls that all ranks make, as texts by which ranks compare them."""
 
+import dataclasses
 import hashlib
 
 import numpy as np
@@ -20,18 +21,32 @@ def call_of(name, given):
     return f"{name}\n{shown}\n{digest.hexdigest()}"
 
 
+def arrays_of(sets):
+    """{name: array} of sets of bodies, by which ranks compare them; those of several sets are numbered."""
+    names = ("position", "rotation", "mass", "inertia", "velocity")
+    found = ((f"{name}[{k}]" if len(sets) > 1 else name, getattr(s, name)) for k, s in enumerate(sets) for name in names)
+    return {name: array for name, array in found if array is not None}
+
+
 def _content(value):
     """Bytes that differ where values do."""
     if isinstance(value, dict):
-        return b"|".join(_content(part) for pair in sorted(value.items()) for part in pair)
+        pairs = sorted(value.items(), key=lambda pair: str(pair[0]))
+        return b"{" + b"|".join(_content(part) for pair in pairs for part in pair) + b"}"
     if isinstance(value, (list, tuple)) and not _is_numbers(value):
-        return b"|".join(_content(part) for part in value)
+        return b"[" + b"|".join(_content(part) for part in value) + b"]"
     if hasattr(value, "to_dict"):
         return type(value).__name__.encode() + _content(value.to_dict())
     if callable(value):
         return b"function"
+    if dataclasses.is_dataclass(value):  # joints: arrays in their texts are rounded
+        return type(value).__name__.encode() + _content({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        return f"{value.shape}".encode() + _content(value.tolist())
     if isinstance(value, (np.ndarray, np.generic, float, int)) or _is_numbers(value):
         array = np.ascontiguousarray(value)
+        if array.dtype.kind == "O":  # whole numbers of more than 64 bits, of which the array holds addresses
+            return repr(value).encode()
         return f"{array.shape}".encode() + np.asarray(array, float if array.dtype.kind in "iu" else array.dtype).tobytes()
     return repr(value).encode()
 

@@ -19,6 +19,7 @@ import json
 import os
 import re
 import warnings
+from collections import Counter
 from dataclasses import dataclass
 
 from .. import _core
@@ -93,10 +94,9 @@ def read(path) -> dict:
         return int(word)
 
     def object_of(pairs):
-        names = [name for name, _ in pairs]
-        twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-        if twice is not None:
-            raise ValueError(f"an object has the field {twice!r} twice")
+        twice = [name for name, times in Counter(name for name, _ in pairs).items() if times > 1]
+        if twice:
+            raise ValueError(f"an object has the field {twice[0]!r} twice")
         return dict(pairs)
 
     try:

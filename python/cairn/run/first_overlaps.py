@@ -51,7 +51,8 @@ def look_at_added(simulation, ids, share):
     theirs = np.isin(pairs, ids).any(axis=1)
     listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
     if listed:
-        text = f"of the bodies added before step {simulation.steps}, {listed}: add them where is room, {REMEDY}{WITHOUT_RANKS}"
+        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS}"
+        text = f"of the bodies added before step {simulation.steps}, {listed}: {remedy}"
         warnings.warn(text, OverlapWarning, stacklevel=5)
     return deepest
 

@@ -163,7 +163,7 @@ class Reshaping:
         """
         from .joining import join
 
-        self.between_steps("join")
+        self.between_steps("join", a=a, b=b, joint=joint)
         return join(self, a, b, joint)
 
     def unjoin(self, name):

@@ -140,6 +140,6 @@ class Restarts:
         if cell is not None:
             self._cell, self._core.kept_volume = cell
         self._use_laws(species, rules, sets[self._sets_seen :])
-        self._sets, self._dt, self._radii, self._info = sets, dt, None, info
+        self._sets, self._dt, self._radii, self._info, self._added = sets, dt, None, info, []
         self._start_functions()
         self._start_meshes(state, anew=True)

@@ -17,6 +17,7 @@ from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
+from .compared import arrays_of
 from .driven_cell import CellDriving
 from .given_values import GivenValues, three
 from .own_kernels import OwnKernels
@@ -478,7 +479,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
         Notes
         -----
-        Bodies that overlap others by more than `overlap_share` are told of in the next step, unless `overlap` is "ignore".
+        Without ranks, bodies that overlap others by over `overlap_share` are told of in the next step, but for overlap="ignore".
         """
         from ..model.bodies import replace
 
@@ -486,7 +487,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         if self._fluid:
             self._fluid.refuse_inside(sets)
-        self._check_same("add", **_arrays_of(sets))
+        self._check_same("add", **arrays_of(sets))
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
@@ -588,13 +589,6 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     def _call(self, function, t):
         """Value at time t [s] of a function of time, or of a function of time and simulation (Servo)."""
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
-
-
-def _arrays_of(sets):
-    """{name: array} of sets of bodies, by which ranks compare them; those of several sets are numbered."""
-    names = ("position", "rotation", "mass", "inertia", "velocity")
-    found = ((f"{name}[{k}]" if len(sets) > 1 else name, getattr(s, name)) for k, s in enumerate(sets) for name in names)
-    return {name: array for name, array in found if array is not None}
 
 
 def _step_length(value, *words):

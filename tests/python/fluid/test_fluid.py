@@ -473,6 +473,6 @@ def test_the_volume_of_the_first_step_is_the_scale_after_a_restart_too(tmp_path)
     watch = FluidWatch(again._fluid)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        watch.look(again, {"volume": 1.09, "volume_begin": 1.09, "back_flow": 0})
+        watch.look(again, {"volume": 1.09, "volume_begin": 1.09, "back_flow": 0, "light_factor": 1.0})
     with pytest.warns(FluidWarning, match="109.0% of the volume"):
-        watch.look(again, {"volume": 1.09, "volume_begin": 1.03, "back_flow": 0})
+        watch.look(again, {"volume": 1.09, "volume_begin": 1.03, "back_flow": 0, "light_factor": 1.0})

@@ -77,8 +77,9 @@ def test_convert_writes_the_liquid_or_tells_that_it_does_not(runs, tmp_path, cap
     run, last = str(runs / "a.vtkhdf"), cn.load(runs / "a.vtkhdf")[-1].fluid
     assert main(["convert", run, str(tmp_path / "b.csv")]) == 0
     assert "--what fluid" in capsys.readouterr().err
-    assert main(["convert", run, str(tmp_path / "f.csv"), "--what", "fluid"]) == 0
-    assert not capsys.readouterr().err
+    for what in ("fluid", "history"):  # the one is the liquid, the other no table of things in space
+        assert main(["convert", run, str(tmp_path / f"{what[0]}.csv"), "--what", what]) == 0
+        assert not capsys.readouterr().err
     with open(tmp_path / "f.csv") as file:
         rows = list(csv.DictReader(file))[-20:]
     for name, values in (("pressure", last["pressure"]), ("vx", last["velocity"][:, 0]), ("vy", last["velocity"][:, 1])):
@@ -102,6 +103,8 @@ def test_vtp_and_series_have_the_liquid(runs, tmp_path):
 def test_pictures_of_the_liquid(runs, tmp_path, capsys):
     assert main(["plot", str(runs / "a.vtkhdf"), "--what", "pressure", "-o", str(tmp_path / "a.png")]) == 0
     assert (tmp_path / "a.png").stat().st_size > 1000
+    assert main(["plot", str(runs / "a.vtkhdf"), "--what", "pressure", "-o", str(tmp_path / "a.gif")]) == 1
+    assert "a film shows no liquid, whose pressure this is: give -o a .png" in capsys.readouterr().err
     run = cn.load(runs / "a.vtkhdf")
     with pytest.raises(ValueError, match="pressure is a field of the liquid.*plot_fluid"):
         run.plot(-1, "pressure")

@@ -174,7 +174,9 @@ def test_run_a_script(tmp_path, capsys):
     status, out, err = call(capsys, "run", script, "--dt", "5e-3")
     assert (status, out) == (0, "True\n") and "reads no options, so --dt 5e-3 had no effect" in err
     assert not call(capsys, "run", script)[2]
-    for reads in ("len(sys.argv)", "sys.argv[1:]", "[*sys.argv]", "__import__('argparse').ArgumentParser().parse_known_args()"):
+    parsed = "__import__('argparse').ArgumentParser().parse_known_args()"
+    own = ("'--dt' in sys.argv", "sys.argv.index('--dt')", "sys.argv.pop(1)", "sys.argv.remove('--dt')", "sys.argv.copy()")
+    for reads in ("len(sys.argv)", "sys.argv[1:]", "[*sys.argv]", parsed, *own):
         script.write_text(f"import sys\n{reads}\n")
         assert not call(capsys, "run", script, "--dt", "5e-3")[2]
     with pytest.raises(SystemExit, match="no such script"):

@@ -148,10 +148,10 @@ def test_thrust_lines_stand_out():
     assert ax.lines[0].get_path_effects()
 
 
-@pytest.mark.parametrize("bond, size", [("stack", 0.5), ("running", 0.5), ("running", 0.4)])
-def test_a_panel_under_pressure_sinks_as_its_joints_give_way(bond, size):
+@pytest.mark.parametrize("bond, size, courses", [("stack", 0.5, 2), ("running", 0.5, 2), ("running", 0.4, 2), ("running", 0.5, 4)])
+def test_a_panel_under_pressure_sinks_as_its_joints_give_way(bond, size, courses):
     """Both blocks bring nodes and sides to a joint; contacts beside its bonds, which are of it, bear nothing."""
-    columns, courses, stiffness, young, pressure = 2, 2, 1e9, 1e12, 1e5
+    columns, stiffness, young, pressure = 2, 1e9, 1e12, 1e5
     blocks = masonry.panel(columns, courses, (1.0, 1.0), bond)
     blocks.add_box((0.0, courses), (columns, courses + 0.1), "beam")
     joint = cn.CompositeInterface(normal_stiffness=stiffness, tangential_stiffness=stiffness / 2, tension=0.25e6, cohesion=0.35e6,
@@ -165,4 +165,4 @@ def test_a_panel_under_pressure_sinks_as_its_joints_give_way(bond, size):
     start = float(sim.bodies.position[row, 1])
     assert {sim.step()["status"] for _ in range(15)} == {"converged"}
     exact = (courses + 1) * pressure / stiffness + courses * pressure / young
-    assert start - float(sim.bodies.position[row, 1]) == pytest.approx(exact, rel=0.01)
+    assert start - float(sim.bodies.position[row, 1]) == pytest.approx(exact, rel=1e-3)

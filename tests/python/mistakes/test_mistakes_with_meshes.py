@@ -72,7 +72,7 @@ def test_conductances_are_given_by_name():
         cn.networks.Constant(1e9)
 
 
-@pytest.mark.parametrize("given", [{}, {"high": 1.0}, {"high": 1.0, "low": -1.0}])
+@pytest.mark.parametrize("given", [{}, {"low": 1.5}, {"high": 1.0}, {"high": 1.0, "low": -1.0}])
 def test_an_arch_too_thin_to_stand_is_told_so(given):
     thin = masonry.arch(radius=5.0, thickness=0.4, voussoirs=9)
     with pytest.raises(ValueError, match="falls under its own weight.*needs supports, thickness or friction"):

@@ -220,7 +220,8 @@ def test_overlap_that_a_pack_begins_with_is_taken_back():
     told = [dict(sim.step()) for _ in range(220)]
     deep = [info for info in told if info["drift"] > 0.02]
     assert len(deep) > 5 and all(info["error"] <= 1e-4 for info in deep if info["status"] == "converged")
-    assert told[-1]["drift"] < 0.005 and abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
+    # what is more than four times the limit of 0.005 beyond it is taken back from packs at rest too, less after early ends alone
+    assert told[-1]["drift"] < 0.02 and abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
 
 
 def test_a_tolerance_that_is_named_counts_alone():
@@ -241,7 +242,7 @@ def test_who_asks_for_more_than_the_default_has_no_early_ends(change):
 
 
 def test_packs_are_grains_under_laws_without_gaps():
-    """Other shapes, and laws that ask for a gap or an overlap, keep the tolerance."""
+    """Balls, boxes and capsules; laws that ask for a gap or an overlap keep the tolerance."""
     def ends(law=LAWS[0], shape="balls"):
         scene = cn.Scene(3, gravity=(0, 0, 0))
         x = np.array([[0.0, 0, 0], [2, 0, 0]]) if shape == "balls" else 2.0 * np.indices((3, 3, 3)).reshape(3, -1).T
@@ -250,7 +251,7 @@ def test_packs_are_grains_under_laws_without_gaps():
         scene.interact("*", "*", law)
         return cn.Simulation(scene, 1e-3).strategy.solver.enough
     assert all(ends(law) == 1e-3 for law in LAWS)
-    assert ends(shape="boxes") == 1e-3 and ends(shape="capsules") is None
+    assert ends(shape="boxes") == ends(shape="capsules") == 1e-3
     assert ends(cn.ElasticContact(stiffness=1e6, mu=0.1)) is None
 
 
