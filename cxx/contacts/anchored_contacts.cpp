@@ -36,7 +36,8 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
     const bool spans = law.spans || (law.joins && laws.entry(entry).params[joint_spans] > 0);
     places_.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, spans, law.joins});
   }
-  if (places_.empty()) return;
+  // without anchors, numbers are given where meshes may be bonded to each other
+  if (places_.empty() && (numbers.empty() || !m.anchors.empty() || !meshes)) return;
   in_.bodies = &bodies;
   in_.contactors = &contactors;
   in_.cell = &cell;
@@ -48,6 +49,7 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
   });
   find_bonds_on_surfaces();
   find_bonded_nodes(laws, numbers);
+  if (places_.empty() && bonded_nodes_.empty()) return;
   Candidates& to = measured_;
   const std::size_t most = std::size_t(found.count) + places_.size();
   for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) fit(*column, most);
@@ -79,6 +81,7 @@ void AnchoredContacts::measure(const Bodies& bodies, const Contactors& contactor
   to.point.resize(std::size_t(to.count) * std::size_t(in_.dim()));
   std::swap(found.seats, to.seats); // those of this detection stay with it
   std::swap(found, to);
+  if (places_.empty()) anchor_of_.clear();
 }
 
 // True for triangles of a rigid body and sides of a mesh: they form a surface, named by its body or mesh.

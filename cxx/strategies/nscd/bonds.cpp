@@ -80,10 +80,23 @@ void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
   }
 }
 
+namespace {
+
+bool any_holds_broken(const LawTable& laws) {
+  for (int entry = 0; entry < laws.entries(); ++entry)
+    if (law_infos()[std::size_t(laws.entry(entry).law)].holds_broken) return true;
+  return false;
+}
+
+} // namespace
+
+// Contactors of each key, where bonds are anchored, or may hold meshes to each other.
 void BondGaps::measure(Simulation& s) {
   const ContactMemory& m = s.interactions.memory();
-  fit(contactors_, 2 * m.anchors.size());
-  for (std::size_t k = 0; k < m.anchors.size(); ++k) {
+  const bool meshes = m.anchors.empty() && !s.meshes.empty() && any_holds_broken(s.laws);
+  const std::size_t keys = meshes ? m.keys.size() : m.anchors.size();
+  fit(contactors_, 2 * keys);
+  for (std::size_t k = 0; k < keys; ++k) {
     contactors_[2 * k] = s.contactor(m.keys[k].contactor_a);
     contactors_[2 * k + 1] = s.contactor(m.keys[k].contactor_b);
   }

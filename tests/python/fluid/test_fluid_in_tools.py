@@ -121,4 +121,5 @@ def test_a_probe_reads_the_volume_of_the_liquid(tmp_path):
     sim.run(4, output=tmp_path / "a.vtkhdf", progress=False, probes=probes)
     assert cn.load(tmp_path / "a.vtkhdf").history["volume"].tolist() == seen and seen[-1] > 0.5
     with pytest.raises(ValueError, match="no fluid: give cn.fluid"):
-        box_of_liquid(depth=0).run(1, progress=False, probes={"volume": cn.Probe("report.fluid_volume")})
+        dry = box_of_liquid(depth=0)
+        dry.run(1, output=tmp_path / "dry.vtkhdf", progress=False, probes={"volume": cn.Probe("report.fluid_volume")})

@@ -10,8 +10,8 @@ LAW = dict(normal_strength=STRENGTH, tangential_strength=STRENGTH, normal_work=W
 SOLVER = cn.NLGS(tol=1e-9, max_iter=5000)
 
 
-def block(dim, upper, cells, low, high, sides, young=1e14, contact=None, middle=0.0):
-    """A layer of cells from low to high, below or above SIDE; the lower is held, the upper lifted at 0.1 m/s."""
+def block(dim, upper, cells, low, high, sides, young=1e14, contact=None, middle=0.0, speed=0.1):
+    """A layer of cells from low to high, below or above SIDE; the lower is held, the upper lifted at a speed [m/s]."""
     across = [middle + np.linspace(low, high, cells + 1)] * (dim - 1)
     grid = SIDE * np.stack(np.meshgrid(*across, np.linspace(0, 1, 2) + upper, indexing="ij"), -1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:dim])
@@ -21,7 +21,7 @@ def block(dim, upper, cells, low, high, sides, young=1e14, contact=None, middle=
                           poisson=0.0, density=1000.0, groups=groups)  # fmt: skip
     face, held = ("bottom", "top") if upper else ("top", "bottom")
     axes = "xyz"[:dim]
-    moved = dict(fixed={held: axes[:-1]}, drive={held: {axes[-1]: 0.1}}) if upper else dict(fixed={held: axes})
+    moved = dict(fixed={held: axes[:-1]}, drive={held: {axes[-1]: speed}}) if upper else dict(fixed={held: axes})
     given = {"edges" if dim == 2 else "faces": face if sides == "face" else "all"}
     material = cn.Material("upper" if upper else "lower", density=1000.0)
     return cn.deformable(body, material, contact=face if contact is None else contact, **given, **moved)
@@ -86,3 +86,20 @@ def test_blocks_that_touch_along_a_rim_alone_are_not_joined(dim):
     with pytest.warns(cn.UnjoinedWarning):
         peak, work = pulled_off(dim, (2, 0, 1), (2, 1, 2), steps=5)
     assert peak == work == 0
+
+
+@pytest.mark.parametrize("sides", ["face", "all"])
+@pytest.mark.parametrize("below, above", [((2, 0, 1), (2, 0, 1)), ((2, 0, 1), (3, 0, 1)), ((4, 0, 1), (3, 0.2, 0.8))])
+def test_a_joint_that_gives_way_under_pressure_does_so_once(below, above, sides):
+    """Both meshes bring nodes and sides to their joint: contacts beside its bonds, under the same law, bear nothing."""
+    stiffness, speed, dt, steps = 1e9, -1e-3, 1e-3, 20
+    scene = cn.Scene(2)
+    for upper, of in ((False, below), (True, above)):
+        scene.add(block(2, upper, *of, sides, speed=speed))
+    joint = cn.CompositeInterface(normal_stiffness=stiffness, tangential_stiffness=stiffness / 2, tension=0.25e6, cohesion=0.35e6,
+                                  normal_work=180.0, tangential_work=1250.0, friction=0.75, mu=0.75)  # fmt: skip
+    scene.interact("lower", "upper", joint)
+    sim = cn.Simulation(scene, dt, cn.NSCD(theta=1, solver=cn.Auto(tol=1e-9)), overlap="ignore")
+    assert {sim.step()["status"] for _ in range(steps)} == {"converged"}
+    width = SIDE * (min(below[2], above[2]) - max(below[1], above[1]))
+    assert abs(np.sum(sim.contacts.impulse, axis=0)[1]) / dt == pytest.approx(-speed * dt * steps * stiffness * width, rel=1e-4)

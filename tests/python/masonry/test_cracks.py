@@ -148,7 +148,9 @@ def test_thrust_lines_stand_out():
     assert ax.lines[0].get_path_effects()
 
 
-@pytest.mark.parametrize("bond, size, courses", [("stack", 0.5, 2), ("running", 0.5, 2), ("running", 0.4, 2), ("running", 0.5, 4)])
+@pytest.mark.parametrize(
+    "bond, size, courses", [("stack", 0.5, 2), ("running", 0.5, 2), ("running", 0.4, 2), ("running", 0.5, 4)]
+)
 def test_a_panel_under_pressure_sinks_as_its_joints_give_way(bond, size, courses):
     """Both blocks bring nodes and sides to a joint; contacts beside its bonds, which are of it, bear nothing."""
     columns, stiffness, young, pressure = 2, 1e9, 1e12, 1e5

@@ -127,7 +127,7 @@ calls = {
     "interact": lambda: sim.interact(rock, rock, cn.Coulomb(mu=0.3 + v)),
     "grow": lambda: sim.grow([5], 1.0 + v),
     "remove": lambda: sim.remove([3 + (rank == 2)]),
-    "join": lambda: sim.join(5, None, cn.Pivot((4.0 + v, 12.0))),
+    "join": lambda: sim.join(5, None, cn.Pivot(point=(4.0 + v, 12.0))),
     "bodies.set": lambda: sim.bodies.set(velocity=sim.bodies.velocity + v),
     "add": lambda: sim.add(cn.disks([(4.0, 12.0 + v)], 0.45, rock)),
     "strategy": lambda: setattr(sim, "strategy", cn.NSCD(solver=cn.NLGS(tol=1e-6 + v))),
@@ -177,12 +177,12 @@ def test_texts_of_calls_differ_where_values_do():
     alike = [(1, 1.0), ([1, 2], np.array([1.0, 2.0])), (cn.Coulomb(mu=0.4), cn.Coulomb(mu=0.4)), (None, None)]
     alike += [(cn.Harmonic(1.0, 2.0), cn.Harmonic(1.0, 2.0)), ({"xx": 1.0}, {"xx": 1.0})]
     alike += [({1: 2.0, "b": 1.0}, {"b": 1.0, 1: 2.0}), (np.array(["a", None]), np.array([chr(97), None]))]
-    alike += [(cn.Ball([0.0, 0.0, 1.0]), cn.Ball([0.0, 0.0, 1.0]))]
+    alike += [(cn.Ball(point=[0.0, 0.0, 1.0]), cn.Ball(point=[0.0, 0.0, 1.0]))]
     unlike = [(1.0, np.nextafter(1.0, 2)), ([1, 2], [2, 1]), (cn.Coulomb(mu=0.4), cn.Coulomb(mu=0.5)), (None, 0.0)]
     unlike += [(cn.Harmonic(1.0, 2.0), cn.Harmonic(1.0, 3.0)), ({"xx": 1.0}, {"yy": 1.0}), (np.nan, 0.0), ("vx", "vy")]
     unlike += [(np.zeros((2, 3)), np.zeros((3, 2))), (True, False), (["a", ["b", "c"]], [["a", "b"], "c"])]
     unlike += [(10**30, 10**30 + 1), (np.array(["a", None]), np.array(["b", None]))]
-    unlike += [(cn.Ball(np.array([0.0, 0.0, 1.0])), cn.Ball(np.array([0.0, 0.0, 1.0 + 1e-12])))]
+    unlike += [(cn.Ball(point=np.array([0.0, 0.0, 1.0])), cn.Ball(point=np.array([0.0, 0.0, 1.0 + 1e-12])))]
     digests = [[call(v).split("\n")[2] for v in pair] for pair in alike]
     assert all(one == other for one, other in digests)
     for one, other in unlike:
