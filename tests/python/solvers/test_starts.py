@@ -1,9 +1,8 @@
 """Impulses that a step begins from, and those that its solvers find, do not put energy into bodies."""
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 
 def kinetic(simulation, dim):

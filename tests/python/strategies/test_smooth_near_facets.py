@@ -1,9 +1,8 @@
 """Triangles that smooth DEM leaves out before the narrow phase have no contact: all searches find the same ones."""
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 
 def rough(rng, cells, size):
