@@ -1,11 +1,13 @@
 """Dense packs of 2,000, 20,000 and 200,000 spheres at default settings: how CPU time, sweeps and memory grow with their number.
 
-python benchmarks/dense_sizes.py [--full] [--spheres 2000] [--output FILE]: the pack of triaxial_cells.py, sheared along x under a
-constant pressure along z in a periodic cell, by Coulomb's friction and wet. Copies of it beside each other along x and y make
-the larger packs (10, with --full 100 too); centres are moved at random by 1e-3 of a radius, so that no copy repeats another. The
-height of the cell, and with it the shear, is the same for all. Writes benchmarks/results/dense_sizes.csv, a row for each law
-and size: cpu_ratio is the CPU time a step and body over that of the smallest pack in the same steps, sweeps_ratio the same of
-sweeps. The first steps, whose contacts have no impulses of a step before, are told apart in columns of their own.
+python benchmarks/dense_sizes.py [--full] [--copies 1 2 5] [--spheres 2000] [--output FILE]: the pack of triaxial_cells.py,
+sheared along x under a constant pressure along z in a periodic cell, by Coulomb's friction and wet. Copies of it beside each
+other along x and y make the larger packs (10, with --full 100 too, or --copies); centres are moved at random by 1e-3 of a
+radius, so that no copy repeats another. The height of the cell, and with it the shear, is the same for all. Writes
+benchmarks/results/dense_sizes.csv, a row for each law and size: cpu_ratio is the CPU time a step and body over that of the
+smallest pack in the same steps (the mean of two measures, whose relative difference is noise), sweeps_ratio the same of sweeps,
+pressure the mean one over what is asked. The first steps, whose contacts have no impulses of a step before, are told apart in
+columns of their own.
 """
 
 import argparse
@@ -20,7 +22,7 @@ from cairn.run.views import core_of
 from triaxial_cells import DENSITY, DIAMETER, FRICTION, INERTIAL, PRESSURE, cell, packed
 
 HERE = Path(__file__).resolve().parent
-STEPS = {1: 60, 10: 30, 100: 6}  # counted steps, by copies
+STEPS = {1: 60, 10: 30, 100: 12}  # counted steps, by copies; 10 for other numbers
 FIRST, BEFORE, DT, MOVED = 5, 100, 1e-4, 1e-3  # steps not counted; steps before the pack is copied; step [s]; share of a radius
 LAWS = {
     "Coulomb": cn.Coulomb(mu=FRICTION),
@@ -54,23 +56,23 @@ def tiled(pack, law, copies, moved=MOVED):
 
 
 def measured(sim, steps, first=FIRST):
-    """(figures by column, CPU seconds a body of each step, sweeps of each step) of some steps after the first ones."""
+    """(figures by column, CPU seconds a step and body, sweeps a step) of some steps after the first ones."""
     begun = [sim.step() for _ in range(first)]
-    infos, stress, seconds, count = [], [], [], len(sim.bodies)
+    infos, stress, seconds, count = [], [], 0.0, len(sim.bodies)
     for _ in range(steps):
         begin = time.process_time()
         infos.append(sim.step())
-        seconds.append((time.process_time() - begin) / count)
+        seconds += time.process_time() - begin
         stress.append(sim.cell["stress"][[0, 2], 2])
     stress = np.mean(stress, axis=0)
     bodies, contacts = core_of(sim).bytes()
-    sweeps = [info["iterations"] for info in infos]
+    sweeps = np.mean([info["iterations"] for info in infos])
     figures = {
         "bodies": count,
         "contacts": infos[-1]["contacts"],
         "steps": steps,
         "converged": f"{sum(info['status'] == 'converged' for info in infos) / steps:.3f}",
-        "sweeps": f"{np.mean(sweeps):.1f}",
+        "sweeps": f"{sweeps:.1f}",
         "largest_error": f"{max(info['error'] for info in infos):.1e}",
         "overlap": f"{max(info['penetration'] for info in infos):.4f}",
         "bytes_a_body": f"{(bodies + contacts) / count:.0f}",
@@ -81,31 +83,38 @@ def measured(sim, steps, first=FIRST):
         "first_sweeps": sum(info["iterations"] for info in begun),
         "first_error": f"{max(info['error'] for info in begun):.1e}",
     }
-    return figures, np.array(seconds), np.array(sweeps)
+    return figures, seconds / (steps * count), sweeps
 
 
 def rows(pack, sizes, before=BEFORE):
-    """A row for each law and size, {copies: steps}, the smallest first, whose same steps the ratios compare with."""
+    """A row for each law and size, {copies: steps}. The smallest pack is measured before and after each, in the same steps."""
     for name, law in LAWS.items():
-        ready, least = sheared(pack, law, before), None
+        ready = sheared(pack, law, before)
         for copies, steps in sizes.items():
-            figures, seconds, sweeps = measured(tiled(ready, law, copies), steps)
-            least = least or (seconds, sweeps)
-            time_ratio, sweep_ratio = (np.mean(x) / np.mean(y[:steps]) for x, y in zip((seconds, sweeps), least, strict=True))
-            told = {"cpu_ratio": f"{time_ratio:.2f}", "sweeps_ratio": f"{sweep_ratio:.2f}"}
-            yield {"law": name, "copies": copies, **figures, **told}
+            one, this, other = (measured(tiled(ready, law, n), steps) for n in (min(sizes), copies, min(sizes)))
+            ratios = {
+                "cpu_ratio": f"{2 * this[1] / (one[1] + other[1]):.2f}",
+                "sweeps_ratio": f"{this[2] / one[2]:.2f}",
+                "pressure_of_smallest": one[0]["pressure"],
+                "noise": f"{max(one[1], other[1]) / min(one[1], other[1]) - 1:.2f}",
+            }
+            yield {"law": name, "copies": copies, **this[0], **ratios}
 
 
 def main():
     """Writes the table, row by row."""
     given = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     given.add_argument("--full", action="store_true", help="100 copies too")
+    given.add_argument("--copies", type=int, nargs="+", help="instead; above 10 in tens")
     given.add_argument("--spheres", type=int, default=2000, help="of one copy")
     given.add_argument("--output", type=Path, default=HERE / "results" / "dense_sizes.csv")
-    given = given.parse_args()
+    options = given.parse_args()
+    copies = options.copies or [n for n in STEPS if n < 100 or options.full]
+    if any(n < 1 or n > 10 and n % 10 for n in copies):
+        given.error(f"--copies {copies}: give 1 to 10, or tens")
     writer = None
-    with given.output.open("w", newline="") as file:
-        for row in rows(packed(given.spheres), {copies: STEPS[copies] for copies in STEPS if copies < 100 or given.full}):
+    with options.output.open("w", newline="") as file:
+        for row in rows(packed(options.spheres), {n: STEPS.get(n, 10) for n in copies}):
             if writer is None:
                 writer = csv.DictWriter(file, list(row), lineterminator="\n")
                 writer.writeheader()
