@@ -70,7 +70,7 @@ public:
   void each_placed(F&& f) const {
     for (const auto& [first, last] : placed_runs_) f(first, last);
   }
-  // Where a point in space is in the axes of a body of three dimensions [m]. Returns a bound on what is rounded off.
+  // Gives the place of a point in space in the axes of a body of three dimensions [m]. Returns a bound on its rounding.
   double into_body(std::int64_t body, const double* at, double* x) const;
   // Vector from the image of B that A sees to A [m].
   void from_centre(std::int32_t a, std::int32_t b, std::int32_t image, double* x) const;

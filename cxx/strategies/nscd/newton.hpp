@@ -11,7 +11,7 @@ public:
   virtual void give() = 0;                              // impulses to the nodes
   virtual void again(const SolverOptions& options) = 0; // prepared and solved with the tangent at hand
   virtual void end() = 0;                               // memory is that of the begin of the step again
-  // What this process met by itself; empty: no error. Throws where another process met one.
+  // Tells the other processes of an error of this one, empty: none. Throws if another process has one.
   virtual void agree(const std::string& fault) { (void)fault; }
 };
 

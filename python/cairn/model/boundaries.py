@@ -145,7 +145,7 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
 
 
 def _refuse_opposed(force, normal):
-    """Raises ValueError for a Servo that pushes a wall away from what is in front of it."""
+    """Raises ValueError for a Servo whose normal points away from the free side of its wall."""
     pushed = getattr(force, "normal", None)
     if np.shape(pushed) == normal.shape and pushed @ (normal / np.max(np.abs(normal))) < 0:
         kind = type(force).__name__

@@ -55,8 +55,8 @@ class FluidWatch:
                 warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)
 
     def _volume(self, simulation, info):
-        """What is wrong with the volume of the liquid; None: nothing. The first step, also of a run before a restart, is the
-        scale of later ones."""
+        """Text of a warning about the volume of the liquid, or None. Later volumes are compared with that after the first step,
+        also of a run before a restart."""
         volume, begin = info["volume"], info["volume_begin"]
         if 1 - SHRINKS < volume < (1 + AT_START if volume == begin else max(1.0, begin) + SWELLS):
             return None
@@ -72,7 +72,7 @@ class FluidWatch:
 
 
 def _back_flow(simulation, info):
-    """What is wrong at inflows; None: nothing."""
+    """Text of a warning about inflows, or None."""
     if not info["back_flow"]:
         return None
     return (
@@ -83,7 +83,7 @@ def _back_flow(simulation, info):
 
 
 def _light(info):
-    """What a body much lighter than the liquid costs; None: nothing."""
+    """Text of a warning about a body much lighter than the liquid, or None."""
     if not info["light_factor"] > LIGHT:
         return None
     return (
