@@ -34,8 +34,9 @@ def test_energy_that_a_contact_creates_is_told():
         for slide in (-2.0, -0.5, 0.5, 2.0):
             for mu, normal in ((0.2, 1.0), (0.6, 1.0), (0.6, 0.7), (0.0, 1.0)):
                 info, before, after = hit(angle, slide, mu, normal)
-                # what a step turns over is its larger kinetic energy and the size of the work of its contacts
-                whole = max(before, after) + abs(after - before)
+                # what a step turns over is its larger kinetic energy and the size of the work of its contacts; the run, which
+                # has this step alone, counts as one of a thousand
+                whole = (1 + 1e-3) * (max(before, after) + abs(after - before))
                 assert info["energy_created"] * whole == pytest.approx(max(0.0, after - before), abs=1e-12)
                 made.append((mu, after - before))
     gains = np.array([gain for mu, gain in made if mu > 0])

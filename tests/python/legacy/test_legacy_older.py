@@ -75,7 +75,7 @@ def test_a_body_without_density_is_told_and_read_as_a_light_one(tmp_path):
 
 def not_closed(*given):
     """In place of convex_parts: by rounding, as in files of eight digits."""
-    raise LookupError
+    raise ValueError("a cut does not close, by rounding of faces nearly in one plane")
 
 
 def twisted(n):

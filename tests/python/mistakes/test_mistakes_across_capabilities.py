@@ -113,7 +113,7 @@ ERRORS = {
     "cells inside out": (lambda: cn.ElasticBody(SQUARE, {"quad": [[0, 3, 2, 1]]}, young=1e9, poisson=0.3), "other way round"),
     "the boundary misspelt": (lambda: cn.deformable(body(), ROCK, contact="boundry"), "did you mean 'boundary'"),
     "a force in space on a plane": (lambda: ran(made(cn.deformable(body(), ROCK, contact="boundary", force={"boundary": (
-        0, 0, -1)}), floor())), "force has shape"),
+        0, 0, -1)}), floor())), "force of 'boundary' has shape"),
     "a dof of bodies for nodes": (lambda: cn.deformable(body(), ROCK, fixed={"boundary": "vx"}), "in 2D give x, y"),
     # liquids
     "a region upside down": (lambda: cn.fluid([(1, 0.4), (0, 0)], 0.05), "lowest corner, then its highest"),

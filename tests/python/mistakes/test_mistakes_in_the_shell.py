@@ -44,7 +44,7 @@ MISTAKES = [
     ("plot r.vtkhdf -o a.xyz", 1, "a.xyz: pictures are no .xyz; give a name that ends in .png"),
     ("plot r.vtkhdf --dpi 0", 1, "dpi is 0: give a whole number >= 1"),
     ("convert r.vtkhdf a.xls", 1, "a.xls: the format .xls is not known; choose one of .csv"),
-    ("convert r.vtkhdf a.csv --what contcts", 2, "'contcts' is none of bodies, contacts, history; did you mean 'contacts'?"),
+    ("convert r.vtkhdf a.csv --what contcts", 2, "'contcts' is none of bodies, nodes, contacts, fluid, history; did you mean 'contacts'?"),
     ("view r.vtkhdf --port 99999", 1, "port is 99999: give a whole number from 0 to 65535"),
     ("view r.vtkhdf --fields velocity", 1, "--fields is for a page: give --html PAGE too, or leave it out"),
     ("verify r.vtkhdf r.vtkhdf --tol positon=1", 1, "there is no norm 'positon'", "did you mean 'position'?"),
