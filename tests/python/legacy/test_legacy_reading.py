@@ -94,9 +94,8 @@ def test_slabs_are_planes_on_the_side_where_all_is_that_they_see(tmp_path):
     for _ in range(300):
         sim.step()
     assert sim.bodies.position[1, 2] == pytest.approx(0.8, abs=1e-3)  # it fell upward against the lower face
-    with pytest.raises(
-        legacy.LegacyError, match=r"PLANx of RBDY3 1, which has bodies .* both of its sides: give a POLYR .* \(BODIES.DAT, line 9\)"
-    ):
+    due = r"PLANx of RBDY3 1, which has bodies .* both of its sides: give a POLYR .* \(BODIES.DAT, line 9\)"
+    with pytest.raises(legacy.LegacyError, match=due):
         legacy.read_datbox(write(tmp_path, slab + below + above, see, drives=drives))
 
 
