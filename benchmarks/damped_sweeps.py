@@ -21,7 +21,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def wet():
-    """Simulation, its steps, and what moves when they are half done: spheres with liquid bridges in a tube, which is lifted."""
+    """Simulation, its steps, and a function to call after half of them: spheres with liquid bridges in a tube, which it lifts."""
     powder, plate, glass = (cn.Material(name, density=1500.0) for name in ("powder", "plate", "glass"))
     rng, tube = np.random.default_rng(1), 0.012
     radii = cn.pre.grains.uniform(1000, 0.8e-3, 1.2e-3, rng=rng)

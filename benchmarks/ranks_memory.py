@@ -50,7 +50,7 @@ def written(path, n):
 
 
 def measured(path, way, steps, out):
-    """What one process does: it loads, runs, and writes its memory to a file."""
+    """Loads a scene in this process, runs it, and writes the memory of the process to a file."""
     import cairn as cn
     from cairn.run.ranks import library
 

@@ -95,7 +95,7 @@ def timed(step, steps):
 
 
 def compare(sims, rounds, steps):
-    """Of each scene: times of a step between lists [s] by rounds, and of all steps; of Simulation.step, then of the core."""
+    """Times of a step of each scene [s], between lists by rounds and of all steps: of Simulation.step, then of the core."""
     times = {name: ([], []) for name in sims}
     sums = {name: [0.0, 0.0] for name in sims}
     for sim in sims.values():

@@ -48,7 +48,7 @@ std::vector<double> numbers(const std::vector<T>& from) {
   return {from.begin(), from.end()};
 }
 
-// (3, n) to (dim, n) with what is added to each.
+// Columns (dim, n) of values (3, n), with a shift added to each.
 std::vector<double> flat(int dim, const std::vector<double>& from, const std::array<double, 3>& more) {
   std::vector<double> out;
   out.reserve(from.size());

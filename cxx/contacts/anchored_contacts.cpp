@@ -132,10 +132,9 @@ bool AnchoredContacts::is_held_by_nodes(std::int64_t i, const Candidates& found)
   return (in_.body(a) < 0 && is_held_by_nodes(a, b, i, found)) || (in_.body(b) < 0 && is_held_by_nodes(b, a, i, found));
 }
 
-// Of a side of a mesh and a body: true if all nodes that carry the side at its contact are bonded to that body. Only
-// rounding is left to such a contact; as its normal and gap differ from those of the bonds, its impulses would diverge
-// against them. Of sides of two meshes one node suffices: bonds share the area of their faces, and what they leave over
-// is bonded too.
+// True if all nodes that carry a side of a mesh at its contact with a body are bonded to that body. The bonds leave
+// only rounding to such a contact; as its normal and gap differ from theirs, its impulses would diverge against them.
+// Between two meshes one bonded node suffices: the bonds of a joint share the whole area of its faces.
 bool AnchoredContacts::is_held_by_nodes(std::int32_t side, std::int32_t other, std::int64_t i,
                                         const Candidates& found) const {
   constexpr double some = 1.0 / 64; // of the weight of a node

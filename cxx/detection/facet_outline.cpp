@@ -63,7 +63,6 @@ bool FacetOutline::is_elsewhere(const double x[3], double reach, double slack) c
   for (int k = 0; k < 3; ++k) {
     const Edge &e = edge[k], &before = edge[(k + 2) % 3];
     if (!e.owns_first || along[k] > slack || along[(k + 2) % 3] < before.length - slack) continue;
-
     const double across = past[k], beside = along[k]; // from the first vertex of the edge
     if (height * height + across * across + beside * beside <= far * far) return false;
   }

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../base/turning.hpp"
 #include "detection_grid.hpp"
 #include "pair_kinds.hpp"
 #include "pair_list.hpp"
-#include "turning.hpp"
 
 namespace cairn::detection {
 
@@ -26,7 +26,7 @@ void NearFacets::place_of(std::int32_t contactor, double* x) const {
   double turned_offset[3];
   const double* offset = k.offset[contactor];
   if (scene_.rotation)
-    turn(&scene_.rotation[4 * body], offset, turned_offset);
+    turn_about(&scene_.rotation[4 * body], 1, offset, turned_offset);
   else
     std::copy_n(offset, 3, turned_offset);
   for (int d = 0; d < 3; ++d) x[d] += turned_offset[d];

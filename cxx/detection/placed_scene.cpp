@@ -6,10 +6,10 @@
 #include <string>
 
 #include "../base/call.hpp"
+#include "../base/turning.hpp"
 #include "cairn/core.h"
 #include "detection_grid.hpp"
 #include "pair_kinds.hpp"
-#include "turning.hpp"
 
 namespace cairn::detection {
 
@@ -347,9 +347,7 @@ double PlacedScene::into_body(std::int64_t body, const double* at, double* x) co
   if (!rotation) {
     std::copy_n(apart, 3, x);
   } else {
-    const double* q = rotation + 4 * body;
-    const double back[4] = {q[0], -q[1], -q[2], -q[3]};
-    turn(back, apart, x);
+    turn_about(rotation + 4 * body, -1, apart, x);
   }
   return rounding * size;
 }

@@ -8,6 +8,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "fluid.hpp"
+#include "wendland.hpp"
 
 namespace cairn {
 
@@ -139,7 +140,7 @@ void Fluid::fill_ends(const Scene& scene) {
         square += d * d;
       }
       if (!(square < reach2)) continue;
-      const double q = 2 * std::sqrt(square / reach2), t = 1 - 0.5 * q, weight = t * t * t * t * (2 * q + 1);
+      const double weight = wendland(2 * std::sqrt(square / reach2));
       sum += weight * (density_[j] + settings.density * rest / c2);
       weights += weight;
     }

@@ -5,18 +5,17 @@
 #include <numbers>
 
 #include "fluid.hpp"
+#include "wendland.hpp"
 
 namespace cairn {
 
 namespace {
 
-// Wendland's C2 kernel over the volume of a particle of one spacing, at a distance over the length of the kernel.
+// Kernel times the volume of a particle of one spacing, at a distance over the length of the kernel.
 double share(int dim, double smoothing, double q) {
-  if (q >= 2) return 0;
   const double wide = dim == 2 ? smoothing * smoothing : smoothing * smoothing * smoothing;
   const double scale = (dim == 2 ? 7 / (4 * std::numbers::pi) : 21 / (16 * std::numbers::pi)) / wide;
-  const double left = 1 - 0.5 * q;
-  return scale * left * left * left * left * (2 * q + 1);
+  return scale * wendland(q);
 }
 
 } // namespace

@@ -1,8 +1,11 @@
-// Error of light bodies under heavy ones over ranks: the true error, a sum of energies, does not see how they fall.
+// Where masses differ, over ranks: the error of light bodies, which the true error, a sum of energies, does not see,
+// and impulses of the last step that are a worse start than none.
 #include <algorithm>
 #include <cmath>
 
 #include "../solvers/sweeps/light_error.hpp"
+#include "../solvers/sweeps/start_work.hpp"
+#include "../solvers/sweeps/step_error.hpp"
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
@@ -33,6 +36,21 @@ struct RankedLight final : LightTerms {
 };
 
 } // namespace
+
+// Records hold the free velocity. See nlgs/stale_start.cpp.
+void RankedSweeps::leave_stale_start() {
+  if (cell_.driven() || !masses_differ(mass_ratio_, false)) return; // alike on all ranks
+  double others[] = {0};
+  ExactSum sum[1];
+  for (const Share& share : shares_) {
+    if (!all_cones(*share.system)) others[0] = 1;
+    add_start_work(*share.system, share.schedule, [&](double work) { sum[0].add(work); });
+  }
+  exchange_.largest(others);
+  add_over_ranks(sum, exchange_);
+  if (others[0] > 0 || !(sum[0].value() > 0)) return;
+  for (Share& share : shares_) give_none(*share.system, share.free());
+}
 
 // Light error of the impulses, as a run without ranks has it; the contact where it is largest is not known to all.
 void RankedSweeps::measure_light(SolveReport& report) {

@@ -506,6 +506,7 @@ SolveReport RankedSweeps::solve() {
     for (const cairn_batch& b : share.system->batches)
       for (int lane = 0; lane < b.contacts && may_end_early; ++lane) b.status[lane] = at(b, b.r, lane, 0) > 0;
   measure_free();
+  leave_stale_start();
   give_impulses();
   double wanted = options_.tolerance * options_.tolerance;
   int next = std::max(options_.min_iterations, 1);

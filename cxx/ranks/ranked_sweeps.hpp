@@ -57,6 +57,7 @@ private:
   template <class Kernel>
   void sweep_once(Kernel&& kernel);
   void give_impulses();
+  void leave_stale_start();
   void sweep();
   template <int n>
   static void extrapolate_bodies(Share& share, double factor);

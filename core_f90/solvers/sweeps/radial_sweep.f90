@@ -84,7 +84,7 @@ contains
     include "radial_sweep2.inc"
   end subroutine sweep_counted2
 
-  !> Sum of eight terms as whole numbers. What is too large, or no number, counts as much as a term may.
+  !> Sum of eight terms as whole numbers. A term that is too large, or no number, counts as the largest that is allowed.
   pure integer(c_int64_t) function units(x)
     real(c_double), intent(in) :: x(w8)
     real(c_double) :: within(w8)

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "../policy.hpp"
+#include "../sweeps/start_work.hpp"
 #include "nlgs_part.hpp"
 
 namespace cairn {
@@ -40,16 +41,11 @@ private:
   double least_ratio_ = std::numeric_limits<double>::infinity();
 };
 
-// Beside bonds and joints, which are no cones, the problem is not convex, and sweeps need their restarts.
-bool all_cones(const ContactSystem& system) {
-  return std::all_of(system.batches.begin(), system.batches.end(),
-                     [](const cairn_batch& b) { return b.relaxes != 0 && b.bonds == 0; });
-}
-
 } // namespace
 
 void add_associated_start(NlgsState& s, NlgsParts& parts) {
   const double at_rest = policy().associated_at_rest; // of the speed by loads in a step: bodies that move will slide
+  // beside bonds and joints, which are no cones, the problem is not convex, and sweeps need their restarts
   if (s.options.associated_start && s.extrapolates &&
       s.system.begin_speed_square <= at_rest * at_rest * s.system.weight_speed_square && all_cones(s.system) &&
       begins_from_nothing(s.system))

@@ -92,6 +92,6 @@ def column(wet, seed=2):
 
 
 def test_a_column_collapses_slower_in_water_than_in_air():
-    """Fronts of single packs differ by a tenth, at last as much as those in water from those in air: the mean of three counts."""
-    dry, wet = (np.mean([column(beside, seed) for seed in (2, 3, 4)], axis=0) for beside in (False, True))
-    assert wet[0] < 0.93 * dry[0] and 1.3 < wet[1] < dry[1]
+    """Fronts of single packs differ by a tenth, at last as much as those in water from those in air: the mean of four counts."""
+    dry, wet = (np.mean([column(beside, seed) for seed in (2, 3, 4, 5)], axis=0) for beside in (False, True))
+    assert wet[0] < 0.9 * dry[0] and 1.3 < wet[1] < 0.95 * dry[1]
