@@ -148,7 +148,7 @@ contains
       high = max(dot_product(w%r(:, k), w%normal(:, k)) - w%depth(k), least_height*v%dx)
       c = 2*v%viscosity*v%scale*t**3*w%volume(k)*(1 + w%depth(k)/high)
       to%wall(13, at) = to%wall(13, at) + c
-      to%wall(14:16, at) = to%wall(14:16, at) + c*arm
+      to%wall(14:16, at) = to%wall(14:16, at) + c*(arm + w%depth(k)*w%normal(:, k)) ! at the surface
     end do
     do at = to%first_wall(i) + 1, n
       if (to%wall(13, at) > 0) to%wall(14:16, at) = to%wall(14:16, at)/to%wall(13, at)

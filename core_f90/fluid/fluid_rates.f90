@@ -79,9 +79,6 @@ contains
     real(c_double) :: own(8), r(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3)
     real(c_double) :: rates(3, 3), shape(3, 3), mirrored
     call open_fluid(f, last, v)
-    ! Walls press with twice the pressure of a particle. Among grains the rate is the adjoint of that, with velocities that walls
-    ! mirror: a particle whose share of grains rises as it leaves a wall is driven off by it otherwise.
-    mirrored = merge(2, 1, v%grains)
     per_c2 = 1/v%c**2
     beside = 0
     do i = first + 1, last
@@ -98,6 +95,11 @@ contains
           call add_rates_3d(v, near, own(8), rates, moment, spread)
         end if
       end do
+      ! Walls press with twice the pressure of a particle. The rate beside them is the adjoint of that, with velocities that walls
+      ! mirror, so that pressure gives the liquid what it takes from bodies: still water is stirred otherwise, a free wall on it
+      ! begins to swing, and a particle whose share of grains rises as it leaves a wall is driven off by it. At a free surface,
+      ! where pressure is small, walls do not mirror: the liquid is struck there, twice as hard if they did.
+      mirrored = merge(2, 1, v%grains .or. v%open(i) == 0)
       call wall_points_of(v, i, w)
       second = reshape([moment(1:3), moment(2), moment(4:5), moment(3), moment(5:6)], [3, 3])
       do k = 1, w%count
@@ -109,8 +111,8 @@ contains
           rates(:, j) = rates(:, j) + mirrored*g*(own(4:6) - w%velocity(:, k))*r(j)
         end do
       end do
-      ! Exact for linear fields, also where the flow has stretched the lattice of the particles.
-      call invert(v%dim, second, v%open(i) == 0, shape)
+      ! Exact for linear fields away from walls, also where the flow has stretched the lattice of the particles.
+      call invert(v%dim, second, v%open(i) == 0 .and. w%count == 0, shape)
       divergence = sum(shape*rates)
       if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity: it is one of pressure
       rate(i - 1) = mass_of(v, i)/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
@@ -296,19 +298,22 @@ contains
     spread = spread + sum_of
   end subroutine add_forces
 
-  !> Forces of the fluid on points first to last - 1 of surfaces, and the part of them by viscosity.
-  subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force, shear) bind(c)
+  !> Forces of the fluid on points first to last - 1 of surfaces, the part of them by viscosity, and the normals of sides that
+  !> hold the fluid, as particles see them.
+  subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force, shear, side) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     integer(c_int64_t), intent(in) :: first_of(0:*) !< in particle
     integer(c_int32_t), intent(in) :: particle(0:*) !< numbers of particles, from 0
-    real(c_double), intent(inout) :: force(3, 0:*), shear(3, 0:*) !< [N]
+    real(c_double), intent(inout) :: force(3, 0:*), shear(3, 0:*) !< [N | N/m]
+    real(c_double), intent(inout) :: side(3, 0:*) !< normal into the body times the wetted area, 0 without viscosity [m2 | m]
     type(fluid) :: v
     logical :: periodic
     real(c_double) :: period(3), per(3)
     integer(c_int64_t) :: b, k
     integer :: i
-    real(c_double) :: own(8), r(3), push(3), drag(3), sum_of(3), of_shear(3), g
+    real(c_double) :: own(8), r(3), push(3), drag(3), sum_of(3), of_shear(3), of_side(3), g
+    logical :: holds
     call open_fluid(f, last, v)
     periodic = v%periodic
     period = v%period
@@ -316,6 +321,8 @@ contains
     do b = first, last - 1
       sum_of = 0
       of_shear = 0
+      of_side = 0
+      holds = v%surface(12, b + 1) < 1.5_c_double
       do k = first_of(b), first_of(b + 1) - 1
         i = particle(k) + 1
         own = v%record(:, i)
@@ -325,12 +332,14 @@ contains
         if (sum(r**2) >= 4*v%h**2) cycle
         if (from_behind(v, int(b) + 1, r)) cycle
         call from_wall(v, own, r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), v%surface(10, b + 1), &
-                       v%surface(12, b + 1) < 1.5_c_double, push, drag, g)
+                       holds, push, drag, g)
         sum_of = sum_of - own(7)*((push + drag)*v%surface(11, b + 1))
         of_shear = of_shear - own(7)*(drag*v%surface(11, b + 1))
+        if (holds .and. v%viscosity > 0) of_side = of_side + 2*g*own(7)*v%surface(11, b + 1)*r
       end do
       force(:, b) = sum_of
       shear(:, b) = of_shear
+      side(:, b) = of_side
     end do
   end subroutine cairn_fluid_on_points
 

@@ -281,10 +281,11 @@ void Fluid::find_forces(const Scene& scene) {
   const std::int64_t points = all_points();
   on_points_.resize(std::size_t(3 * points));
   shear_on_points_.resize(std::size_t(3 * points));
+  side_of_points_.resize(std::size_t(3 * points));
 #pragma omp parallel for schedule(dynamic, 1) if (points > 256)
   for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
     cairn_fluid_on_points(&f, tile * t, std::min(tile * (t + 1), points), list_.first_of_point.data(),
-                          list_.particle.data(), on_points_.data(), shear_on_points_.data());
+                          list_.particle.data(), on_points_.data(), shear_on_points_.data(), side_of_points_.data());
   if (settings.surface_tension > 0) pull_surface(scene);
   open_.swap(open_new_);
   if (ends_) hold_ends();

@@ -65,6 +65,15 @@ struct FluidLanes {
   std::vector<double> face, length, speed; // end of the buffer times the sign [m], length of it [m], [m/s]
 };
 
+// to = from + factor times spin x side: what the spin of a body takes from the force of viscosity at a side of it.
+// Morris' sum is viscosity times the slope of the velocity, which a liquid that turns with the body has too.
+inline void add_turning(const double* spin, const double* side, double factor, const double* from, double* to) {
+  for (int c = 0; c < 3; ++c) {
+    const int a = (c + 1) % 3, b = (c + 2) % 3;
+    to[c] = from[c] + factor * (spin[a] * side[b] - spin[b] * side[a]);
+  }
+}
+
 // A box in which particles leave, along an axis. pressure: NaN lets that of each go on [Pa].
 struct FluidOutflow {
   std::array<double, 3> low{}, high{};
@@ -231,6 +240,7 @@ private:
   void lay_rows(const Scene& scene);
   cairn_fluid_rows rows() const;
   void shear(double h);
+  void shear_at_middle(const Scene& scene, const std::vector<double>& rest);
   void add_mass();
   void spread();
   void begin_rows(const std::vector<double>& rest, std::vector<double>& level);
@@ -285,7 +295,7 @@ private:
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
   std::vector<Body> bodies_;
   std::vector<double> position_, velocity_, density_, acceleration_, drift_, record_, surface_, plane_, rate_;
-  std::vector<double> on_points_, shear_on_points_, on_planes_, fill_, color_, normal_, curvature_;
+  std::vector<double> on_points_, shear_on_points_, side_of_points_, on_planes_, fill_, color_, normal_, curvature_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;
   std::vector<std::int32_t> end_;       // see ends (n), none without open ends

@@ -182,8 +182,8 @@ void Fluid::place_surfaces() {
     const double* w = b.velocity + 3;
     const double centre = points_.centre[std::size_t(i)];
     double seen[3]; // place whose velocity the liquid feels: a surface that slides shows no spin about its centre
-    for (int c = 0; c < 3; ++c)
-      seen[c] = arm[c] - (points_.slip[std::size_t(i)] == std::int8_t(Slip::slides) ? centre * to[6 + c] : 0);
+    const bool slides = points_.slip[std::size_t(i)] == std::int8_t(Slip::slides);
+    for (int c = 0; c < 3; ++c) seen[c] = arm[c] + (slides ? -centre : points_.depth[std::size_t(i)]) * to[6 + c];
     const double spin[3] = {w[1] * seen[2] - w[2] * seen[1], w[2] * seen[0] - w[0] * seen[2],
                             w[0] * seen[1] - w[1] * seen[0]};
     const bool there = b.at >= 0 && points_.slip[std::size_t(i)] != std::int8_t(Slip::none);
@@ -223,16 +223,18 @@ void Fluid::add_surface_forces() {
     const double *f = &on_points_[std::size_t(3 * i)], *s = &shear_on_points_[std::size_t(3 * i)],
                  *x = &surface_[std::size_t(cairn_fluid_surface_record * i)];
     double* to = &force_[6 * k];
-    double arm[3], lever[3], p[3]; // pressure acts at the centre of curvature, viscosity at the surface
+    double arm[3], lever[3], p[3], t[3]; // pressure acts at the centre of curvature, viscosity at the surface
+    add_turning(&bodies_[k].velocity[3], &side_of_points_[std::size_t(3 * i)], settings.viscosity, s, t);
     for (int c = 0; c < 3; ++c) {
-      arm[c] = x[c] - bodies_[k].position[c];
-      lever[c] = arm[c] - x[13] * x[6 + c];
+      lever[c] = x[c] - bodies_[k].position[c];
+      arm[c] = lever[c] + x[9] * x[6 + c];
+      lever[c] -= x[13] * x[6 + c];
       p[c] = f[c] - s[c];
       to[c] += f[c];
     }
-    to[3] += arm[1] * s[2] - arm[2] * s[1] + lever[1] * p[2] - lever[2] * p[1];
-    to[4] += arm[2] * s[0] - arm[0] * s[2] + lever[2] * p[0] - lever[0] * p[2];
-    to[5] += arm[0] * s[1] - arm[1] * s[0] + lever[0] * p[1] - lever[1] * p[0];
+    to[3] += arm[1] * t[2] - arm[2] * t[1] + lever[1] * p[2] - lever[2] * p[1];
+    to[4] += arm[2] * t[0] - arm[0] * t[2] + lever[2] * p[0] - lever[0] * p[2];
+    to[5] += arm[0] * t[1] - arm[1] * t[0] + lever[0] * p[1] - lever[1] * p[0];
   }
   const std::int64_t planes = planes_.count(), tiles = (count() + fluid_tile - 1) / fluid_tile;
   for (std::int64_t t = 0; t < tiles; ++t)

@@ -150,7 +150,6 @@ double Fluid::inverse_of_body(std::size_t body, const double* impulse, double* c
 // Viscosity, explicit, in as many parts as it needs, of the liquid and the bodies that it holds.
 void Fluid::shear(double h) {
   Implicit& s = *implicit_;
-  if (!(settings.viscosity > 0)) return;
   const double length = settings.smoothing * settings.spacing;
   const double parts = std::max(1.0, std::ceil(h * settings.viscosity / (0.125 * length * length * settings.density)));
   if (!(parts <= most_shears))
@@ -174,6 +173,7 @@ void Fluid::shear(double h) {
         for (int c = 0; c < 3; ++c) f[c] = dt * volume * w[12] * (v[c] - there[c]);
         double* to = &s.impulse[6 * body];
         for (int c = 0; c < 3; ++c) to[c] += f[c];
+        if (w[12] > 0) add_turning(spin, w, dt * volume * settings.viscosity, f, f);
         to[3] += a[1] * f[2] - a[2] * f[1];
         to[4] += a[2] * f[0] - a[0] * f[2];
         to[5] += a[0] * f[1] - a[1] * f[0];
@@ -188,6 +188,31 @@ void Fluid::shear(double h) {
       }
     }
   }
+}
+
+// Viscosity at the middle of what drives the liquid along periodic axes, and bodies, whose pressure and contacts are
+// taken as they were last. Before the rest, which pressure balances: a liquid at rest feels none.
+void Fluid::shear_at_middle(const Scene& scene, const std::vector<double>& rest) {
+  Implicit& s = *implicit_;
+  const std::size_t n = s.star.size();
+  double half[3]; // of the step's change along periodic axes [m/s]
+  for (std::size_t c = 0; c < 3; ++c) half[c] = period_[c] > 0 ? 0.5 * s.h * scene.gravity[c] : 0;
+  for (std::size_t i = 0; i < n; ++i) s.star[i] += half[i % 3];
+  std::vector<double> later(s.free.size(), 0.0);
+  impulses_on_bodies(pressure_, s.impulse);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    if (bodies_[k].at < 0) continue;
+    double change[6];
+    inverse_of_body(k, &s.impulse[6 * k], change);
+    for (std::size_t c = 0; c < 6; ++c) {
+      const double all = s.free[6 * k + c] - bodies_[k].velocity[c] + s.contact[6 * k + c] + change[c];
+      later[6 * k + c] = s.free[6 * k + c] - bodies_[k].velocity[c] - 0.5 * all;
+      s.free[6 * k + c] -= later[6 * k + c];
+    }
+  }
+  shear(s.h);
+  for (std::size_t i = 0; i < n; ++i) s.star[i] += rest[i] - half[i % 3];
+  for (std::size_t i = 0; i < later.size(); ++i) s.free[i] += later[i];
 }
 
 void Fluid::predict(Scene& scene, double h, double ahead) {
@@ -238,7 +263,6 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
         s.known[6 * std::size_t(s.wall_body[std::size_t(k)]) + c] -= h * volume * w[6 + c];
     }
   }
-  for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += 0.5 * rest[i]; // the other half after viscosity
   const Bodies& all = scene.bodies;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
@@ -252,8 +276,10 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
       s.contact[6 * k + c] = h * contact_[6 * k + c];
     }
   }
-  shear(h);
-  for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += 0.5 * rest[i];
+  if (settings.viscosity > 0)
+    shear_at_middle(scene, rest);
+  else
+    for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += rest[i];
   begin_rows(rest, level);
   add_mass();
   report.passes = report.products = 0;

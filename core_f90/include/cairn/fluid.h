@@ -38,7 +38,7 @@ void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last,
 void cairn_fluid_acceleration(const cairn_fluid* f, int64_t first, int64_t last, double* acceleration, double* drift,
                               int8_t* open, double* on_planes);
 void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, const int64_t* first_of,
-                           const int32_t* particle, double* force, double* shear);
+                           const int32_t* particle, double* force, double* shear, double* side);
 
 /* The free surface: share of space that is filled; (4, particles) gradient of the color and its size [1/m]; curvature
  * [1/m]; coefficient of tension over the sum of the gradient across a flat surface [N/m]. */

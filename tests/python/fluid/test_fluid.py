@@ -137,7 +137,8 @@ def test_light_bodies_rise_and_do_not_shake(share):
         sim.step()
         speeds.append(sim.bodies.velocity[sim.bodies.id == ball][0, 1])
     expected = (1 - share) / (1 + share) * 9.81
-    assert 0.75 * expected < np.sum(times * speeds) / np.sum(times**2) < 1.05 * expected  # walls three radii away hold it back
+    # walls three radii away take 13 % (images of the dipole), 4 spacings a radius 16 % (benchmarks/fluid_cases.py)
+    assert 0.68 * expected < np.sum(times * speeds) / np.sum(times**2) < 0.9 * expected
     assert np.abs(np.diff(speeds) / 4e-3 - expected).max() < 4 * expected  # the sound of the release, whatever the step
 
 

@@ -1,0 +1,93 @@
+"""What walls and bodies do to a liquid: still water stays still, free walls rest on it, viscosity turns bodies."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+rock = cn.Material("rock", density=2600.0)
+FORMS = ["weakly compressible", "incompressible"]
+
+
+def form_of(form, speed):
+    return {"incompressible": True} if form == "incompressible" else {"sound_speed": speed}
+
+
+def basin(gravity=9.81):
+    scene = cn.Scene(dim=2, gravity=(0.0, -gravity))
+    floor = scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((1, 0), (-1, 0), rock))[0]
+    return scene, floor
+
+
+def test_a_free_wall_on_the_liquid_does_not_stir_itself():
+    """Powers of pressure at both sides of a wall are the same: its vibration by the first step dies out."""
+    scene, _ = basin()
+    lid = scene.add(cn.wall((0, 0.6), (0, -1), rock, mass=500.0, free="vy"))[0]
+    x = 0.05 * (np.stack(np.meshgrid(np.arange(20), np.arange(12)), axis=-1).reshape(-1, 2) + 0.5)
+    scene.add(cn.fluid(x, 0.05, 1000.0, pressure=9.81 * (500 + 1000 * (0.6 - x[:, 1]))))
+    scene.interact("*", "*", None)
+    sim, force = cn.Simulation(scene, dt=1e-3), []
+    for _ in range(2500):
+        sim.step()
+        force.append(sim.fluid.force_on(lid)[1])
+    first, last = (np.ptp(force[k : k + 500]) for k in (0, 2000))
+    assert last < 0.8 * first < 0.08 * 4905
+    assert abs(np.mean(force[2000:]) / 4905 - 1) < 5e-3
+
+
+def test_water_at_rest_in_a_box_stays_at_rest():
+    scene, floor = basin()
+    scene.add(cn.fluid([(0, 0), (1, 0.9)], 0.05, 1000.0))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=4e-3)
+    errors = []
+    for k in range(1500):
+        sim.step()
+        if k > 900 and k % 10 == 0:
+            depth = 0.9 - sim.fluid.position[:, 1]
+            errors.append(np.sqrt(np.mean((sim.fluid.pressure / 9810 - depth) ** 2)) / 0.9)
+    assert max(errors) < 0.012 and sim.fluid.info["speed"] < 0.1
+    assert abs(sim.fluid.force_on(floor)[1] / -8829 - 1) < 0.01
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_torque_on_a_disk_that_turns_in_a_ring(form):
+    """4 pi mu w R1^2 R2^2/(R2^2 - R1^2) (Taylor and Couette): Morris' viscosity alone gives half of it."""
+    inner, outer = 0.25, 0.75
+    scene = cn.Scene(dim=2)
+    scene.add(cn.ring((0, 0), outer, rock))
+    turned = {"driven": ("vx", "vy", "w"), "drive": lambda t: (0, 0, 1.0)}
+    disk = scene.add(cn.disks([[0, 0]], inner, rock, **turned))[0]
+    scene.add(cn.fluid([(-outer, -outer), (outer, outer)], 0.05, 1.0, 0.1, **form_of(form, 10.0)))
+    scene.interact("*", "*", None)
+    sim, torque = cn.Simulation(scene, dt=1e-2), []
+    for k in range(300):
+        sim.step()
+        if k >= 200:
+            torque.append(sim.fluid.force_on(disk)[2])
+    expected = -4 * np.pi * 0.1 * inner**2 * outer**2 / (outer**2 - inner**2)
+    assert abs(np.mean(torque) / expected - 1) < 0.1
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_spin_of_a_disk_in_a_shear_flow(form):
+    """A disk free to turn spins at half the rate of shear, of little weight and in creeping flow."""
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((2.0, np.inf)))
+    scene.add(cn.wall((0, 0), (0, 1), rock, velocity=(-0.5, 0)), cn.wall((0, 1), (0, -1), rock, velocity=(0.5, 0)))
+    disk = scene.add(cn.disks([[1.0, 0.5]], 0.15, cn.Material("wood", density=1.0), driven=("vx", "vy")))[0]
+    scene.add(cn.fluid([(0, 0), (2, 1)], 0.05, 1.0, 1.0, **form_of(form, 20.0)))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=5e-3)
+    for _ in range(240):
+        sim.step()
+    assert abs(sim.bodies.velocity[sim.bodies.id == disk][0, 2] / -0.5 - 1) < 0.12
+
+
+@pytest.mark.parametrize("dt", [5e-4, 2e-3])
+def test_viscosity_takes_no_weight_from_an_incompressible_liquid_at_rest(dt):
+    scene, floor = basin()
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, 1000.0, 1e4, incompressible=True))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=dt)
+    sim.run(steps=100, progress=False)
+    assert abs(sim.fluid.force_on(floor)[1] / -4905 - 1) < 5e-3
+    assert np.sqrt(np.mean((sim.fluid.pressure / 9810 - 0.5 + sim.fluid.position[:, 1]) ** 2)) < 0.015 * 0.5
