@@ -7,8 +7,10 @@
 extern "C" {
 #endif
 
-/* Error |F|^2/rho and size |r|^2/rho of each contact of a batch: terms (n, 2), dummies too [J]. */
-void cairn_contact_terms(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* terms);
+/* Error of the impulses of a batch: sums (6), least_scale and want_status as cairn_contact_error has them, and error
+ * |F|^2/rho and size |r|^2/rho of each contact: terms (n, 2), dummies too [J]. */
+void cairn_contact_terms(const cairn_schedule* schedule, int32_t batch, int32_t thread, int32_t want_status,
+                         double least_scale, double* sums, double* terms);
 
 #ifdef __cplusplus
 }
