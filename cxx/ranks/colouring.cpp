@@ -286,15 +286,21 @@ private:
   }
   void tell(std::int32_t which, std::int32_t colour, const std::int32_t* body,
             std::map<int, std::vector<std::int32_t>>& news) const {
-    std::vector<std::int32_t> ranks;
-    for (int k = 0; k < 2; ++k)
-      if (body[k] >= 0 && sharers_of_[std::size_t(body[k])] >= 0) {
-        const auto& of = s_.sharers[std::size_t(sharers_of_[std::size_t(body[k])])];
-        ranks.insert(ranks.end(), of.begin(), of.end());
-      }
-    std::sort(ranks.begin(), ranks.end());
-    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
-    for (const std::int32_t rank : ranks) news[rank].insert(news[rank].end(), {which, colour});
+    const std::vector<std::int32_t>*first = sharers_of(body[0]), *second = sharers_of(body[1]);
+    const auto add = [&](std::int32_t rank) {
+      std::vector<std::int32_t>& to = news[rank];
+      to.push_back(which);
+      to.push_back(colour);
+    };
+    if (first)
+      for (const std::int32_t rank : *first) add(rank);
+    if (second)
+      for (const std::int32_t rank : *second)
+        if (!first || !std::binary_search(first->begin(), first->end(), rank)) add(rank);
+  }
+  const std::vector<std::int32_t>* sharers_of(std::int32_t body) const {
+    const std::int32_t at = body < 0 ? -1 : sharers_of_[std::size_t(body)];
+    return at < 0 ? nullptr : &s_.sharers[std::size_t(at)];
   }
 
   ColourShare& s_;

@@ -41,7 +41,7 @@ contains
     type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h; records hold the velocity that the impulses leave
     integer(c_int32_t), value        :: batch       !< from 0
     integer(c_int32_t), value        :: thread      !< whose workspace, from 0
-    integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too
+    integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too, and the sums; else these are 0
     real(c_double), value            :: least_scale !< as cairn_contact_error has it [J]
     real(c_double), intent(out)      :: sums(sums_size) !< likewise
     real(c_double), intent(out)      :: terms(*)    !< (n, 2) |F|^2/rho, |r|^2/rho, dummies too [J]
@@ -140,6 +140,7 @@ contains
       call weights(n, c, axes, rho, at%free(weight:))
       call energies(n, c, at%free(weight:), at%free(f:), terms(1:n))
       call energies(n, c, at%free(weight:), at%r, terms(n + 1:2*n))
+      if (what < 3) return ! the terms say it all
     end if
     call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
     if (what < 3) return
@@ -172,6 +173,7 @@ contains
     if (present(terms)) then
       call energies(n, c, weight, f, terms(1:n))
       call energies(n, c, weight, at%r, terms(n + 1:2*n))
+      if (what < 3) return
     end if
     call add_up(n, c, least_scale, weight, scale, at%r, f, at%u, sums)
     if (what < 3) return

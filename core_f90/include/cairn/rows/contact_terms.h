@@ -7,8 +7,8 @@
 extern "C" {
 #endif
 
-/* Error of the impulses of a batch: sums (6), least_scale and want_status as cairn_contact_error has them, and error
- * |F|^2/rho and size |r|^2/rho of each contact: terms (n, 2), dummies too [J]. */
+/* Error |F|^2/rho and size |r|^2/rho of each contact of a batch: terms (n, 2), dummies too [J]. want_status: the status
+ * of each contact too, and sums (6) with least_scale as cairn_contact_error has them; without it sums are 0. */
 void cairn_contact_terms(const cairn_schedule* schedule, int32_t batch, int32_t thread, int32_t want_status,
                          double least_scale, double* sums, double* terms);
 
