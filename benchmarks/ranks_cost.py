@@ -1,10 +1,10 @@
 """Cost of ranks in turns in one process: processor time of a step beside that of runs without, by one thread and by two.
 
-    script/bench ranks_cost [--bodies 20000] [--steps 4] [--ranks 1 2] [--csv benchmarks/results/ranks_cost.csv]
+    script/bench ranks_cost [--bodies 20000] [--steps 4] [--turns 5] [--ranks 1 2] [--csv benchmarks/results/ranks_cost.csv]
 
 A row for each scene and number of ranks: processor time a sweep (a step, of smooth balls) over that without ranks, by one thread
-and by two; sweeps of a step of both; bytes that the largest rank holds over those of one. Times are the least over the turns,
-since all else that runs on the machine adds to them.
+and by two; sweeps of a step of both; bytes that the largest rank holds over those of one. Times are the least over the
+steps of some turns, each with runs of its own, since all else that runs on the machine adds to them.
 """
 
 import argparse
@@ -57,25 +57,23 @@ def scenes(n, threads=1):
     yield "smooth spheres", box(3, n, cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)), smooth, 1e-4
 
 
-def timed(sim, steps):
-    """Least processor time of a step, over its sweeps [s]."""
-    least = np.inf
-    for _ in range(steps):
-        start = time.process_time()
-        sim.step()
-        least = min(least, (time.process_time() - start) / max(sim.info.get("iterations") or 1, 1))
-    return least
+def timed(sim):
+    """Processor time of a step, over its sweeps [s]."""
+    start = time.process_time()
+    sim.step()
+    return (time.process_time() - start) / max(sim.info.get("iterations") or 1, 1)
 
 
 def rows(options):
     """A row for each scene and number of ranks."""
     of_two = {name: strategy for name, _, strategy, _ in scenes(8, threads=2)}
     for name, scene, strategy, dt in scenes(options.bodies):
-        runs = {ranks: cn.Simulation(scene, dt, strategy, overlap="ignore", ranks=ranks) for ranks in [None, *options.ranks]}
-        runs["threads"] = cn.Simulation(scene, dt, of_two[name], overlap="ignore")
-        least = {ranks: timed(sim, 1) for ranks, sim in runs.items()}
-        for _ in range(options.steps):
-            least = {ranks: min(least[ranks], timed(sim, 1)) for ranks, sim in runs.items()}
+        least = {ranks: np.inf for ranks in [None, "threads", *options.ranks]}
+        for _ in range(options.turns):
+            runs = {ranks: cn.Simulation(scene, dt, strategy, overlap="ignore", ranks=ranks) for ranks in [None, *options.ranks]}
+            runs["threads"] = cn.Simulation(scene, dt, of_two[name], overlap="ignore")
+            for _ in range(options.steps + 1):
+                least = {ranks: min(before, timed(runs[ranks])) for ranks, before in least.items()}
         held = {ranks: runs[ranks].ranks.held_bytes.max() for ranks in options.ranks}
         for ranks in options.ranks:
             yield {
@@ -94,6 +92,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bodies", type=int, default=20_000)
     parser.add_argument("--steps", type=int, default=4)
+    parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--csv", default=str(Path(__file__).parent / "results" / "ranks_cost.csv"))
     options = parser.parse_args()

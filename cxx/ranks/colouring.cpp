@@ -59,12 +59,31 @@ std::vector<Parcel> parcels_of(const std::map<int, std::vector<Told>>& by_rank) 
   return out;
 }
 
+void order_bodies(ColourShare& s) {
+  const auto before = [&](std::int32_t a, std::int32_t b) { return s.id[std::size_t(a)] < s.id[std::size_t(b)]; };
+  if (s.by_id.size() != s.id.size()) {
+    s.by_id.resize(s.id.size());
+    std::iota(s.by_id.begin(), s.by_id.end(), 0);
+  }
+  if (!std::is_sorted(s.by_id.begin(), s.by_id.end(), before)) std::sort(s.by_id.begin(), s.by_id.end(), before);
+}
+
+// Local number of a body that another rank speaks of.
+std::int32_t body_of(const ColourShare& s, std::int64_t id) {
+  const auto at = std::lower_bound(s.by_id.begin(), s.by_id.end(), id,
+                                   [&](std::int32_t b, std::int64_t other) { return s.id[std::size_t(b)] < other; });
+  if (at == s.by_id.end() || s.id[std::size_t(*at)] != id)
+    throw Error("ranks disagree about body " + std::to_string(id));
+  return *at;
+}
+
 // Bodies that more than one rank has contacts on, by way of their owners.
 class Sharing {
 public:
   Sharing(std::vector<ColourShare>& shares, Exchange& exchange) : shares_(shares), exchange_(exchange) {}
 
   void find() {
+    for (ColourShare& s : shares_) order_bodies(s);
     std::vector<std::vector<Parcel>> out;
     for (std::size_t l = 0; l < shares_.size(); ++l) out.push_back(to_owners(shares_[l], exchange_.local()[l]));
     const auto arrived = exchange_.deliver(std::move(out));
@@ -87,15 +106,11 @@ private:
 
   // The owner of a body tells each rank with contacts on it all contacts, and keeps them too.
   static std::vector<Parcel> to_sharers(const ColourShare& s, int me, std::vector<Told> told) {
-    std::vector<std::int64_t> bodies;
-    bodies.reserve(told.size());
-    for (const Told& t : told) bodies.push_back(t.body);
-    bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+    std::vector<std::uint8_t> spoken_of(s.id.size(), 0);
+    for (const Told& t : told) spoken_of[std::size_t(body_of(s, t.body))] = 1;
     for (std::size_t i = 0; i < s.key.size(); ++i)
       for (const std::int32_t b : s.body[i])
-        if (b >= 0 && s.owner[std::size_t(b)] == me &&
-            std::binary_search(bodies.begin(), bodies.end(), s.id[std::size_t(b)]))
-          told.push_back({s.id[std::size_t(b)], s.key[i], me, number_of(s, i)});
+        if (b >= 0 && spoken_of[std::size_t(b)]) told.push_back({s.id[std::size_t(b)], s.key[i], me, number_of(s, i)});
     std::sort(told.begin(), told.end(), by_body_and_key);
     std::map<int, std::vector<Told>> by_rank;
     for (std::size_t i = 0, end; i < told.size(); i = end) {
@@ -110,28 +125,21 @@ private:
   }
 
   static void take(ColourShare& s, int me, const std::vector<Told>& told) {
-    std::vector<std::int32_t> by_id(s.id.size());
-    std::iota(by_id.begin(), by_id.end(), 0);
-    std::sort(by_id.begin(), by_id.end(),
-              [&](std::int32_t a, std::int32_t b) { return s.id[std::size_t(a)] < s.id[std::size_t(b)]; });
     s.shared.clear();
     s.sharers.clear();
     s.others.clear();
     for (std::size_t i = 0, end; i < told.size(); i = end) {
-      const auto at = std::lower_bound(by_id.begin(), by_id.end(), told[i].body,
-                                       [&](std::int32_t b, std::int64_t id) { return s.id[std::size_t(b)] < id; });
-      if (at == by_id.end() || s.id[std::size_t(*at)] != told[i].body)
-        throw Error("ranks disagree about body " + std::to_string(told[i].body));
-      std::vector<std::int32_t> ranks = {s.owner[std::size_t(*at)]};
+      const std::int32_t body = body_of(s, told[i].body);
+      std::vector<std::int32_t> ranks = {s.owner[std::size_t(body)]};
       for (end = i; end < told.size() && told[end].body == told[i].body; ++end) {
         const Told& t = told[end];
         ranks.push_back(t.rank);
-        if (t.rank != me) s.others.push_back({t.key, hash_of(t.key), t.rank, t.number, -1, {*at, -1}});
+        if (t.rank != me) s.others.push_back({t.key, hash_of(t.key), t.rank, t.number, -1, {body, -1}});
       }
       std::sort(ranks.begin(), ranks.end());
       ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
       std::erase(ranks, me);
-      s.shared.push_back(*at);
+      s.shared.push_back(body);
       s.sharers.push_back(std::move(ranks));
     }
     join_twins(s);
@@ -160,10 +168,11 @@ class Greedy {
 public:
   Greedy(ColourShare& s, int me) : s_(s), me_(me) {
     s.colour.assign(s.key.size(), -1);
+    order_.reserve(s.key.size() + s.others.size());
     for (std::size_t i = 0; i < s.key.size(); ++i)
-      if (!is_in_turn(s, i)) order_.push_back({hash_of(s.key[i]), std::int32_t(i)});
+      if (!is_in_turn(s, i)) order_.push_back({hash_of(s.key[i]), s.body[i], std::int32_t(i)});
     for (std::size_t i = 0; i < s.others.size(); ++i)
-      if (s.others[i].number >= 0) order_.push_back({s.others[i].hash, -1 - std::int32_t(i)});
+      if (s.others[i].number >= 0) order_.push_back({s.others[i].hash, s.others[i].body, -1 - std::int32_t(i)});
     put_in_order();
     sharers_of_.assign(s.id.size(), -1);
     for (std::size_t k = 0; k < s.shared.size(); ++k) sharers_of_[std::size_t(s.shared[k])] = std::int32_t(k);
@@ -181,11 +190,10 @@ public:
     left_ = 0;
     for (const Turn& turn : order_) {
       const bool own = turn.which >= 0;
-      std::int32_t& colour = own ? s_.colour[std::size_t(turn.which)] : s_.others[std::size_t(-1 - turn.which)].colour;
-      const std::int32_t* body =
-          own ? s_.body[std::size_t(turn.which)].data() : s_.others[std::size_t(-1 - turn.which)].body;
-      if (own && colour < 0 && !waits(body[0]) && !waits(body[1])) {
-        colour = first_free(body);
+      const std::int32_t* body = turn.body.data();
+      std::int32_t colour = own ? -1 : s_.others[std::size_t(-1 - turn.which)].colour;
+      if (own && !waits(body[0]) && !waits(body[1])) {
+        colour = s_.colour[std::size_t(turn.which)] = first_free(body);
         tell(turn.which, colour, body, news);
       }
       if (colour >= 0) {
@@ -226,6 +234,7 @@ public:
 private:
   struct Turn {
     std::uint64_t hash;
+    std::array<std::int32_t, 2> body;
     std::int32_t which; // own contact, or -1 - that of another rank
   };
   // By hashes, which are even: first by as many of their bits as count the contacts, then among the few that share
@@ -277,15 +286,21 @@ private:
   }
   void tell(std::int32_t which, std::int32_t colour, const std::int32_t* body,
             std::map<int, std::vector<std::int32_t>>& news) const {
-    std::vector<std::int32_t> ranks;
-    for (int k = 0; k < 2; ++k)
-      if (body[k] >= 0 && sharers_of_[std::size_t(body[k])] >= 0) {
-        const auto& of = s_.sharers[std::size_t(sharers_of_[std::size_t(body[k])])];
-        ranks.insert(ranks.end(), of.begin(), of.end());
-      }
-    std::sort(ranks.begin(), ranks.end());
-    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
-    for (const std::int32_t rank : ranks) news[rank].insert(news[rank].end(), {which, colour});
+    const std::vector<std::int32_t>*first = sharers_of(body[0]), *second = sharers_of(body[1]);
+    const auto add = [&](std::int32_t rank) {
+      std::vector<std::int32_t>& to = news[rank];
+      to.push_back(which);
+      to.push_back(colour);
+    };
+    if (first)
+      for (const std::int32_t rank : *first) add(rank);
+    if (second)
+      for (const std::int32_t rank : *second)
+        if (!first || !std::binary_search(first->begin(), first->end(), rank)) add(rank);
+  }
+  const std::vector<std::int32_t>* sharers_of(std::int32_t body) const {
+    const std::int32_t at = body < 0 ? -1 : sharers_of_[std::size_t(body)];
+    return at < 0 ? nullptr : &s_.sharers[std::size_t(at)];
   }
 
   ColourShare& s_;

@@ -19,13 +19,14 @@ struct ColourShare {
   std::vector<std::int32_t> owner;               // rank, of local bodies
   std::vector<std::uint8_t> in_turn;             // 1: swept after all colours, one after the other; empty: none is
   std::vector<std::int32_t> colour;              // found, of the contacts
+  std::vector<std::int32_t> by_id;               // local bodies by rising id, kept between two colourings
 
   // A contact of another rank on a body that this one has contacts on, or owns.
   struct Other {
     ContactKey key;
     std::uint64_t hash;
     std::int32_t rank, number, colour; // number: among the contacts of its rank; -1 - number where it is in turn
-    std::int32_t body[2];              // local numbers; -1: not shared
+    std::array<std::int32_t, 2> body;  // local numbers; -1: not shared
   };
   std::vector<Other> others;
   // Bodies with contacts of other ranks, and the ranks that follow their velocities, besides this one.

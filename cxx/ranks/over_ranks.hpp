@@ -132,6 +132,10 @@ private:
     double widest = 0, fastest = 0;       // radius or size of a cell [m], square of a speed [m2/s2]
   };
   static MeshBalls balls_of_meshes(const Simulation& s);
+  void choose_owners(Simulation& s, const std::vector<double>& radius);
+  double choose_reach(const Simulation& s, const std::vector<double>& radius, const MeshBalls& meshes, double margin);
+  void make_parts(Simulation& s, const std::vector<double>& radius,
+                  const std::vector<std::vector<std::int32_t>>& ghosts);
   std::int64_t body_beside_meshes(const Simulation& s) const; // -1: none that roams
   void choose_mesh_rank(Simulation& s, std::int64_t beside);
   // Ghosts of local ranks, of bodies near meshes too: these count as owned by their rank.

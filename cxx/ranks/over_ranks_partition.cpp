@@ -205,9 +205,43 @@ std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
 void OverRanks::partition(Simulation& s, double margin) {
   fetch(s);
   if (partitions_ == 0) return_freed_memory(); // of the insertion of bodies, which parts would come on top of
-  const Bodies& b = s.scene.bodies;
-  const int ranks = exchange_->ranks();
   const std::vector<double> radius = radii_of(s);
+  choose_owners(s, radius);
+  const MeshBalls meshes = balls_of_meshes(s);
+  const double widest = choose_reach(s, radius, meshes, margin);
+
+  Surroundings around;
+  around.dim = s.scene.dim;
+  around.count = s.scene.bodies.count;
+  around.position = s.scene.bodies.position.values.data();
+  around.radius = radius.data();
+  around.everywhere = everywhere_.data();
+  around.owner = owner_.data();
+  around.cell = s.scene.cell;
+  around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
+  auto ghosts = ghosts_of(around, meshes);
+
+  std::vector<ContactMemory> memory;
+  for (const Part& part : parts_) memory.push_back(own_memory(part));
+  add_held(s, around, memory, ghosts);
+  make_parts(s, radius, ghosts);
+  release_workspace(s);
+  workspace_known_ = false;
+  give_memory(s, memory);
+  link_ghosts();
+  order_seen_ = s.scene.order_version();
+  hulls_seen_ = s.scene.contactors.hulls.count();
+  meshes_seen_.clear();
+  for (const MeshBody& mesh : s.meshes.meshes) meshes_seen_.push_back(&mesh);
+  anew_ = false;
+  cell_then_ = s.scene.cell;
+  since_partition_ = 0;
+  imbalance_ = 1;
+  ++partitions_;
+}
+
+// Owners of bodies by the curve and counted costs, the ranks of joints and of meshes.
+void OverRanks::choose_owners(Simulation& s, const std::vector<double>& radius) {
   fixed_ = fixed_bodies(s);
   std::vector<std::int64_t> cost = costs(s);
   const std::int64_t of_meshes = cost.back();
@@ -217,11 +251,15 @@ void OverRanks::partition(Simulation& s, double margin) {
     if (everywhere_[i]) cost[i] = cost_of_body;
   const std::int64_t beside = body_beside_meshes(s); // meshes come with it
   if (beside >= 0) cost[std::size_t(beside)] += of_meshes;
-  owner_ = cut_curve(cost, ranks);
+  owner_ = cut_curve(cost, exchange_->ranks());
   keep_joints_together(s, radius);
   choose_mesh_rank(s, beside);
-  const MeshBalls meshes = balls_of_meshes(s);
+}
 
+// Gap up to which bodies are ghosts of each other, by their sizes and speeds; returns the largest radius [m].
+double OverRanks::choose_reach(const Simulation& s, const std::vector<double>& radius, const MeshBalls& meshes,
+                               double margin) {
+  const Bodies& b = s.scene.bodies;
   double widest = 0, fastest = meshes.fastest, middle = 0;
   std::int64_t roaming = 0;
   for (std::int64_t i = 0; i < b.count; ++i) {
@@ -237,27 +275,17 @@ void OverRanks::partition(Simulation& s, double margin) {
   const double size = std::max(widest, meshes.widest); // margins are shares of it
   reach_ = 2 * (margin + 0.05 * size +
                 reach_factor_ * (0.25 * (roaming > 0 ? middle / double(roaming) : size) + 2 * h * std::sqrt(fastest)));
+  return widest;
+}
 
-  Surroundings around;
-  around.dim = s.scene.dim;
-  around.count = b.count;
-  around.position = b.position.values.data();
-  around.radius = radius.data();
-  around.everywhere = everywhere_.data();
-  around.owner = owner_.data();
-  around.cell = s.scene.cell;
-  around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  auto ghosts = ghosts_of(around, meshes);
-
-  std::vector<ContactMemory> memory;
-  for (const Part& part : parts_) memory.push_back(own_memory(part));
-  add_held(s, around, memory, ghosts);
+void OverRanks::make_parts(Simulation& s, const std::vector<double>& radius,
+                           const std::vector<std::vector<std::int32_t>>& ghosts) {
   parts_.clear();
   taken_ = false;
   for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
     const int rank = exchange_->local()[l];
     std::vector<std::int32_t> bodies = ghosts[l];
-    for (std::int64_t i = 0; i < b.count; ++i)
+    for (std::int64_t i = 0; i < s.scene.bodies.count; ++i)
       if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
     std::sort(bodies.begin(), bodies.end());
     Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies), share_of_meshes(l)));
@@ -270,19 +298,6 @@ void OverRanks::partition(Simulation& s, double margin) {
     find_runs(part);
     part.has_joints = rank == joint_rank_;
   }
-  release_workspace(s);
-  workspace_known_ = false;
-  give_memory(s, memory);
-  link_ghosts();
-  order_seen_ = s.scene.order_version();
-  hulls_seen_ = s.scene.contactors.hulls.count();
-  meshes_seen_.clear();
-  for (const MeshBody& mesh : s.meshes.meshes) meshes_seen_.push_back(&mesh);
-  anew_ = false;
-  cell_then_ = s.scene.cell;
-  since_partition_ = 0;
-  imbalance_ = 1;
-  ++partitions_;
 }
 
 void OverRanks::add_growth(std::vector<std::vector<double>>& more) const {

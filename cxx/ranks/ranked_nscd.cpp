@@ -320,12 +320,17 @@ void RankedNscd::add_reactions(Simulation& s) {
   const int nd = s.scene.bodies.dofs(), dim = s.scene.dim;
   std::vector<std::int32_t> place(std::size_t(s.scene.bodies.count), -1);
   std::size_t driven = 0;
-  for (std::int64_t i = 0; i < s.scene.bodies.count; ++i)
-    if (*s.scene.bodies.driven[i]) place[std::size_t(i)] = std::int32_t(driven++);
+  bool moves = false; // contacts do a driven body
+  for (std::int64_t i = 0; i < s.scene.bodies.count; ++i) {
+    if (!*s.scene.bodies.driven[i]) continue;
+    place[std::size_t(i)] = std::int32_t(driven++);
+    moves = moves || !fixed_[std::size_t(i)];
+  }
   std::vector<ExactSum> sums(driven * std::size_t(nd));
   for (const Part& part : parts_) {
     ContactSystem& system = part.simulation->interactions.system();
-    for (const cairn_batch& b : system.batches)
+    for (const cairn_batch& b : system.batches) {
+      if (b.moves_a && b.moves_b && !moves) continue;
       for (int lane = 0; lane < b.contacts; ++lane)
         for (const double sign : {1.0, -1.0}) {
           if (sign > 0 ? b.mapped_a : b.mapped_b) continue; // meshes account for their own supports
@@ -344,6 +349,7 @@ void RankedNscd::add_reactions(Simulation& s) {
           for (int k = 0; k < 3 && dim == 3; ++k)
             sum[3 + k].add(sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]));
         }
+    }
   }
   add_over_ranks(sums, *exchange_);
   for (Part& part : parts_) {
@@ -440,87 +446,70 @@ void RankedNscd::add_work_of_cell(Simulation& s) {
   s.energy.turned_over += std::abs(work);
 }
 
-// Energy stored by contacts at the begin of a step whose meshes are made [J].
-double RankedNscd::stored_of_contacts(Simulation& s) {
-  double stored = s.energy.stored;
-  if (Part* part = mesh_part())
-    for (const MeshBody& mesh : part->simulation->meshes.meshes)
-      stored -= mesh.work.stored - mesh.work.stored_change - mesh.work.warmed;
-  return stored;
-}
-
-// The balance of energy, from exact sums over bodies and contacts.
-void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
-  constexpr int body_terms = 8, law_terms = 8, before_laws = body_terms + contact_terms + beside_terms;
-  ExactSum sums[before_laws + law_terms]; // of bodies, of contacts, of joints beside, of what laws tell
-  const cairn_scheme scheme = settings().integrator.scheme(h);
+void RankedNscd::add_energy_of_bodies(const cairn_scheme& scheme, double h, std::span<ExactSum> sums) {
   for (Part& part : parts_) {
-    Bodies& b = part.simulation->scene.bodies;
+    Scene& scene = part.simulation->scene;
+    Bodies& b = scene.bodies;
     const auto row = [](auto& field, std::int64_t i) { return field.active ? field[i] : nullptr; };
     for (std::int64_t i = 0; i < b.count; ++i) {
       if (!part.own[std::size_t(i)]) continue;
       double terms[body_terms];
-      cairn_energy_terms(s.scene.dim, b.dofs(), 1, h, scheme.share, s.scene.gravity.data(), b.mass[i], b.inertia[i],
+      cairn_energy_terms(scene.dim, b.dofs(), 1, h, scheme.share, scene.gravity.data(), b.mass[i], b.inertia[i],
                          b.velocity_begin[i], b.velocity[i], terms, row(b.force, i), row(b.damping, i),
                          reinterpret_cast<const std::int8_t*>(row(b.driven, i)), row(b.reaction, i),
                          row(b.momentum_begin, i), row(b.angular_momentum, i), nullptr, nullptr, nullptr, nullptr,
                          nullptr, nullptr);
-      for (int k = 0; k < body_terms; ++k) sums[k].add(terms[k]);
+      for (std::size_t k = 0; k < body_terms; ++k) sums[k].add(terms[k]);
     }
   }
-  add_energy_of_nodes(scheme, h, sums);
-  std::copy(work.begin(), work.end(), sums + body_terms);
-  const bool laws_tell =
-      std::ranges::any_of(s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
+}
+
+// What joints did beside contacts, and energies that laws tell.
+void RankedNscd::add_energy_of_laws(std::span<ExactSum> beside, std::span<ExactSum> told) {
   for (Part& part : parts_) {
     if (part.has_joints) {
-      const WorkBeside beside = of(part).work_beside(*part.simulation);
-      sums[body_terms + contact_terms].add(beside.seated);
-      sums[body_terms + contact_terms + 1].add(beside.stiffened);
+      const WorkBeside work = of(part).work_beside(*part.simulation);
+      beside[0].add(work.seated);
+      beside[1].add(work.stiffened);
     }
     const ContactSystem& system = part.simulation->interactions.system();
     for (const cairn_batch& b : system.batches)
       for (std::size_t k = 0; k < law_terms * std::size_t(b.contacts) && law_infos()[std::size_t(b.law)].energy; ++k)
-        sums[before_laws + k % law_terms].add(system.law_energy[law_terms * std::size_t(b.first) + k]);
+        told[k % law_terms].add(system.law_energy[law_terms * std::size_t(b.first) + k]);
   }
-  add_over_ranks({sums, std::size_t(before_laws + (laws_tell ? law_terms : 0))}, *exchange_);
-  double value[std::size(sums)];
-  for (std::size_t k = 0; k < std::size(sums); ++k) value[k] = sums[k].value();
-  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall, w_normal, w_rest, given, size,
-              of_jumps, grown, seated, stiffened, stored, taken_normal, taken_rest, released, law_created,
-              law_turned_over, driven_rest, driven_normal] = value;
-  const double normal = -0.5 * w_normal + grown - taken_normal + driven_normal,
-               friction = -0.5 * w_rest - taken_rest + driven_rest, by_laws = driven_rest + driven_normal,
-               stored_change = taken_normal + taken_rest - released;
-  Energy& e = s.energy;
-  const double strained = s.scene.has(Need::growing) ? stored - stored_of_contacts(s) - stored_change : 0;
-  e.work_growth += grown + strained;
-  e.kinetic = kinetic;
-  e.potential += d_potential + seated;
-  e.work_projection += seated;
-  e.work_external += external;
-  e.work_driven += driven + of_jumps + by_laws;
-  e.dissipated_normal += normal;
-  e.dissipated_friction += friction;
-  e.dissipated_bulk += bulk;
-  e.dissipated_integrator += by_theta + stiffened;
-  e.stored = stored;
-  e.released += released;
-  e.closure += d_kinetic + d_potential - external - driven - of_jumps - by_laws + normal + friction + bulk + by_theta +
-               stiffened + (stored_change + released) - grown;
-  e.turned_over += std::abs(d_potential) + std::abs(seated) + std::abs(external) + std::abs(driven) + std::abs(normal) +
-                   std::abs(friction) + std::abs(bulk) + (std::abs(stored_change) + released) + std::abs(strained);
-  double moving = kinetic, moved = kinetic - d_kinetic; // nodes as points of mass, and what their matrix adds
-  if (Part* part = mesh_part())
-    for (const MeshBody& mesh : part->simulation->meshes.meshes) {
-      moving += mesh.work.kinetic;
-      moved += mesh.work.kinetic - mesh.work.kinetic_change;
-    }
-  e.largest_kinetic = std::max({e.largest_kinetic, moving, moved});
-  e.in_play = e.largest_kinetic + e.turned_over;
-  const double of_step = std::max(moving, moved) + (0.5 * size + law_turned_over) +
-                         (std::abs(stored_change) + released) + fall + std::abs(strained);
-  s.report.solve.energy_created = created_share(0.5 * given + law_created, of_step, e.in_play, s.steps);
+}
+
+// The balance of energy, from exact sums over bodies and contacts.
+void RankedNscd::account(Simulation& s, double h, std::span<ExactSum> work) {
+  constexpr std::size_t of_contacts = body_terms, beside = of_contacts + contact_terms, told = beside + beside_terms;
+  ExactSum sums[told + law_terms];
+  const std::span<ExactSum> all(sums);
+  const cairn_scheme scheme = settings().integrator.scheme(h);
+  add_energy_of_bodies(scheme, h, sums);
+  add_energy_of_nodes(scheme, h, sums);
+  std::copy(work.begin(), work.end(), sums + of_contacts);
+  add_energy_of_laws(all.subspan(beside, beside_terms), all.subspan(told));
+  const bool laws_tell =
+      std::ranges::any_of(s.laws.laws(), [](Law law) { return law_infos()[std::size_t(law)].energy != nullptr; });
+  add_over_ranks(all.first(told + (laws_tell ? law_terms : 0)), *exchange_);
+  double of_bodies[body_terms], value[std::size(sums) - body_terms];
+  for (std::size_t k = 0; k < body_terms; ++k) of_bodies[k] = sums[k].value();
+  for (std::size_t k = 0; k < std::size(value); ++k) value[k] = sums[body_terms + k].value();
+  const auto [w_normal, w_rest, given, size, of_jumps, grown, seated, stiffened, stored, taken_normal, taken_rest,
+              released, law_created, law_turned_over, driven_rest, driven_normal] = value;
+  ContactEnergy contacts;
+  contacts.normal = -0.5 * w_normal + grown - taken_normal + driven_normal;
+  contacts.tangential = -0.5 * w_rest - taken_rest + driven_rest;
+  contacts.jump_work = of_jumps;
+  contacts.created = 0.5 * given + law_created;
+  contacts.turned_over = 0.5 * size + law_turned_over;
+  contacts.grown = grown;
+  contacts.driven = driven_rest + driven_normal;
+  contacts.stored = stored;
+  contacts.stored_change = taken_normal + taken_rest - released;
+  contacts.released = released;
+  const Part* part = mesh_part();
+  balance_energy(s, (part ? *part->simulation : s).meshes.meshes, of_bodies, contacts, {seated, stiffened});
 }
 
 } // namespace cairn

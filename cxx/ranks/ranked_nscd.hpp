@@ -45,9 +45,10 @@ private:
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
   void add_work_of_cell(Simulation& s);
-  double stored_of_contacts(Simulation& s);
+  void add_energy_of_bodies(const cairn_scheme& scheme, double h, std::span<ExactSum> sums);
+  void add_energy_of_laws(std::span<ExactSum> beside, std::span<ExactSum> told);
   void account(Simulation& s, double h, std::span<ExactSum> work);
-  static constexpr int contact_terms = 6, beside_terms = 2;
+  static constexpr std::size_t body_terms = 8, contact_terms = 6, beside_terms = 2, law_terms = 8; // of energy
 
   std::vector<ColourShare> shares_;
   ColourLinks links_;

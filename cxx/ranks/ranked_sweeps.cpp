@@ -9,6 +9,7 @@
 
 #include "../solvers/policy.hpp"
 #include "../solvers/sweeps/batch.hpp"
+#include "../solvers/sweeps/contact_rounding.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/step_error.hpp"
 #include "cairn/rows/contact_terms.h"
@@ -25,22 +26,6 @@ constexpr double most_ratio = 0x1p20; // of masses, up to which sweeps are extra
 // over-relaxed ones carry impulses along an edge.
 bool faced(const cairn_batch& b) {
   return b.mapped_a || b.mapped_b || (b.moves_a && !is_radial(b.side_a)) || (b.moves_b && !is_radial(b.side_b));
-}
-
-// Square of the speed of the fastest node that a mapped side rests on [m2/s2].
-double square_of_mapped(const ContactSystem& system, const cairn_batch& b, int lane, bool a) {
-  const std::int32_t* node = a ? b.node_a : b.node_b;
-  const double* weight = a ? b.lever_a : b.lever_b;
-  double fastest = 0;
-  for (int j = 0; j < 4; ++j) {
-    const int at_lane = j * b.count + lane;
-    if (!(weight[at_lane] > 0 || weight[at_lane] < 0)) continue;
-    double v[3], square = 0;
-    system.read_condensed((a ? b.body_a : b.body_b)[lane], node[at_lane], v);
-    for (int k = 0; k < system.dim; ++k) square += v[k] * v[k];
-    fastest = std::max(fastest, square);
-  }
-  return fastest;
 }
 
 } // namespace
@@ -315,7 +300,9 @@ void RankedSweeps::sweep() {
   const auto kernel = [](const cairn_schedule& schedule, ContactSystem& system) {
     cairn_nlgs_sweep(1, &schedule, system.change.data());
   };
-  if (extrapolates && !once_) {
+  counted_ = extrapolates && !once_;
+  if (!counted_) ratio_ = 0;
+  if (counted_) {
     sweep_extrapolated();
   } else if (extrapolates) {
     extrapolate_velocities(factor);
@@ -329,32 +316,6 @@ void RankedSweeps::sweep() {
   ++iterations_;
 }
 
-// Bound of the rounding of relative velocities, from the velocities of bodies.
-void RankedSweeps::add_rounding(const Share& share, ExactSum& sum) {
-  const ContactSystem& system = *share.system;
-  const int dim = system.dim, n = system.velocities();
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      double squares = 0;
-      for (const bool a : {true, false}) {
-        if (a ? b.mapped_a : b.mapped_b) {
-          squares += square_of_mapped(system, b, lane, a);
-          continue;
-        }
-        const double* v = system.record[std::size_t((a ? b.body_a : b.body_b)[lane])].x;
-        double speed = 0, spin = 0, arm = 0;
-        for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
-        for (int k = dim; k < n; ++k) spin += v[k] * v[k];
-        for (int k = 0; k < sides()[a ? b.side_a : b.side_b].lever; ++k) {
-          const double x = at(b, a ? b.lever_a : b.lever_b, lane, k);
-          arm += x * x;
-        }
-        squares += speed + spin * arm;
-      }
-      sum.add(b.rho[lane] * squares);
-    }
-}
-
 // Scale of the error, from records that hold the free velocity.
 void RankedSweeps::measure_free() {
   ExactSum sums[2];
@@ -364,50 +325,68 @@ void RankedSweeps::measure_free() {
     cairn_contact_scale(&share.schedule, system.sums.data());
     for (const cairn_batch& b : system.batches)
       for (int lane = 0; lane < b.contacts; ++lane) sums[0].add(b.scale[lane]);
-    add_rounding(share, sums[1]);
+    each_rounding(system, [&](double of_a, double of_b) { sums[1].add(of_a + of_b); });
   }
   add_over_ranks(sums, exchange_);
-  constexpr double some = 16 * std::numeric_limits<double>::epsilon();
   free_energy_ = sums[0].value();
-  rounding_ = some * some * sums[1].value();
+  rounding_ = rounding_square * sums[1].value();
   change_ = free_energy_;
 }
 
-RankedSweeps::Error RankedSweeps::measure() {
-  ExactSum sums[2]; // of errors, of sizes
-  double wrong[] = {0};
+// last: the status and the scale of each contact, and the largest of all for the report.
+RankedSweeps::Error RankedSweeps::measure(SolveReport* last) {
+  const double least_scale = 0x1p-40 * free_energy_ / double(contacts_);
+  ExactSum sums[2];             // of errors, of sizes
+  double largest[] = {0, 0, 0}; // whether a velocity is no number; error of a contact, distance outside the cone
   for (Share& share : shares_) {
     const ContactSystem& system = *share.system;
     for (std::size_t k = 0; k < system.batches.size(); ++k) {
       const cairn_batch& b = system.batches[k];
-      double terms[2 * 128];
-      cairn_contact_terms(&share.schedule, std::int32_t(k), 0, terms);
+      double terms[2 * 128], of_batch[6];
+      cairn_contact_terms(&share.schedule, std::int32_t(k), 0, last != nullptr, least_scale, of_batch, terms);
       for (int lane = 0; lane < b.contacts; ++lane) {
         sums[0].add(terms[lane]);
         sums[1].add(terms[b.count + lane]);
       }
+      largest[1] = std::max(largest[1], of_batch[2]);
+      largest[2] = std::max(largest[2], of_batch[4]);
     }
     for (const cairn_record& r : system.record)
-      if (!std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5])) wrong[0] = 1;
+      if (!std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5])) largest[0] = 1;
   }
   add_over_ranks(sums, exchange_);
-  exchange_.largest(wrong);
+  exchange_.largest(largest);
   ++checks_;
   const double residual = sums[0].value(), size = sums[1].value(), scale = std::max(size, free_energy_);
   Error error;
-  error.finite = std::isfinite(residual) && std::isfinite(scale) && std::isfinite(free_energy_) && !(wrong[0] > 0);
+  error.finite = std::isfinite(residual) && std::isfinite(scale) && std::isfinite(free_energy_) && !(largest[0] > 0);
   error.square = residual > rounding_ && scale > 0 ? residual / scale : 0;
   if (!error.finite) error.square = std::numeric_limits<double>::infinity();
+  if (last) {
+    last->worst_error = std::sqrt(largest[1]);
+    last->cone_distance = std::sqrt(largest[2]);
+  }
   return error;
 }
 
-// Sweeps until the next error is worth its cost, by how the last ones fell.
+// Errors of counted sweeps follow their changes, as the last measurement found them to.
+bool RankedSweeps::worth_measuring(double wanted) const {
+  const bool promising = ratio_ > 0 && change_ * ratio_ <= wanted;
+  return promising || iterations_ >= next_check_ || iterations_ >= options_.max_iterations;
+}
+
+// Sweeps until the next error is worth its cost: by how the last ones fell, as far as changes do not tell it.
 int RankedSweeps::sweeps_to_check(double square, double wanted) {
+  const Policy& p = policy();
   const int since = std::max(iterations_ - last_check_, 1);
+  const int most =
+      extrapolates_ ? std::max(p.check_sweeps, iterations_ / p.check_share_extrapolated) : std::max(4, iterations_ / 4);
   double to_come = std::max(4, iterations_ / 8);
-  if (last_square_ > square && square > 0 && last_check_ > 0) {
+  if (ratio_ > 0) {
+    to_come = most;
+  } else if (last_square_ > square && square > 0 && last_check_ > 0) {
     const double rate = std::log(last_square_ / square) / since;
-    to_come = std::clamp(0.6 * std::log(square / wanted) / rate, 1.0, double(std::max(4, iterations_ / 4)));
+    to_come = std::clamp(0.6 * std::log(square / wanted) / rate, 1.0, double(most));
   } else if (iterations_ < plain_sweeps) {
     to_come = 2;
   }
@@ -509,13 +488,13 @@ SolveReport RankedSweeps::solve() {
   leave_stale_start();
   give_impulses();
   double wanted = options_.tolerance * options_.tolerance;
-  int next = std::max(options_.min_iterations, 1);
+  next_check_ = std::max(options_.min_iterations, 1);
   constexpr int least_between = 4; // sweeps between two light errors
   const bool uneven = masses_differ(mass_ratio_, false);
   while (iterations_ < options_.max_iterations) {
     if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
     sweep();
-    if (iterations_ < next && iterations_ < options_.max_iterations) continue;
+    if (!worth_measuring(wanted)) continue;
     const Error error = measure();
     if (!error.finite) {
       if (extrapolates_ && give_back(error.square)) {
@@ -535,8 +514,10 @@ SolveReport RankedSweeps::solve() {
     if (small && report.light_error <= std::sqrt(wanted) && iterations_ >= options_.min_iterations) break;
     keep_best(error.square);
     relax(error.square);
-    next = iterations_ + (small ? std::max(least_between, iterations_ / 8) : sweeps_to_check(error.square, wanted));
-    if (may_end_early && iterations_ < options_.patience) next = std::min(next, options_.patience);
+    ratio_ = counted_ && !small ? error.square / change_ : 0;
+    next_check_ =
+        iterations_ + (small ? std::max(least_between, iterations_ / 8) : sweeps_to_check(error.square, wanted));
+    if (may_end_early && iterations_ < options_.patience) next_check_ = std::min(next_check_, options_.patience);
   }
   finish(wanted, report);
   cell_.end(parts_);
@@ -548,25 +529,12 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   const bool keeps = mass_ratio_ > differs && report.status != SolveStatus::diverged;
   if (!keeps) give_impulses();
   if (cell_.driven()) cell_.follow(parts_, exchange_);
-  Error end = measure();
-  if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure();
-  const double least_scale = 0x1p-40 * free_energy_ / double(contacts_);
-  double largest[] = {0, 0}; // error of a contact, distance outside the cone
-  for (Share& share : shares_) {
-    ContactSystem& system = *share.system;
-    cairn_contact_error(&share.schedule, 1, least_scale, system.sums.data());
-    for (std::size_t b = 0; b < system.batches.size(); ++b) {
-      largest[0] = std::max(largest[0], system.sums[6 * b + 2]);
-      largest[1] = std::max(largest[1], system.sums[6 * b + 4]);
-    }
-  }
-  exchange_.largest(largest);
+  Error end = measure(&report);
+  if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure(&report);
   if (masses_differ(mass_ratio_, false) && end.finite) measure_light(report);
   report.iterations = iterations_;
   report.checks = checks_;
   report.error = std::sqrt(end.square);
-  report.worst_error = std::sqrt(largest[0]);
-  report.cone_distance = std::sqrt(largest[1]);
   SolverOptions asked = options_;
   asked.tolerance = std::sqrt(wanted);
   char hint[300];

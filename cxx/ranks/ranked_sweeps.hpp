@@ -68,9 +68,9 @@ private:
   void sweep_extrapolated();
   static double reciprocal_unit(double scale);
   void measure_free();
-  Error measure();
-  static void add_rounding(const Share& share, ExactSum& sum);
+  Error measure(SolveReport* last = nullptr);
   void measure_light(SolveReport& report);
+  bool worth_measuring(double wanted) const;
   int sweeps_to_check(double square, double wanted);
   void damp();
   void relax(double square);
@@ -96,8 +96,10 @@ private:
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
   NesterovSequence sequence_;
-  double change_ = 0; // of the last extrapolated sweep, or what comes near it [J]
-  int iterations_ = 0, checks_ = 0, last_check_ = 0;
+  double change_ = 0;    // of the last extrapolated sweep, or what comes near it [J]
+  double ratio_ = 0;     // square of the error over that change, where it was measured; 0: not known [1/J]
+  bool counted_ = false; // the last sweep was one whose change is known
+  int iterations_ = 0, checks_ = 0, last_check_ = 0, next_check_ = 0;
   double last_square_ = 0;
 };
 

@@ -36,35 +36,19 @@ contains
     call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
 
-  !> Error and size of each contact of a batch, for those who add them up in an order of their own.
-  subroutine cairn_contact_terms(schedule, batch, thread, terms) bind(c)
-    type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h; records hold the velocity that the impulses leave
-    integer(c_int32_t), value        :: batch    !< from 0
-    integer(c_int32_t), value        :: thread   !< whose workspace, from 0
-    real(c_double), intent(out)      :: terms(*) !< (n, 2) |F|^2/rho, |r|^2/rho, dummies too [J]
+  !> Error of the impulses of a batch, with the terms of each contact for those who add them up in an order of their own.
+  subroutine cairn_contact_terms(schedule, batch, thread, want_status, least_scale, sums, terms) bind(c)
+    type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h; records hold the velocity that the impulses leave
+    integer(c_int32_t), value        :: batch       !< from 0
+    integer(c_int32_t), value        :: thread      !< whose workspace, from 0
+    integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too, and the sums; else these are 0
+    real(c_double), value            :: least_scale !< as cairn_contact_error has it [J]
+    real(c_double), intent(out)      :: sums(sums_size) !< likewise
+    real(c_double), intent(out)      :: terms(*)    !< (n, 2) |F|^2/rho, |r|^2/rho, dummies too [J]
     type(schedule_view) :: s
-    type(contact_columns) :: at
-    real(c_double), pointer, contiguous :: rho(:), f(:), weight(:)
-    integer(c_int32_t) :: found(max_batch)
-    integer :: n, c, axes
     call open_schedule(schedule, s)
-    associate (this => s%batch(batch + 1))
-      call find_columns(this, s%side, s%record, s%general, .true., s%work(:, thread + 1), at)
-      n = at%n
-      c = at%c
-      f => at%free(1:c*n)
-      weight => at%free(c*n + 1:2*c*n)
-      call c_f_pointer(this%rho, rho, [n])
-      if (this%relaxes == 0) then
-        call law_residual_of(this, n, c, .true., rho, at, f, weight, found)
-      else
-        axes = merge(2, 3, this%velocities == 3)
-        call cone_map(n, axes, .false., at%mu, rho, at%r, at%u, f)
-        call weights(n, c, axes, rho, weight)
-      end if
-      call energies(n, c, weight, f, terms(1:n))
-      call energies(n, c, weight, at%r, terms(n + 1:2*n))
-    end associate
+    call one_batch(s%batch(batch + 1), s%side, s%record, s%general, 2 + want_status, least_scale, s%work(:, thread + 1), &
+                   sums, terms)
   end subroutine cairn_contact_terms
 
   !> Error |F|^2/rho of each contact of a batch whose law has its own local solution.
@@ -120,7 +104,7 @@ contains
     !$omp end parallel
   end subroutine all_batches
 
-  subroutine one_batch(batch, sides, record, general, what, least_scale, work, sums)
+  subroutine one_batch(batch, sides, record, general, what, least_scale, work, sums, terms)
     type(cairn_batch), intent(in)  :: batch
     type(cairn_side), intent(in)   :: sides(*)
     type(cairn_record), intent(in) :: record(*), general(*)
@@ -128,6 +112,7 @@ contains
     real(c_double), value          :: least_scale
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)    :: sums(sums_size)
+    real(c_double), intent(out), optional :: terms(2*batch%count) !< of each contact, as cairn_contact_terms has them [J]
     type(contact_columns) :: at
     real(c_double), pointer, contiguous :: rho(:), scale(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
@@ -142,7 +127,7 @@ contains
     call c_f_pointer(batch%scale, scale, [n])
     sums = 0
     if (batch%relaxes == 0) then
-      call law_batch(batch, n, c, what, least_scale, rho, scale, at, sums)
+      call law_batch(batch, n, c, what, least_scale, rho, scale, at, sums, terms)
       return
     end if
     call cone_map(n, axes, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
@@ -151,6 +136,12 @@ contains
       call keep_scale(n, c, at%free(weight:), at%free(f:), scale, sums)
       return
     end if
+    if (present(terms)) then
+      call weights(n, c, axes, rho, at%free(weight:))
+      call energies(n, c, at%free(weight:), at%free(f:), terms(1:n))
+      call energies(n, c, at%free(weight:), at%r, terms(n + 1:2*n))
+      if (what < 3) return ! the terms say it all
+    end if
     call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
     if (what < 3) return
     call c_f_pointer(batch%status, status, [n])
@@ -158,7 +149,7 @@ contains
   end subroutine one_batch
 
   !> Contacts of a law with its own local solution.
-  subroutine law_batch(batch, n, c, what, least_scale, rho, scale, at, sums)
+  subroutine law_batch(batch, n, c, what, least_scale, rho, scale, at, sums, terms)
     type(cairn_batch), intent(in)   :: batch
     integer, value                  :: n        !< contacts
     integer, value                  :: c        !< components
@@ -168,6 +159,7 @@ contains
     real(c_double), intent(inout)   :: scale(n) !< |F(0)|^2 [J]
     type(contact_columns), intent(in) :: at     !< velocities, impulses, workspace
     real(c_double), intent(inout)   :: sums(sums_size)
+    real(c_double), intent(out), optional :: terms(2*n) !< of each contact [J]
     real(c_double), pointer, contiguous :: f(:), weight(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
     integer(c_int32_t) :: found(max_batch)
@@ -177,6 +169,11 @@ contains
     if (what == 1) then
       call keep_scale(n, c, weight, f, scale, sums)
       return
+    end if
+    if (present(terms)) then
+      call energies(n, c, weight, f, terms(1:n))
+      call energies(n, c, weight, at%r, terms(n + 1:2*n))
+      if (what < 3) return
     end if
     call add_up(n, c, least_scale, weight, scale, at%r, f, at%u, sums)
     if (what < 3) return

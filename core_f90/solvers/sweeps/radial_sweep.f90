@@ -12,85 +12,88 @@ module radial_sweep
   public :: sweep_counted2, sweep_counted3, units
   integer, parameter :: w8 = 8 !< contacts at a time: a register of doubles
   real(c_double), parameter :: most = 2.0_c_double**51 !< units of a term, at most
+  !> A number that is added and taken off again leaves the nearest multiple of 2^26, or of 1, in as many instructions for eight
+  !> contacts as for one. A batch has fewer than 2^26 contacts, so that sums of both parts of its terms are exact.
+  real(c_double), parameter :: large = 1.5_c_double*2.0_c_double**78, whole = 1.5_c_double*2.0_c_double**52
 contains
 
   !> Spheres.
   subroutine sweep_radial3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                           rho, unit_change, unit_along, changed, turned)
+                           unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .false., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_radial3
 
   !> Disks.
   subroutine sweep_radial2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                           rho, unit_change, unit_along, changed, turned)
+                           unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .false., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_radial2
 
   !> Spheres with associated slip (associated_normal).
   subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                               rho, unit_change, unit_along, changed, turned)
+                               unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .true., extrapolated = .false., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_associated3
 
   !> Disks with associated slip (associated_normal).
   subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                               rho, unit_change, unit_along, changed, turned)
+                               unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .true., extrapolated = .false., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_associated2
 
   !> Spheres, from beyond the last sweep: see extrapolated_sweep.
   subroutine sweep_extrapolated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                                 rho, unit_change, unit_along, changed, turned)
+                                 unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .true., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_extrapolated3
 
   !> Disks, from beyond the last sweep: see extrapolated_sweep.
   subroutine sweep_extrapolated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                                 rho, unit_change, unit_along, changed, turned)
+                                 unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .true., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_extrapolated2
 
   !> Spheres with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
   subroutine sweep_extrapolated_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, &
-                                            ahead, before, along, rho, unit_change, unit_along, changed, turned)
+                                            ahead, before, along, unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .true., extrapolated = .true., counted = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_extrapolated_associated3
 
   !> Disks with associated slip (associated_normal), extrapolated from the last sweep (extrapolated_sweep).
   subroutine sweep_extrapolated_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, &
-                                            ahead, before, along, rho, unit_change, unit_along, changed, turned)
+                                            ahead, before, along, unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .true., extrapolated = .true., counted = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_extrapolated_associated2
 
   !> Spheres, from beyond the last sweep, with sums of whole numbers: see ranked_sweep.
   subroutine sweep_counted3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                            rho, unit_change, unit_along, changed, turned)
+                            unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .true., counted = .true.
     include "radial_sweep3.inc"
   end subroutine sweep_counted3
 
   !> Disks, from beyond the last sweep, with sums of whole numbers: see ranked_sweep.
   subroutine sweep_counted2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along, &
-                            rho, unit_change, unit_along, changed, turned)
+                            unit_change, unit_along, changed, turned)
     logical, parameter :: associated = .false., extrapolated = .true., counted = .true.
     include "radial_sweep2.inc"
   end subroutine sweep_counted2
 
-  !> Sum of eight terms as whole numbers. A term that is too large, or no number, counts as the largest that is allowed.
-  pure integer(c_int64_t) function units(x)
-    real(c_double), intent(in) :: x(w8)
-    real(c_double) :: within(w8)
+  !> The nearest whole number to a term. One that is too large, or no number, counts as the largest that is allowed.
+  elemental integer(c_int64_t) function units(x)
+    real(c_double), intent(in) :: x !< [units]
+    real(c_double) :: within
     within = merge(x, most, x < most)
     within = merge(within, -most, within > -most)
-    units = sum(int(within, c_int64_t))
+    units = int((within + whole) - whole, c_int64_t)
   end function units
 
   !> The normal impulse where slip opens a contact by mu times as much: the nearest point of the cone in the energy of the contact.

@@ -1,6 +1,6 @@
 !> Sweep from an extrapolated start (Nesterov 1983), as extrapolated_sweep has it, where ranks share contacts. The sums that tell
-!> if the extrapolation still points along the sweeps (O'Donoghue & Candes 2015) are of whole numbers: each term is rounded towards
-!> zero to a multiple of a given unit (Demmel & Nguyen 2013), so that the sums do not depend on which rank has which contact.
+!> if the extrapolation still points along the sweeps (O'Donoghue & Candes 2015) are of whole numbers: each term is rounded
+!> to the nearest multiple of a given unit (Demmel & Nguyen 2013), so that the sums do not depend on which rank has which contact.
 module ranked_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_record, max_batch, max_components
@@ -69,21 +69,20 @@ contains
     real(c_double), intent(inout)     :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
     real(c_double), value             :: unit_change, unit_along !< reciprocals of the units [1/J]
     integer(c_int64_t), intent(out)   :: change, along !< [units]
-    real(c_double), pointer, contiguous :: packed(:), rho(:)
+    real(c_double), pointer, contiguous :: packed(:)
     integer(c_int32_t), pointer, contiguous :: a(:), b(:)
     real(c_double) :: swept
     integer :: n
     n = batch%count
     call c_f_pointer(batch%frame, packed, [batch%pack*n])
-    call c_f_pointer(batch%rho, rho, [n])
     call c_f_pointer(batch%body_a, a, [n])
     call c_f_pointer(batch%body_b, b, [n])
     if (batch%components == 2) then
       call sweep_counted2(n/w8, batch%contacts, a, b, relaxation, packed, record, swept, factor, before, &
-                          rho=rho, unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
+                          unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
     else
       call sweep_counted3(n/w8, batch%contacts, a, b, relaxation, packed, record, swept, factor, before, &
-                          rho=rho, unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
+                          unit_change=unit_change, unit_along=unit_along, changed=change, turned=along)
     end if
   end subroutine sweep_packed
 
@@ -117,8 +116,8 @@ contains
       else
         weight = 1/rho(lines + 1:lines + w8)
       end if
-      change = change + units(square*weight*unit_change)
-      along = along + units(way*weight*unit_along)
+      change = change + sum(units(square*weight*unit_change))
+      along = along + sum(units(way*weight*unit_along))
     end do
   end subroutine note
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "batch.hpp"
+#include "contact_rounding.hpp"
 #include "light_error.hpp"
 
 namespace cairn {
@@ -18,58 +19,13 @@ double total(const Array<double>& values, std::size_t n, std::size_t stride, std
 
 namespace {
 
-// The same sum as below for a batch of round bodies, whose loops are known when this is compiled.
-template <int d>
-double add_rounding_of_pack(const ContactSystem& system, const cairn_batch& b, double sum) {
-  const auto add = [&](std::int32_t body, double arm, double rho) {
-    const double* v = system.record[body].x;
-    double speed = 0, spin = 0;
-    for (int k = 0; k < d; ++k) speed += v[k] * v[k];
-    for (int k = d; k < 3 * d - 3; ++k) spin += v[k] * v[k];
-    sum += rho * (speed + spin * (arm * arm));
-  };
-  for (int lane = 0; lane < b.contacts; ++lane) {
-    add(b.body_a[lane], at(b, b.lever_a, lane, 0), b.rho[lane]);
-    add(b.body_b[lane], at(b, b.lever_b, lane, 0), b.rho[lane]);
-  }
-  return sum;
-}
-
-// Velocities of bodies are known to some epsilons, so the relative velocity of a contact is; its square over W_NN.
 double rounding_of(const ContactSystem& system) {
   double sum = 0;
-  const int dim = system.dim, n = system.velocities();
-  for (const cairn_batch& b : system.batches) {
-    if (b.pack) {
-      sum = dim == 2 ? add_rounding_of_pack<2>(system, b, sum) : add_rounding_of_pack<3>(system, b, sum);
-      continue;
-    }
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      const auto add = [&](std::int32_t body, double* lever, std::int32_t side) {
-        const double* v = system.record[body].x;
-        double speed = 0, spin = 0, arm = 0;
-        for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
-        for (int k = dim; k < n; ++k) spin += v[k] * v[k];
-        for (int k = 0; k < sides()[side].lever; ++k) arm += at(b, lever, lane, k) * at(b, lever, lane, k);
-        sum += b.rho[lane] * (speed + spin * arm);
-      };
-      const auto add_mapped = [&](std::int32_t which, const std::int32_t* node, const double* weight) {
-        double speed = 0; // of the fastest of its nodes
-        for (int j = 0; j < 4; ++j) {
-          if (!(weight[j * b.count + lane] > 0 || weight[j * b.count + lane] < 0)) continue;
-          double v[3], square = 0;
-          system.read_condensed(which, node[j * b.count + lane], v);
-          for (int k = 0; k < dim; ++k) square += v[k] * v[k];
-          speed = std::max(speed, square);
-        }
-        sum += b.rho[lane] * speed;
-      };
-      b.mapped_a ? add_mapped(b.body_a[lane], b.node_a, b.lever_a) : add(b.body_a[lane], b.lever_a, b.side_a);
-      b.mapped_b ? add_mapped(b.body_b[lane], b.node_b, b.lever_b) : add(b.body_b[lane], b.lever_b, b.side_b);
-    }
-  }
-  constexpr double some = 16 * std::numeric_limits<double>::epsilon();
-  return some * some * sum;
+  each_rounding(system, [&](double of_a, double of_b) {
+    sum += of_a;
+    sum += of_b;
+  });
+  return rounding_square * sum;
 }
 
 } // namespace

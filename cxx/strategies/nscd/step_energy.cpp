@@ -25,6 +25,11 @@ void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const
                        nodes.history(1), nodes.history(2), nodes.history(3));
     for (int k = 0; k < 8; ++k) terms[k] += of_nodes[k];
   }
+  balance_energy(s, s.meshes.meshes, terms, contacts, beside);
+}
+
+void balance_energy(Simulation& s, const MeshList& meshes, const double (&terms)[8], const ContactEnergy& contacts,
+                    const WorkBeside& beside) {
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
   s.energy.potential += d_potential + beside.seated;
@@ -35,10 +40,9 @@ void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
   double strained = 0; // what growth gave to the springs of contacts between two steps
-  if (b.stretch.active) {
+  if (s.scene.has(Need::growing)) {
     double before = s.energy.stored;
-    for (const MeshBody& mesh : s.meshes.meshes)
-      before -= mesh.work.stored - mesh.work.stored_change - mesh.work.warmed;
+    for (const MeshBody& mesh : meshes) before -= mesh.work.stored - mesh.work.stored_change - mesh.work.warmed;
     strained = contacts.stored - before - contacts.stored_change;
   }
   s.energy.work_growth += contacts.grown + strained;
@@ -54,7 +58,7 @@ void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
   // Nodes count as points of mass here; what the mass matrix of a mesh adds to that belongs to the largest, too.
   double moving = kinetic, moved = kinetic - d_kinetic;
-  for (const MeshBody& mesh : s.meshes.meshes) {
+  for (const MeshBody& mesh : meshes) {
     moving += mesh.work.kinetic;
     moved += mesh.work.kinetic - mesh.work.kinetic_change;
   }

@@ -15,6 +15,10 @@ struct WorkBeside {
 void account_for_energy(Simulation& s, const StepScheme& step, bool theta, const Histories& histories,
                         const ContactEnergy& contacts, const WorkBeside& beside);
 
+// The same from the terms of all bodies and nodes: see cairn_energy_terms.
+void balance_energy(Simulation& s, const MeshList& meshes, const double (&terms)[8], const ContactEnergy& contacts,
+                    const WorkBeside& beside);
+
 // Energy that contacts made from nothing in a step [J], over the energy of that step, which is none in a scene at rest,
 // and a thousandth of all that has been in play: below that share of it, errors within the tolerance change no motion.
 double created_share(double created, double of_step, double in_play, std::int64_t steps);
