@@ -1,0 +1,162 @@
+"""Auto over ranks: contacts that sweeps do not solve are gathered, solved as without ranks, to the same bits for every number."""
+
+import hashlib
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2400.0)
+SQUARE = np.array([(-0.5, -0.25), (0.5, -0.25), (0.5, 0.25), (-0.5, 0.25)])
+AUTO = cn.NSCD(solver=cn.Auto(tol=1e-4))
+G = 9.81
+
+
+def on_floor(*sets, law=None):
+    scene = cn.Scene(2, gravity=(0.0, -G))
+    scene.add(*sets, cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, law or cn.Coulomb(mu=0.4))
+    return scene
+
+
+def tower(ratio=1e6):
+    """Five blocks under one of `ratio` times their mass."""
+    light = cn.polygons([SQUARE + (0, 0.25 + 0.5 * k) for k in range(5)], ROCK)
+    return on_floor(light, cn.polygons([SQUARE + (0, 2.75)], ROCK, density=2400.0 * ratio))
+
+
+def arch():
+    """Eleven voussoirs on two springers, under a block of a thousand times their mass on the keystone."""
+    n, inner, outer = 11, 4.0, 5.2
+    angles = np.linspace(np.pi, 0, n + 1)
+    stones = []
+    for a, b in zip(angles[:-1], angles[1:]):
+        corners = [(r * np.cos(t), r * np.sin(t)) for r, t in ((inner, a), (outer, a), (outer, b), (inner, b))]
+        stones.append(np.array(corners)[::-1])
+    scene = on_floor(cn.polygons(stones, ROCK), law=cn.Coulomb(mu=0.7))
+    scene.add(cn.polygons([SQUARE * (0.6, 1) + (0, outer * np.cos(np.pi / 2 / n) + 0.3)], ROCK, density=2.4e4))
+    return scene
+
+
+def bonded_wall():
+    """A bonded wall that stands out from its first stones."""
+    scene = cn.Scene(2, gravity=(0.0, -G))
+    scene.interact(ROCK, ROCK, cn.Bonded(mu=0.5))
+    rows = [SQUARE + (k + 0.5 * (row % 2), 0.25 + 0.5 * row) for row in range(4) for k in range(8)]
+    scene.add(cn.polygons(rows, ROCK))
+    held = cn.polygons([SQUARE + (-1.0 + 0.5 * (row % 2), 0.25 + 0.5 * row) for row in range(4)], ROCK)
+    ids = scene.add(held)
+    scene.drive(ids, "vx", 0.0)
+    scene.drive(ids, "vy", 0.0)
+    scene.drive(ids, "wz", 0.0)
+    return scene
+
+
+def chain():
+    """Ten bars from a fixed point, with a ball of 10,000 times their mass at the end."""
+    scene = cn.Scene(2, gravity=(0.0, -G))
+    scene.interact("*", "*", None)
+    bars = [scene.add(cn.polygons([SQUARE * (0.8, 0.2) + (k + 0.5, 0.0)], ROCK))[0] for k in range(10)]
+    ball = scene.add(cn.disks([(10.5, 0.0)], 0.3, ROCK, density=2400.0 * 1e4 * 0.08 / (np.pi * 0.09)))[0]
+    scene.join(bars[0], None, cn.Pivot(point=(0.0, 0.0)))
+    for k, (a, b) in enumerate(zip(bars, [*bars[1:], ball])):
+        scene.join(a, b, cn.Pivot(point=(k + 1.0, 0.0)))
+    return scene
+
+
+def lid():
+    """Grains in a box under a slab of a million times their mass."""
+    rng = np.random.default_rng(2)
+    x = np.stack(np.meshgrid(np.arange(8), np.arange(4)), -1).reshape(-1, 2) * 1.0 + (0.5, 0.5)
+    x[:, 0] += 0.0
+    scene = on_floor(cn.disks(x, 0.5, ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((8, 0), (-1, 0), ROCK))
+    del rng
+    scene.add(cn.polygons([np.array([(0.1, 4.0), (7.9, 4.0), (7.9, 4.5), (0.1, 4.5)])], ROCK, density=2400.0 * 1e6))
+    return scene
+
+
+SCENES = [tower, arch, bonded_wall, chain, lid]
+
+
+def run(scene, ranks, steps, strategy=AUTO, sim=None, **options):
+    sim = sim or cn.Simulation(scene(), 1e-3, strategy, overlap="ignore", ranks=ranks, **options)
+    ends = []
+    for _ in range(steps):
+        sim.step()
+        ends.append(sim.info["status"])
+    return sim, ends
+
+
+def digest(sim):
+    state = [sim.bodies.position, sim.bodies.rotation, sim.bodies.velocity, sim.contacts.key, sim.contacts.impulse]
+    state.append(np.array(list(sim.energy.values())))
+    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state)).hexdigest()
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.__name__)
+def test_the_same_bits_for_every_number_of_ranks(scene):
+    sims = [run(scene, ranks, 12)[0] for ranks in (1, 2, 3, 4, 7)]
+    assert len({digest(sim) for sim in sims}) == 1
+    assert sims[0].ranks.figures()["gathered_solves"] > 0
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.__name__)
+def test_steps_converge_where_those_without_ranks_do(scene):
+    over, ends = run(scene, 3, 30)
+    alone, due = run(scene, None, 30)
+    assert ends.count("converged") >= due.count("converged")
+    way = np.abs(over.bodies.position - alone.bodies.position).max()
+    moved = np.abs(alone.bodies.position - run(scene, None, 0)[0].bodies.position).max()
+    assert way <= 1e-3 * moved + 1e-8
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e3, 1e4, 1e6, 1e9])
+def test_heavy_blocks_do_not_sink_into_light_ones(ratio):
+    sim, ends = run(lambda: tower(ratio), 3, 60)
+    assert set(ends) == {"converged"}
+    height = np.append(0.25 + 0.5 * np.arange(5), 2.75)
+    assert np.abs(sim.bodies.position[:6, 1] - height).max() < 1e-9
+
+
+def test_sweeps_alone_let_it_sink():
+    sim, ends = run(tower, 3, 10, cn.NSCD(solver=cn.NLGS(tol=1e-4)))
+    assert "iteration_limit" in ends and sim.ranks.figures()["gathered_solves"] == 0
+
+
+def test_nothing_is_gathered_where_sweeps_converge():
+    rng = np.random.default_rng(0)
+    x = np.stack(np.meshgrid(np.arange(20), np.arange(20)), -1).reshape(-1, 2) * 1.0 + rng.uniform(-0.02, 0.02, (400, 2)) + 0.6
+    sim, ends = run(lambda: on_floor(cn.disks(x, 0.45, ROCK)), 4, 40)
+    assert set(ends) == {"converged"} and sim.ranks.figures()["gathered_solves"] == 0
+    sweeps = run(lambda: on_floor(cn.disks(x, 0.45, ROCK)), 2, 40, cn.NSCD(solver=cn.NLGS(tol=1e-4)))[0]
+    assert digest(sweeps) == digest(sim)
+
+
+def test_restart_on_other_numbers_of_ranks(tmp_path):
+    whole, path = run(tower, 1, 24)[0], tmp_path / "tower.checkpoint.h5"
+    sim = run(tower, 3, 8)[0]
+    for ranks in (5, 1):
+        sim.checkpoint(path)
+        sim = run(tower, ranks, 0)[0]
+        sim.restore(path)
+        run(tower, ranks, 8, sim=sim)
+    assert digest(sim) == digest(whole)
+
+
+def test_one_exchange_a_sweep():
+    sim, ends = run(tower, 3, 30, exchange="sweep")
+    assert set(ends) == {"converged"}
+    assert np.abs(sim.bodies.position[5, 1] - 2.75) < 1e-9
+
+
+def test_contacts_that_exceed_the_memory_are_not_gathered():
+    sim, ends = run(tower, 2, 6, cn.NSCD(solver=cn.Auto(memory=1e3)))
+    assert "iteration_limit" in ends and sim.ranks.figures()["gathered_solves"] == 0
+    assert "bytes on one rank, memory of cairn.Auto is 1e+03" in sim.info["hint"]
+
+
+def test_default_takes_auto_by_the_scene_and_explain_tells_of_it():
+    sim = run(tower, 2, 3, cn.NSCD())[0]
+    assert isinstance(sim.strategy.solver, cn.Auto) and sim.strategy.solver.enough is None
+    text = sim.explain()
+    assert "contacts of all ranks were gathered on the first one" in text and "bytes" in text
