@@ -91,11 +91,8 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
   cost_ = solid_ ? SolidCorrection::operations(dim_, dofs_, contacts)
                  : policy().newton_iterations * policy().newton_contact * contacts;
   asked_ = solid_;
-  const bool uneven = masses_differ(mass_ratio, true);
-  patience_ = solid_      ? (options.again == 2 ? 1 : policy().passes_patience)
-              : uneven    ? policy().newton_patience_uneven
-              : dim_ == 2 ? policy().newton_patience_plane
-                          : policy().newton_patience;
+  // a gathering costs some sweeps, and errors of the first extrapolated sweeps foretell too many
+  patience_ = !solid_ ? policy().newton_patience_uneven : options.again == 2 ? 1 : policy().passes_patience;
   few_from_ = policy().active_set_first;
 }
 
@@ -221,7 +218,7 @@ void RankedHelp::learn(const Answer& answer, int iterations) {
   if (iterations >= last_call()) called_last_ = true;
   cost_ = answer.operations;
   asked_ = true;
-  if (answer.given_up) obstacle_ = "the other solver cannot take these contacts";
+  if (answer.given_up) obstacle_ = "the other solver gave up";
   light_from_ = 2 * iterations;
   few_from_ = later * iterations;
   if (answer.converged || !answer.taken) return;

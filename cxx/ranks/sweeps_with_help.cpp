@@ -7,6 +7,7 @@
 namespace cairn {
 
 void RankedSweeps::ask_help(const std::vector<ColourShare>& colours, GatheredMemory& memory) {
+  if (cell_.follows()) return; // its rates follow between sweeps alone
   help_.emplace(parts_, colours, exchange_, options_, mass_ratio_, memory);
 }
 
@@ -27,7 +28,8 @@ bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
 std::string RankedSweeps::hint_of(const SolveReport& report, double tolerance) const {
   char text[500];
   const std::string obstacle = help_ ? help_->obstacle() : "";
-  const char* remedy = help_ ? "let masses differ less, or lower dt" : "take cairn.Auto, or let masses differ less";
+  const char* remedy =
+      options_.solver == "auto" ? "let masses differ less, or lower dt" : "take cairn.Auto, or let masses differ less";
   if (report.error <= tolerance && report.light_error > tolerance)
     std::snprintf(text, sizeof text,
                   "light bodies under heavy ones are not solved: light_error %.2e after %d iterations over %d ranks, "

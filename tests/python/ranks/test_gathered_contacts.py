@@ -34,7 +34,7 @@ def arch():
         corners = [(r * np.cos(t), r * np.sin(t)) for r, t in ((inner, a), (outer, a), (outer, b), (inner, b))]
         stones.append(np.array(corners)[::-1])
     scene = on_floor(cn.polygons(stones, ROCK), law=cn.Coulomb(mu=0.7))
-    scene.add(cn.polygons([SQUARE * (0.6, 1) + (0, outer * np.cos(np.pi / 2 / n) + 0.3)], ROCK, density=2.4e4))
+    scene.add(cn.polygons([SQUARE * (0.6, 1) + (0, outer * np.cos(np.pi / 2 / n) + 0.25)], ROCK, density=2.4e4))
     return scene
 
 
@@ -44,11 +44,7 @@ def bonded_wall():
     scene.interact(ROCK, ROCK, cn.Bonded(mu=0.5))
     rows = [SQUARE + (k + 0.5 * (row % 2), 0.25 + 0.5 * row) for row in range(4) for k in range(8)]
     scene.add(cn.polygons(rows, ROCK))
-    held = cn.polygons([SQUARE + (-1.0 + 0.5 * (row % 2), 0.25 + 0.5 * row) for row in range(4)], ROCK)
-    ids = scene.add(held)
-    scene.drive(ids, "vx", 0.0)
-    scene.drive(ids, "vy", 0.0)
-    scene.drive(ids, "wz", 0.0)
+    scene.add(cn.polygons([SQUARE + (-1.0 + 0.5 * (row % 2), 0.25 + 0.5 * row) for row in range(4)], ROCK, fixed=True))
     return scene
 
 
@@ -66,11 +62,8 @@ def chain():
 
 def lid():
     """Grains in a box under a slab of a million times their mass."""
-    rng = np.random.default_rng(2)
-    x = np.stack(np.meshgrid(np.arange(8), np.arange(4)), -1).reshape(-1, 2) * 1.0 + (0.5, 0.5)
-    x[:, 0] += 0.0
+    x = np.stack(np.meshgrid(np.arange(8), np.arange(4)), -1).reshape(-1, 2) + 0.5
     scene = on_floor(cn.disks(x, 0.5, ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((8, 0), (-1, 0), ROCK))
-    del rng
     scene.add(cn.polygons([np.array([(0.1, 4.0), (7.9, 4.0), (7.9, 4.5), (0.1, 4.5)])], ROCK, density=2400.0 * 1e6))
     return scene
 
