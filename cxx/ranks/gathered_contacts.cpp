@@ -233,7 +233,10 @@ void ContactParcel::unpack(Unpacker& answer) {
   const double* r = impulses.data();
   for (const cairn_batch& b : system_.batches)
     for (int lane = 0; lane < b.contacts; ++lane)
-      for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = *r++;
+      for (int k = 0; k < b.components; ++k) {
+        at(b, b.r, lane, k) = *r++;
+        if (!b.pack) at(b, b.bias, lane, k) = *r++;
+      }
   system_.load({bodies_.velocity_free});
   const double* v = velocities.data();
   const int n = bodies_.dofs();
@@ -408,7 +411,10 @@ std::vector<Bytes> GatheredContacts::answers() const {
     std::vector<std::int32_t> which;
     for (const Place* place : by_contact[p]) {
       const cairn_batch& b = system_.batches[std::size_t(place->batch)];
-      for (int k = 0; k < b.components; ++k) impulses.push_back(at(b, b.r, place->lane, k));
+      for (int k = 0; k < b.components; ++k) {
+        impulses.push_back(at(b, b.r, place->lane, k));
+        if (!b.pack) impulses.push_back(at(b, b.bias, place->lane, k));
+      }
     }
     for (std::size_t k = 0; k < asked_[p].size(); ++k) {
       const std::int32_t body = number_of(asked_[p][k]);

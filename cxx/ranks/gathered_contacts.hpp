@@ -19,7 +19,8 @@ public:
   ContactParcel(ContactSystem& system, const Bodies& bodies, const ColourShare& colours,
                 const std::vector<std::uint8_t>& own);
   Bytes pack() const;
-  // Impulses into the batches, velocities into the records: those of bodies without contacts are free.
+  // Impulses into the batches, with the biases that the solver left of rings of bonds which do not close; velocities
+  // into the records: those of bodies without contacts are free.
   void unpack(Unpacker& answer);
   // Bytes that the contacts of a system take, with their bodies.
   static double bytes_of(const ContactSystem& system);

@@ -146,7 +146,8 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   options.tolerance *= 1 - 0x1p-10; // errors of both orders of contacts differ by rounding
   const Velocities free = gathered.velocity_free();
   SolverOptions of_help = options;
-  if (masses_differ(mass_ratio_, true)) of_help.tolerance *= 0.5; // light errors of problems are not quite those of steps
+  if (masses_differ(mass_ratio_, true))
+    of_help.tolerance *= 0.5; // light errors of problems are not quite those of steps
   if (request.iterations >= last_call()) of_help.max_iterations = 0; // rather than fail
   const std::unique_ptr<SweepHelp> help =
       solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);

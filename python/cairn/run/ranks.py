@@ -22,7 +22,7 @@ from .views import core_of
 
 
 def with_one_tolerance(strategy):
-    """The strategy, whose steps of dense packs do not end earlier than others: over ranks none takes back the overlap that stays."""
+    """The strategy, whose steps of dense packs do not end earlier than others: over ranks nothing takes back overlap."""
     if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
         return replace(strategy, solver=replace(strategy.solver, tol=strategy.solver.tol or TOL))
     return strategy
@@ -93,8 +93,8 @@ class Ranks:
         dict
             "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
             made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" and "gathers" of the
-            state of all bodies so far; of NSCD "gathered_solves", the times so far that the contacts of all ranks were gathered on
-            the first one, and "gathered_bytes" of them, the last time.
+            state of all bodies so far; of NSCD "gathered_solves", the times so far that the contacts of all ranks were gathered
+            on the first one, and "gathered_bytes" of them, the last time.
         """
         found = core_of(self._simulation).figures()
         return {name: value if name == "imbalance" else int(value) for name, value in found.items()}

@@ -68,11 +68,41 @@ def lid():
     return scene
 
 
+def falling_bonds():
+    """Grains bonded on touch, which fall into a corner: their rings do not close after a turn."""
+    x = np.stack(np.meshgrid(np.arange(6), np.arange(6)), -1).reshape(-1, 2) + 0.7
+    v = np.random.default_rng(1).normal(0, 0.3, x.shape) - 3.0
+    scene = cn.Scene(2, gravity=(-6.0, -G))
+    scene.interact(ROCK, ROCK, cn.Bonded(mu=0.3))
+    scene.add(cn.disks(x, 0.5, ROCK, velocity=v), cn.wall((0, 0), (0, 1), ROCK), cn.wall((0, 0), (1, 0), ROCK))
+    return scene
+
+
+def joined_in_a_cell(dim):
+    """Grains under a stress; some are joined in pairs, whose balls do not touch each other."""
+    n, bone = {2: 6, 3: 4}[dim], cn.Material("bone", density=2600.0)
+    rng = np.random.default_rng(dim)
+    places = np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), -1).reshape(-1, dim)
+    x = (places + 0.5) * 0.93 + rng.uniform(-0.02, 0.02, places.shape)
+    scene = cn.Scene(dim, periodic=cn.Periodic((0.93 * n,) * dim, stress=2e4))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.interact(bone, bone, None)
+    pairs = [(n * k, n * k + 1) for k in range(n ** (dim - 1))]
+    held = np.isin(np.arange(len(x)), pairs)
+    radius, balls = rng.uniform(0.44, 0.48, len(x)), cn.disks if dim == 2 else cn.spheres
+    ids = np.zeros(len(x), int)
+    for which, material in ((~held, ROCK), (held, bone)):
+        ids[which] = scene.add(balls(x[which], radius[which], material))
+    for a, b in pairs:
+        scene.join(int(ids[a]), int(ids[b]), (cn.Pivot if dim == 2 else cn.Ball)(point=(x[a] + x[b]) / 2))
+    return scene
+
+
 SCENES = [tower, arch, bonded_wall, chain, lid]
 
 
-def run(scene, ranks, steps, strategy=AUTO, sim=None, **options):
-    sim = sim or cn.Simulation(scene(), 1e-3, strategy, overlap="ignore", ranks=ranks, **options)
+def run(scene, ranks, steps, strategy=AUTO, sim=None, dt=1e-3, **options):
+    sim = sim or cn.Simulation(scene(), dt, strategy, overlap="ignore", ranks=ranks, **options)
     ends = []
     for _ in range(steps):
         sim.step()
@@ -101,6 +131,28 @@ def test_steps_converge_where_those_without_ranks_do(scene):
     way = np.abs(over.bodies.position - alone.bodies.position).max()
     moved = np.abs(alone.bodies.position - run(scene, None, 0)[0].bodies.position).max()
     assert way <= 1e-3 * moved + 1e-8
+
+
+def test_limited_biases_of_bonds_go_back_to_the_ranks():
+    """Without them impulses would not fit: the error would rise with each answer."""
+    over, ends = run(falling_bonds, 3, 40, dt=2e-3)
+    sweeps, due = run(falling_bonds, 3, 40, cn.NSCD(solver=cn.NLGS(tol=1e-4)), dt=2e-3)
+    assert over.ranks.figures()["gathered_solves"] > 0
+    assert ends.count("converged") >= max(38, due.count("converged"))
+    assert digest(over) == digest(run(falling_bonds, 2, 40, dt=2e-3)[0])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_cells_under_a_stress_hold_joints(dim):
+    made = lambda: joined_in_a_cell(dim)
+    over, ends = run(made, 3, 30, cn.NSCD(solver=cn.Auto(tol=1e-6)))
+    alone, due = run(made, None, 30, cn.NSCD(solver=cn.Auto(tol=1e-6)))
+    assert ends.count("converged") >= due.count("converged") - 1 and due.count("converged") >= 28
+    assert digest(over) == digest(run(made, 7, 30, cn.NSCD(solver=cn.Auto(tol=1e-6)))[0])
+    size = np.abs(alone.cell["stress"]).max()
+    assert size > 0 and np.abs(alone.cell["stress"] - over.cell["stress"]).max() < 1e-3 * size
+    assert np.abs(alone.bodies.position - over.bodies.position).max() < 1e-6
+    assert abs(over.energy["closure"]) < 1e-9 * over.energy["in_play"]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e4, 1e6, 1e9])
