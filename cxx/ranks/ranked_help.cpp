@@ -28,7 +28,7 @@ void add_speeds(const Part& part, int dim, std::span<ExactSum> sums) {
     const double mass = *b.mass[i];
     if (!part.own[std::size_t(i)] || !(mass > 0) || !std::isfinite(mass) || !(b.inverse_mass[i][0] > 0)) continue;
     for (int k = 0; k < dim; ++k) {
-      const double begin = b.velocity[i][k], change = b.velocity_free[i][k] - begin;
+      const double begin = b.velocity_begin[i][k], change = b.velocity_free[i][k] - begin;
       sums[0].add(mass * change * change);
       sums[1].add(mass * begin * begin);
     }
@@ -42,18 +42,18 @@ const std::array<const char*, 3> solvers = {"nlgs", "ppa_newton", "newton_over_b
 // What all ranks ask of the one that solves.
 struct RankedHelp::Request {
   int iterations = 0;
-  double light = 0;
   bool anyway = false; // whatever it costs
 };
 struct RankedHelp::Answer {
   std::int32_t taken = 0, converged = 0, iterations = 0, solver = 0, given_up = 0;
-  double operations = 0;
+  double operations = 0, velocity_error = 0;
 };
 
 RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>& colours, Exchange& exchange,
                        const SolverOptions& options, double mass_ratio, GatheredMemory& memory)
     : parts_(parts), colours_(colours), exchange_(exchange), options_(options), memory_(memory),
-      forecast_(options.tolerance), mass_ratio_(mass_ratio), dim_(parts[0].simulation->scene.dim) {
+      forecast_(options.tolerance), mass_ratio_(mass_ratio), dim_(parts[0].simulation->scene.dim),
+      by_newton_(options.solver == "auto"), exact_(std::isfinite(options.accuracy)) {
   std::int64_t counts[] = {0, 0, 0, 0}; // contacts of packs, others, bytes, bodies that move
   double any[] = {0, 0, 0, 0};          // own solutions, deformable bodies, components, ropes
   ExactSum speeds[2];
@@ -106,7 +106,7 @@ int RankedHelp::last_call() const { return std::max(options_.max_iterations - la
 
 // The rules of newton_help.cpp and solid_help.cpp, with figures of all ranks.
 bool RankedHelp::pays(int iterations, double error) {
-  if (!possible()) return false;
+  if (!possible() || !by_newton_) return false;
   errors_.emplace_back(iterations, error);
   const double foreseen = forecast_.sweeps_to_come(iterations, error),
                to_come = std::min(foreseen, policy().newton_believed * iterations), sweep = sweep_operations();
@@ -125,7 +125,8 @@ bool RankedHelp::pays(int iterations, double error) {
 }
 
 bool RankedHelp::accepts(int iterations, double light) {
-  if (!possible() || iterations < light_from_) return true;
+  if (possible() && exact_) return false;
+  if (!possible() || !by_newton_ || iterations < light_from_) return true;
   if (solid_) return light <= options_.tolerance || refinements_ >= policy().passes_refinements;
   if (light <= light_enough(options_.tolerance, mass_ratio_) || refinements_ >= policy().light_refinements) return true;
   const bool urgent = light > policy().light_urgent;
@@ -149,8 +150,8 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   if (masses_differ(mass_ratio_, true))
     of_help.tolerance *= 0.5; // light errors of problems are not quite those of steps
   if (request.iterations >= last_call()) of_help.max_iterations = 0; // rather than fail
-  const std::unique_ptr<SweepHelp> help =
-      solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
+  std::unique_ptr<SweepHelp> help;
+  if (by_newton_) help = solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
   Answer answer;
   bool wants = request.anyway;
   if (!wants) {
@@ -161,23 +162,26 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   }
   if (wants) {
     options.done = request.iterations;
-    options.max_iterations = std::min(std::max(options_.max_iterations, request.iterations + 1),
-                                      request.iterations + std::max(most_sweeps, request.iterations));
+    options.max_iterations = std::max(options_.max_iterations, request.iterations + 1);
+    if (!exact_)
+      options.max_iterations =
+          std::min(options.max_iterations, request.iterations + std::max(most_sweeps, request.iterations));
     const SolveReport report = solve_nlgs(system, free, options, help.get());
     answer.taken = report.status != SolveStatus::diverged;
     answer.converged = report.status == SolveStatus::converged;
     answer.iterations = report.iterations - request.iterations;
+    answer.velocity_error = report.velocity_error;
     for (std::size_t k = 0; k < solvers.size(); ++k)
       if (solvers[k] == std::string_view(report.solver)) answer.solver = std::int32_t(k);
   }
-  answer.operations = help->operations();
-  answer.given_up = help->given_up();
+  answer.operations = help ? help->operations() : cost_;
+  answer.given_up = help && help->given_up();
   return answer;
 }
 
-RankedHelp::Outcome RankedHelp::improve(int iterations, double light) {
+RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   const bool few = (packed_ + full_) * components_ <= few_unknowns;
-  const Request request{iterations, light, few || light > 0 || iterations >= last_call()};
+  const Request request{iterations, few || small || iterations >= last_call()};
   std::vector<ContactParcel> parcels;
   std::vector<std::vector<Parcel>> out(parts_.size());
   for (std::size_t l = 0; l < parts_.size(); ++l) {
@@ -210,9 +214,14 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, double light) {
   }
   memory_.bytes = bytes_;
   ++memory_.calls;
-  if (light > 0) ++refinements_;
+  if (small) ++refinements_;
   learn(answer, iterations);
-  return {answer.taken != 0, answer.iterations, solvers[std::size_t(answer.solver)]};
+  Outcome outcome{answer.taken != 0, answer.iterations};
+  outcome.solver = solvers[std::size_t(answer.solver)];
+  outcome.velocity_error = answer.velocity_error;
+  outcome.proven = answer.converged;
+  exact_ = exact_ && !small && !answer.converged;
+  return outcome;
 }
 
 void RankedHelp::learn(const Answer& answer, int iterations) {

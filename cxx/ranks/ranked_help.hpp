@@ -3,6 +3,7 @@
 // on all ranks, for every number of them.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -31,17 +32,20 @@ public:
   bool possible() const { return obstacle_.empty(); }
   // Told of each error; true: it wants to be called.
   bool pays(int iterations, double error);
-  // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called.
+  // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called. Where
+  // an accuracy of velocities is asked for, it is called once: the first rank measures it, and sweeps until it is met.
   bool accepts(int iterations, double light);
   // Sweeps after which the error has to be known, for the last call of a step.
   int last_call() const;
   struct Outcome {
-    bool taken = false; // impulses and records are those of the other solver
-    int iterations = 0; // sweeps that it made besides
+    bool taken = false;  // impulses and records are those of the other solver
+    int iterations = 0;  // sweeps that it made besides
+    bool proven = false; // velocities are as exact as was asked
+    double velocity_error = std::numeric_limits<double>::quiet_NaN();
     const char* solver = "nlgs";
   };
-  // light: that of light bodies which was not accepted; 0: the error itself is above the tolerance.
-  Outcome improve(int iterations, double light);
+  // small: the error itself is, and that of light bodies or of velocities was not accepted.
+  Outcome improve(int iterations, bool small);
 
 private:
   struct Request;
@@ -66,7 +70,7 @@ private:
   bool asked_ = false; // its cost is known
   double patience_ = 0;
   int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;
-  bool called_last_ = false;
+  bool called_last_ = false, by_newton_, exact_; // of Auto; an accuracy is asked for, and not yet looked at
 };
 
 } // namespace cairn

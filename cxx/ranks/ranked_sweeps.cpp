@@ -496,6 +496,7 @@ SolveReport RankedSweeps::solve() {
   report.penetration = depth[0];
   report.drift = depth[1];
   if (contacts_ == 0) {
+    if (std::isfinite(options_.accuracy)) report.velocity_error = 0;
     for (Share& share : shares_) share.system->load(share.free());
     if (cell_.driven()) cell_.follow(parts_, exchange_);
     cell_.end(parts_);
@@ -537,6 +538,8 @@ SolveReport RankedSweeps::solve() {
       if (error.square <= wanted && uneven) measure_light(report);
     }
     const bool small = error.square <= wanted;
+    if (small && !std::isnan(report.velocity_error) && !proven_)
+      break; // the first rank made all sweeps that are allowed
     if (small && report.light_error <= std::sqrt(wanted) && iterations_ >= options_.min_iterations) break;
     keep_best(error.square);
     relax(error.square);
@@ -575,7 +578,9 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   report.cone_distance = std::sqrt(largest[1]);
   SolverOptions asked = options_;
   asked.tolerance = std::sqrt(wanted);
-  conclude(report, {end.square, end.finite}, asked, hint_of(report, asked.tolerance));
+  StepError last{end.square, end.finite};
+  last.vague = std::isfinite(options_.accuracy) && !proven_;
+  conclude(report, last, asked, hint_of(report, asked.tolerance));
 }
 
 } // namespace cairn

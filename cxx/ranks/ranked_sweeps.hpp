@@ -102,6 +102,7 @@ private:
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
   std::optional<RankedHelp> help_;
+  bool proven_ = true; // velocities are as exact as was asked
   NesterovSequence sequence_;
   double change_ = 0; // of the last extrapolated sweep, or what comes near it [J]
   int iterations_ = 0, checks_ = 0, last_check_ = 0;

@@ -2,13 +2,23 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../base/call.hpp"
+
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
 
 void RankedSweeps::ask_help(const std::vector<ColourShare>& colours, GatheredMemory& memory) {
-  if (cell_.follows()) return; // its rates follow between sweeps alone
-  help_.emplace(parts_, colours, exchange_, options_, mass_ratio_, memory);
+  const bool exact = std::isfinite(options_.accuracy);
+  std::string obstacle = "the cell follows a stress between sweeps";
+  if (!cell_.follows()) {
+    help_.emplace(parts_, colours, exchange_, options_, mass_ratio_, memory);
+    obstacle = help_->obstacle();
+  }
+  if (exact && !obstacle.empty())
+    throw cairn::Error("accuracy is " + std::to_string(options_.accuracy) +
+                       ", and over ranks that of gathered contacts: " + obstacle +
+                       "; leave accuracy out, or run without ranks");
 }
 
 // small: the error is small enough, and that of light bodies is in the report. True: impulses are others.
@@ -16,7 +26,11 @@ bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
   const bool calls =
       small ? !help_->accepts(iterations_, report.light_error) : help_->pays(iterations_, std::sqrt(square));
   if (!calls) return false;
-  const RankedHelp::Outcome outcome = help_->improve(iterations_, small ? report.light_error : 0);
+  const RankedHelp::Outcome outcome = help_->improve(iterations_, small);
+  if (std::isfinite(options_.accuracy) && (small || outcome.proven)) {
+    report.velocity_error = outcome.velocity_error;
+    proven_ = outcome.proven;
+  }
   if (!outcome.taken) return false;
   iterations_ += outcome.iterations;
   report.solver = outcome.solver;

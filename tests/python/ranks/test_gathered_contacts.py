@@ -177,6 +177,31 @@ def test_nothing_is_gathered_where_sweeps_converge():
     assert digest(sweeps) == digest(sim)
 
 
+def falling_grains():
+    rng = np.random.default_rng(1)
+    x = np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) * 1.02 + 0.52 + rng.uniform(-0.01, 0.01, (64, 2))
+    return on_floor(cn.disks(x, rng.uniform(0.45, 0.5, 64), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((8.26, 0), (-1, 0), ROCK))
+
+
+@pytest.mark.parametrize("solver", [cn.NLGS, cn.Auto])
+def test_velocities_are_as_exact_as_is_asked(solver):
+    exact = run(falling_grains, None, 150, cn.NSCD(solver=solver(tol=1e-11, max_iter=100000)), dt=2e-3)[0].bodies.velocity
+    off = {}
+    for accuracy in (None, 1e-4):
+        strategy = cn.NSCD(solver=solver(), accuracy=accuracy)
+        sims = [run(falling_grains, ranks, 150, strategy, dt=2e-3) for ranks in (1, 3)]
+        assert digest(sims[0][0]) == digest(sims[1][0]) and set(sims[0][1]) == {"converged"}
+        off[accuracy] = np.linalg.norm(sims[0][0].bodies.velocity - exact) / np.linalg.norm(exact)
+    assert sims[0][0].info["velocity_error"] <= 1e-4
+    assert off[1e-4] < 0.01 * off[None]
+
+
+def test_an_accuracy_that_cannot_be_measured_is_refused():
+    cell = run(lambda: joined_in_a_cell(2), 2, 0, cn.NSCD(solver=cn.Auto(), accuracy=1e-3))[0]
+    with pytest.raises(ValueError, match="accuracy is .*the cell follows a stress between sweeps; leave accuracy out"):
+        cell.step()
+
+
 def test_restart_on_other_numbers_of_ranks(tmp_path):
     whole, path = run(tower, 1, 24)[0], tmp_path / "tower.checkpoint.h5"
     sim = run(tower, 3, 8)[0]

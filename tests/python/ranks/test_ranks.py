@@ -295,7 +295,6 @@ def refused():
     [
         (cn.NSCD(solver=cn.PPANewton()), "ppa_newton"),
         (cn.NSCD(solver=cn.ADMM()), "admm"),
-        (cn.NSCD(accuracy=1e-3), "accuracy"),
         (cn.NSCD(project_positions=True), "project_positions"),
         (cn.Carpenter(), "over ranks"),
         (cn.EventDriven(), "event_driven"),
