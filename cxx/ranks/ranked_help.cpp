@@ -11,6 +11,7 @@
 #include "../solvers/policy.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/solid_correction.hpp"
+#include "../solvers/sweeps/step_solver.hpp"
 #include "exact_sum.hpp"
 #include "ranked_sweeps.hpp"
 
@@ -53,7 +54,8 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
                        const SolverOptions& options, double mass_ratio, GatheredMemory& memory)
     : parts_(parts), colours_(colours), exchange_(exchange), options_(options), memory_(memory),
       forecast_(options.tolerance), mass_ratio_(mass_ratio), dim_(parts[0].simulation->scene.dim),
-      by_newton_(options.solver == "auto"), exact_(std::isfinite(options.accuracy)) {
+      by_newton_(options.solver == "auto"), alone_(options.solver != "auto" && options.solver != "nlgs"),
+      exact_(std::isfinite(options.accuracy)) {
   std::int64_t counts[] = {0, 0, 0, 0}; // contacts of packs, others, bytes, bodies that move
   double any[] = {0, 0, 0, 0};          // own solutions, deformable bodies, components, ropes
   ExactSum speeds[2];
@@ -153,6 +155,12 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   std::unique_ptr<SweepHelp> help;
   if (by_newton_) help = solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
   Answer answer;
+  if (alone_) {
+    const SolveReport report = solve_step(system, free, options);
+    answer.taken = 1;
+    answer.iterations = report.iterations;
+    return answer;
+  }
   bool wants = request.anyway;
   if (!wants) {
     const cairn_schedule schedule = system.schedule(1);
@@ -181,7 +189,7 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
 
 RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   const bool few = (packed_ + full_) * components_ <= few_unknowns;
-  const Request request{iterations, few || small || iterations >= last_call()};
+  const Request request{iterations, alone_ || few || small || iterations >= last_call()};
   std::vector<ContactParcel> parcels;
   std::vector<std::vector<Parcel>> out(parts_.size());
   for (std::size_t l = 0; l < parts_.size(); ++l) {

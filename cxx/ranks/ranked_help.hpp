@@ -30,6 +30,8 @@ public:
   // Empty if contacts may be gathered; else why not.
   const std::string& obstacle() const { return obstacle_; }
   bool possible() const { return obstacle_.empty(); }
+  // A solver of problems was chosen, which makes no sweeps.
+  bool alone() const { return alone_; }
   // Told of each error; true: it wants to be called.
   bool pays(int iterations, double error);
   // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called. Where
@@ -70,7 +72,7 @@ private:
   bool asked_ = false; // its cost is known
   double patience_ = 0;
   int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;
-  bool called_last_ = false, by_newton_, exact_; // of Auto; an accuracy is asked for, and not yet looked at
+  bool called_last_ = false, by_newton_, alone_, exact_; // of Auto; an accuracy is asked for, and not yet looked at
 };
 
 } // namespace cairn

@@ -38,8 +38,6 @@ void RankedNscd::undo() {
 
 void RankedNscd::check_scene(const Simulation& s) const {
   const NscdOptions& o = settings();
-  if (o.solver.solver != "nlgs" && o.solver.solver != "auto")
-    refuse("the contact solver is " + o.solver.solver + ", and not nlgs or auto");
   if (o.solver.associated_start) refuse("associated_start is asked for");
   if (o.pose.kernel) refuse("the strategy is " + model_->name);
   if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
@@ -207,7 +205,7 @@ void RankedNscd::solve_step(Simulation& s, const SolverOptions& options, double 
 SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
   RankedSweeps sweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr);
   if (h > 0) sweeps.drive_cell(h);
-  if (options.solver == "auto" || std::isfinite(options.accuracy)) {
+  if (options.solver != "nlgs" || std::isfinite(options.accuracy)) {
     if (!gathered_) gathered_ = std::make_unique<GatheredMemory>(parts_[0].simulation->scene.dim);
     sweeps.ask_help(shares_, *gathered_);
   }

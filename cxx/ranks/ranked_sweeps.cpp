@@ -512,8 +512,9 @@ SolveReport RankedSweeps::solve() {
   double wanted = options_.tolerance * options_.tolerance;
   int next = std::max(options_.min_iterations, 1);
   constexpr int least_between = 4; // sweeps between two light errors
-  const bool uneven = masses_differ(mass_ratio_, help_ && help_->possible());
-  while (iterations_ < options_.max_iterations) {
+  const bool uneven = masses_differ(mass_ratio_, help_ && help_->possible()), sweeps = !(help_ && help_->alone());
+  if (!sweeps) solve_elsewhere(report);
+  while (sweeps && iterations_ < options_.max_iterations) {
     if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
     sweep();
     if (iterations_ < next && iterations_ < options_.max_iterations) continue;

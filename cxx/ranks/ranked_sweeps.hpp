@@ -81,6 +81,7 @@ private:
   void keep_best(double square);
   bool give_back(double square);
   bool persists();
+  void solve_elsewhere(SolveReport& report);
   bool get_help(bool small, double square, SolveReport& report);
   std::string hint_of(const SolveReport& report, double tolerance) const;
   void finish(double wanted, SolveReport& report);

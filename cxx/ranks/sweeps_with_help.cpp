@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "../base/call.hpp"
+#include "../solvers/problems/friction_problem.hpp"
 
 #include "ranked_sweeps.hpp"
 
@@ -15,10 +16,20 @@ void RankedSweeps::ask_help(const std::vector<ColourShare>& colours, GatheredMem
     help_.emplace(parts_, colours, exchange_, options_, mass_ratio_, memory);
     obstacle = help_->obstacle();
   }
+  if (options_.solver != "nlgs" && options_.solver != "auto" && !obstacle.empty())
+    throw cairn::Error("the contact solver " + options_.solver + " takes gathered contacts over ranks: " + obstacle +
+                       "; take cairn.NLGS or cairn.Auto");
   if (exact && !obstacle.empty())
     throw cairn::Error("accuracy is " + std::to_string(options_.accuracy) +
                        ", and over ranks that of gathered contacts: " + obstacle +
                        "; leave accuracy out, or run without ranks");
+}
+
+// By a solver of problems alone.
+void RankedSweeps::solve_elsewhere(SolveReport& report) {
+  iterations_ = help_->improve(0, false).iterations;
+  for (const ProblemSolverInfo& row : problem_solvers())
+    if (row.name == options_.solver) report.solver = row.name.c_str();
 }
 
 // small: the error is small enough, and that of light bodies is in the report. True: impulses are others.

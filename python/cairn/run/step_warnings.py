@@ -118,7 +118,7 @@ def _rebounds(simulation):
 
 
 def _for(simulation, remedy, over_ranks):
-    """The remedy that a simulation takes; over ranks, which refuse other solvers and project_positions, that of ranks,
+    """The remedy that a simulation takes; over ranks, which refuse project_positions, that of ranks,
     and the way out of them."""
     return remedy if simulation.ranks is None else f"{over_ranks}; without ranks= also {remedy}"
 

@@ -180,7 +180,8 @@ def test_nothing_is_gathered_where_sweeps_converge():
 def falling_grains():
     rng = np.random.default_rng(1)
     x = np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) * 1.02 + 0.52 + rng.uniform(-0.01, 0.01, (64, 2))
-    return on_floor(cn.disks(x, rng.uniform(0.45, 0.5, 64), ROCK), cn.wall((0, 0), (1, 0), ROCK), cn.wall((8.26, 0), (-1, 0), ROCK))
+    grains = cn.disks(x, rng.uniform(0.45, 0.5, 64), ROCK)
+    return on_floor(grains, cn.wall((0, 0), (1, 0), ROCK), cn.wall((8.26, 0), (-1, 0), ROCK))
 
 
 @pytest.mark.parametrize("solver", [cn.NLGS, cn.Auto])
@@ -194,6 +195,26 @@ def test_velocities_are_as_exact_as_is_asked(solver):
         off[accuracy] = np.linalg.norm(sims[0][0].bodies.velocity - exact) / np.linalg.norm(exact)
     assert sims[0][0].info["velocity_error"] <= 1e-4
     assert off[1e-4] < 0.01 * off[None]
+
+
+@pytest.mark.parametrize("solver", [cn.PPANewton(tol=1e-8), cn.ADMM(tol=1e-6)], ids=lambda s: s.name)
+def test_solvers_of_problems_take_gathered_contacts(solver):
+    sims = [run(falling_grains, ranks, 100, cn.NSCD(solver=solver), dt=2e-3) for ranks in (None, 1, 3)]
+    assert digest(sims[1][0]) == digest(sims[2][0]) and sims[1][0].ranks.figures()["gathered_solves"] == 100
+    assert sims[1][0].info["solver"] == sims[0][0].info["solver"]
+    assert sims[1][1].count("converged") >= sims[0][1].count("converged") - 1
+    speed = np.abs(sims[0][0].bodies.velocity)
+    assert np.abs(sims[0][0].bodies.velocity - sims[1][0].bodies.velocity).max() < 1e-4 * speed.max()
+
+
+def test_solvers_of_problems_refuse_what_they_refuse_without_ranks():
+    sim = run(falling_bonds, 2, 0, cn.NSCD(solver=cn.ADMM()))[0]
+    told = []
+    for made in (sim, run(falling_bonds, None, 0, cn.NSCD(solver=cn.ADMM()))[0]):
+        with pytest.raises(ValueError) as refusal:
+            made.run(60, progress=False)
+        told.append(str(refusal.value))
+    assert told[1] in told[0] and "take cairn.NLGS or cairn.Auto" in told[0]
 
 
 def test_an_accuracy_that_cannot_be_measured_is_refused():
