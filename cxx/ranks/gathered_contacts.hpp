@@ -22,7 +22,7 @@ public:
   // Impulses into the batches, with the biases that the solver left of rings of bonds which do not close; velocities
   // into the records: those of bodies without contacts are free.
   void unpack(Unpacker& answer);
-  // Bytes that the contacts of a system take, with their bodies.
+  // Bytes of the contacts of a system in a parcel.
   static double bytes_of(const ContactSystem& system);
 
 private:
