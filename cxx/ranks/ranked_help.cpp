@@ -56,10 +56,22 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
       forecast_(options.tolerance), mass_ratio_(mass_ratio), dim_(parts[0].simulation->scene.dim),
       by_newton_(options.solver == "auto"), alone_(options.solver != "auto" && options.solver != "nlgs"),
       exact_(std::isfinite(options.accuracy)) {
-  std::int64_t counts[] = {0, 0, 0, 0}; // contacts of packs, others, bytes, bodies that move
-  double any[] = {0, 0, 0, 0};          // own solutions, deformable bodies, components, ropes
+  count();
+  const double contacts = packed_ + full_;
+  cost_ = solid_ ? SolidCorrection::operations(dim_, dofs_, contacts)
+                 : policy().newton_iterations * policy().newton_contact * contacts;
+  asked_ = solid_;
+  // a gathering costs some sweeps, and errors of the first extrapolated sweeps foretell too many
+  patience_ = !solid_ ? policy().newton_patience_uneven : options.again == 2 ? 1 : policy().passes_patience;
+  few_from_ = policy().active_set_first;
+}
+
+// Figures of all ranks.
+void RankedHelp::count() {
+  std::int64_t counts[] = {0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move
+  double any[] = {0, 0, 0};             // own solutions, deformable bodies, components
   ExactSum speeds[2];
-  for (Part& part : parts) {
+  for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
     counts[2] += std::int64_t(ContactParcel::bytes_of(system));
     for (std::size_t i = 0; i < part.bodies.size(); ++i) counts[3] += part.own[i] && !part.fixed[i];
@@ -69,33 +81,26 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
       if (b.mapped_a || b.mapped_b) any[1] = 1;
       any[2] = std::max(any[2], double(b.components));
     }
-    add_speeds(part, dim_, speeds);
   }
-  exchange.sum(counts);
-  exchange.largest(any);
-  add_over_ranks(speeds, exchange);
+  exchange_.sum(counts);
+  exchange_.largest(any);
+  solid_ = any[0] > 0;
+  if (solid_ || exact_) {
+    for (const Part& part : parts_) add_speeds(part, dim_, speeds);
+    add_over_ranks(speeds, exchange_);
+  }
   packed_ = double(counts[0]);
   full_ = double(counts[1]);
-  bytes_ = double(counts[2]);
   by_loads_ = speeds[0].value();
   at_begin_ = speeds[1].value();
+  bytes_ = double(counts[2]);
   dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]);
-  solid_ = any[0] > 0;
   components_ = int(any[2]);
   char text[200];
+  std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, memory of cairn.Auto is %.2g", bytes_,
+                options_.max_bytes);
   if (any[1] > 0) obstacle_ = "contacts of deformable bodies are not gathered";
-  if (bytes_ > options.max_bytes) {
-    std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, memory of cairn.Auto is %.2g", bytes_,
-                  options.max_bytes);
-    obstacle_ = text;
-  }
-  const double contacts = packed_ + full_;
-  cost_ = solid_ ? SolidCorrection::operations(dim_, dofs_, contacts)
-                 : policy().newton_iterations * policy().newton_contact * contacts;
-  asked_ = solid_;
-  // a gathering costs some sweeps, and errors of the first extrapolated sweeps foretell too many
-  patience_ = !solid_ ? policy().newton_patience_uneven : options.again == 2 ? 1 : policy().passes_patience;
-  few_from_ = policy().active_set_first;
+  if (bytes_ > options_.max_bytes) obstacle_ = text;
 }
 
 double RankedHelp::sweep_operations() const {

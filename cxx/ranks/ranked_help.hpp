@@ -52,6 +52,7 @@ public:
 private:
   struct Request;
   struct Answer;
+  void count();
   double sweep_operations() const;
   Answer solve(const std::vector<Bytes>& parcels, const Request& request);
   void learn(const Answer& answer, int iterations);
