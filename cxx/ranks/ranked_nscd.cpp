@@ -157,7 +157,12 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   if (joint_rank_ >= 0) seat_joints(s);
   s.timed("colour_contacts", [&] { choose_colours(); });
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
-  s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+  try {
+    s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+  } catch (...) {
+    undo(); // gathered contacts are refused on all ranks
+    throw;
+  }
   if (Part* part = mesh_part(); part && !part->simulation->meshes.linear())
     s.timed("newton_passes", [&] { newton_passes(s, *part, h); });
   ExactSum work[contact_terms];

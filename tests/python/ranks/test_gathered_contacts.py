@@ -215,6 +215,14 @@ def test_solvers_of_problems_refuse_what_they_refuse_without_ranks():
             made.run(60, progress=False)
         told.append(str(refusal.value))
     assert told[1] in told[0] and "take cairn.NLGS or cairn.Auto" in told[0]
+    before, steps = np.array(sim.bodies.position), sim.steps
+    with pytest.raises(ValueError):
+        sim.step()
+    assert sim.steps == steps and np.array_equal(sim.bodies.position, before)
+    sim.strategy = AUTO  # the failed step is undone, and the run goes on
+    other = run(falling_bonds, 1, steps, cn.NSCD(solver=cn.ADMM()))[0]
+    other.strategy = AUTO
+    assert digest(run(None, 2, 20, sim=sim)[0]) == digest(run(None, 1, 20, sim=other)[0])
 
 
 def test_an_accuracy_that_cannot_be_measured_is_refused():
