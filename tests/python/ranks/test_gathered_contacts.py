@@ -26,7 +26,7 @@ def tower(ratio=1e6):
 
 
 def arch():
-    """Eleven voussoirs on two springers, under a block of a thousand times their mass on the keystone."""
+    """Eleven voussoirs on two springers, under a block of ten times their density on the keystone."""
     n, inner, outer = 11, 4.0, 5.2
     angles = np.linspace(np.pi, 0, n + 1)
     stones = []
