@@ -257,6 +257,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
+  ranks/gathered_contacts.cpp
   ranks/growth.cpp
   ranks/meetings.cpp
   ranks/meshes_over_ranks.cpp
@@ -264,6 +265,7 @@ set(CAIRN_CXX_SOURCES
   ranks/part.cpp
   ranks/partition.cpp
   ranks/ranked_cell.cpp
+  ranks/ranked_help.cpp
   ranks/ranked_joints.cpp
   ranks/ranked_nscd.cpp
   ranks/over_ranks_partition.cpp
@@ -273,6 +275,7 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_light.cpp
   ranks/ranked_sweeps.cpp
   ranks/sweep_exchange.cpp
+  ranks/sweeps_with_help.cpp
   ranks/virtual_ranks.cpp
   base/expression.cpp
   simulation/contact_fields.cpp

@@ -8,16 +8,6 @@
 
 namespace cairn {
 
-namespace {
-
-cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
-  if (law_infos()[b.law].solve) return law_infos()[b.law].solve;
-  if (b.block) return dim == 2 ? cairn_cone_full2 : cairn_cone_full3;
-  return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
-}
-
-} // namespace
-
 void BatchAssembly::fill() {
   const int n = int(system_.batches.size()), threads = system_.schedule(omp_get_max_threads()).threads;
   double deepest = 0;
@@ -32,7 +22,7 @@ void BatchAssembly::fill() {
 
 void BatchAssembly::fill_batch(int which, int thread, double& deepest) {
   cairn_batch& batch = system_.batches[which];
-  batch.solve = solver_of(batch, in_.dim());
+  batch.solve = local_solver(batch, in_.dim());
   // of a bond, a dummy would pull: it would count in how much a sweep changes, and in the size of the impulses
   batch.repeats = law_infos()[batch.law].has_solve && batch.contacts < batch.count;
   if (batch.pack) {

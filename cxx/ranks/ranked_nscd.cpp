@@ -19,10 +19,7 @@ namespace cairn {
 const StepReport& RankedNscd::step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
-  const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
   s.place_meshes();
-  if (s.scene.cell.moves() && std::ranges::any_of(s.laws.laws(), joins))
-    refuse("joints hold bodies in a periodic cell that follows a stress");
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought
   for (int tries = 0; !attempt(s, h); ++tries) {
@@ -41,8 +38,6 @@ void RankedNscd::undo() {
 
 void RankedNscd::check_scene(const Simulation& s) const {
   const NscdOptions& o = settings();
-  if (o.solver.solver != "nlgs") refuse("the contact solver is " + o.solver.solver + ", and not nlgs");
-  if (std::isfinite(o.solver.accuracy)) refuse("accuracy of velocities is asked for");
   if (o.solver.associated_start) refuse("associated_start is asked for");
   if (o.pose.kernel) refuse("the strategy is " + model_->name);
   if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
@@ -66,6 +61,13 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
                                          "gather"};
   if (!s.meshes.linear()) names.insert(names.begin() + 6, "newton_passes");
   return names;
+}
+
+std::vector<std::pair<std::string_view, double>> RankedNscd::figures(Simulation& s) {
+  auto rows = OverRanks::figures(s);
+  rows.emplace_back("gathered_solves", gathered_ ? double(gathered_->calls) : 0);
+  rows.emplace_back("gathered_bytes", gathered_ ? gathered_->bytes : 0);
+  return rows;
 }
 
 namespace {
@@ -155,7 +157,12 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   if (joint_rank_ >= 0) seat_joints(s);
   s.timed("colour_contacts", [&] { choose_colours(); });
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
-  s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+  try {
+    s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+  } catch (...) {
+    undo(); // gathered contacts are refused on all ranks
+    throw;
+  }
   if (Part* part = mesh_part(); part && !part->simulation->meshes.linear())
     s.timed("newton_passes", [&] { newton_passes(s, *part, h); });
   ExactSum work[contact_terms];
@@ -203,6 +210,10 @@ void RankedNscd::solve_step(Simulation& s, const SolverOptions& options, double 
 SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
   RankedSweeps sweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr);
   if (h > 0) sweeps.drive_cell(h);
+  if (options.solver != "nlgs" || std::isfinite(options.accuracy)) {
+    if (!gathered_) gathered_ = std::make_unique<GatheredMemory>(parts_[0].simulation->scene.dim);
+    sweeps.ask_help(shares_, *gathered_);
+  }
   return sweeps.solve();
 }
 

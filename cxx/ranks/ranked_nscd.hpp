@@ -3,6 +3,7 @@
 #include "../strategies/nscd/nscd.hpp"
 #include "colouring.hpp"
 #include "over_ranks.hpp"
+#include "ranked_help.hpp"
 #include "sweep_exchange.hpp"
 
 namespace cairn {
@@ -16,6 +17,7 @@ public:
     return std::make_unique<RankedNscd>(model_->fresh(), exchange_, rhythm_);
   }
   void check_scene(const Simulation& s) const override;
+  std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
 
 private:
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
@@ -52,8 +54,9 @@ private:
 
   std::vector<ColourShare> shares_;
   ColourLinks links_;
-  SweepExchange once_;           // a sweep, in the place of these
-  std::int64_t colours_of_ = -1; // the partition that they were chosen in
+  std::unique_ptr<GatheredMemory> gathered_; // of the other solver; made by the first step that has one
+  SweepExchange once_;                       // a sweep, in the place of these
+  std::int64_t colours_of_ = -1;             // the partition that they were chosen in
 };
 
 } // namespace cairn

@@ -475,6 +475,7 @@ SolveReport RankedSweeps::solve() {
   report.penetration = depth[0];
   report.drift = depth[1];
   if (contacts_ == 0) {
+    if (std::isfinite(options_.accuracy)) report.velocity_error = 0;
     for (Share& share : shares_) share.system->load(share.free());
     if (cell_.driven()) cell_.follow(parts_, exchange_);
     cell_.end(parts_);
@@ -490,12 +491,13 @@ SolveReport RankedSweeps::solve() {
   double wanted = options_.tolerance * options_.tolerance;
   next_check_ = std::max(options_.min_iterations, 1);
   constexpr int least_between = 4; // sweeps between two light errors
-  const bool uneven = masses_differ(mass_ratio_, false);
-  while (iterations_ < options_.max_iterations) {
+  const bool uneven = masses_differ(mass_ratio_, help_ && help_->possible()), sweeps = !(help_ && help_->alone());
+  if (!sweeps) solve_elsewhere(report);
+  while (sweeps && iterations_ < options_.max_iterations) {
     if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
     sweep();
     if (!worth_measuring(wanted)) continue;
-    const Error error = measure();
+    Error error = measure();
     if (!error.finite) {
       if (extrapolates_ && give_back(error.square)) {
         extrapolates_ = false;
@@ -509,8 +511,15 @@ SolveReport RankedSweeps::solve() {
       break;
     }
     if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
+    if (error.square <= wanted && uneven) measure_light(report);
+    if (help_ && !(may_end_early && iterations_ < options_.patience) &&
+        get_help(error.square <= wanted, error.square, report)) {
+      error = measure();
+      if (error.square <= wanted && uneven) measure_light(report);
+    }
     const bool small = error.square <= wanted;
-    if (small && uneven) measure_light(report);
+    if (small && !std::isnan(report.velocity_error) && !proven_)
+      break; // the first rank made all sweeps that are allowed
     if (small && report.light_error <= std::sqrt(wanted) && iterations_ >= options_.min_iterations) break;
     keep_best(error.square);
     relax(error.square);
@@ -518,6 +527,7 @@ SolveReport RankedSweeps::solve() {
     next_check_ =
         iterations_ + (small ? std::max(least_between, iterations_ / 8) : sweeps_to_check(error.square, wanted));
     if (may_end_early && iterations_ < options_.patience) next_check_ = std::min(next_check_, options_.patience);
+    if (help_ && iterations_ < help_->last_call()) next_check_ = std::min(next_check_, help_->last_call());
   }
   finish(wanted, report);
   cell_.end(parts_);
@@ -525,31 +535,21 @@ SolveReport RankedSweeps::solve() {
 }
 
 void RankedSweeps::finish(double wanted, SolveReport& report) {
-  constexpr double differs = 900; // light bodies between heavy ones would feel the rounding of impulses
-  const bool keeps = mass_ratio_ > differs && report.status != SolveStatus::diverged;
+  // light bodies between heavy ones would feel the rounding of impulses
+  const bool keeps = masses_differ(mass_ratio_, help_ && help_->possible()) && report.status != SolveStatus::diverged;
   if (!keeps) give_impulses();
   if (cell_.driven()) cell_.follow(parts_, exchange_);
   Error end = measure(&report);
   if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure(&report);
-  if (masses_differ(mass_ratio_, false) && end.finite) measure_light(report);
+  if (masses_differ(mass_ratio_, help_ && help_->possible()) && end.finite) measure_light(report);
   report.iterations = iterations_;
   report.checks = checks_;
   report.error = std::sqrt(end.square);
   SolverOptions asked = options_;
   asked.tolerance = std::sqrt(wanted);
-  char hint[300];
-  if (report.error <= asked.tolerance && report.light_error > asked.tolerance)
-    std::snprintf(
-        hint, sizeof hint,
-        "light bodies under heavy ones are not solved: light_error %.2e after %d iterations over %d ranks, tol "
-        "is %.2e: make the run without ranks, whose solver has more than sweeps, or let masses differ less",
-        report.light_error, report.iterations, exchange_.ranks(), options_.tolerance);
-  else
-    std::snprintf(hint, sizeof hint,
-                  "error %.2e after %d iterations over %d ranks, tol is %.2e: allow more iterations, a larger tol or a "
-                  "smaller dt",
-                  report.error, report.iterations, exchange_.ranks(), options_.tolerance);
-  conclude(report, {end.square, end.finite}, asked, hint);
+  StepError last{end.square, end.finite};
+  last.vague = std::isfinite(options_.accuracy) && !proven_;
+  conclude(report, last, asked, hint_of(report, asked.tolerance));
 }
 
 } // namespace cairn

@@ -2,6 +2,7 @@
 // how they go on is a sum over contacts or bodies that is exact, so that no bit depends on which rank has which.
 #pragma once
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "exact_sum.hpp"
 #include "part.hpp"
 #include "ranked_cell.hpp"
+#include "ranked_help.hpp"
 #include "sweep_exchange.hpp"
 
 namespace cairn {
@@ -26,6 +28,8 @@ public:
                const SolverOptions& options, SweepExchange* once_a_sweep);
   // The shape of the periodic cell of the parts is driven: its rates and its stress follow the impulses.
   void drive_cell(double h);
+  // Another solver takes over where sweeps would take long.
+  void ask_help(const std::vector<ColourShare>& colours, GatheredMemory& memory);
   // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
   // on.
   SolveReport solve();
@@ -77,6 +81,9 @@ private:
   void keep_best(double square);
   bool give_back(double square);
   bool persists();
+  void solve_elsewhere(SolveReport& report);
+  bool get_help(bool small, double square, SolveReport& report);
+  std::string hint_of(const SolveReport& report, double tolerance) const;
   void finish(double wanted, SolveReport& report);
   template <class F>
   void each_row(Share& share, F&& f) const;
@@ -95,6 +102,8 @@ private:
   double least_square_ = std::numeric_limits<double>::infinity();   // that of the impulses that were kept
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
+  std::optional<RankedHelp> help_;
+  bool proven_ = true; // velocities are as exact as was asked
   NesterovSequence sequence_;
   double change_ = 0;    // of the last extrapolated sweep, or what comes near it [J]
   double ratio_ = 0;     // square of the error over that change, where it was measured; 0: not known [1/J]

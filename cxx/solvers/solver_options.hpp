@@ -18,6 +18,7 @@ struct SolverOptions {
   // The same problem but for its biases was solved just now, and the step begins with its impulses: 1, or 2 where
   // Newton's method over bodies found them.
   int again = 0;
+  int done = 0; // sweeps of this problem that led to the impulses at hand; max_iterations counts them
   double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
   double max_bytes = 1e9;          // of factors, and of W where a solver takes it in blocks
   // Error that ends a step of a dense pack which has taken `patience` sweeps, where it is above the tolerance.

@@ -132,6 +132,7 @@ public:
     forecast_.aim(error);
   }
   bool given_up() const override { return given_up_; }
+  double operations() const override { return cost_; }
   const char* name() const override { return "ppa_newton"; }
   int few_unknowns() const override { return policy().newton_few_unknowns; }
 
@@ -216,6 +217,11 @@ SolveReport solve_nlgs_and_newton(ContactSystem& system, const Velocities& veloc
                                   const SolverOptions& options) {
   NewtonHelp help(system, velocity_free, options);
   return solve_nlgs(system, velocity_free, options, &help);
+}
+
+std::unique_ptr<SweepHelp> newton_help(ContactSystem& system, const Velocities& velocity_free,
+                                       const SolverOptions& options) {
+  return std::make_unique<NewtonHelp>(system, velocity_free, options);
 }
 
 } // namespace cairn

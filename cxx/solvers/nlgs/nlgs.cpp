@@ -156,6 +156,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
   report.penetration = system.penetration;
   report.drift = system.drift;
   report.contacts = contacts_of(system);
+  report.iterations = options.done;
   system.load(velocity_free);
   if (std::isfinite(options.accuracy)) report.velocity_error = 0;
   if (system.batches.empty()) return report;

@@ -1,5 +1,7 @@
 // Block nonlinear Gauss-Seidel on the contacts of a step.
 #pragma once
+#include <memory>
+
 #include "../solve_report.hpp"
 #include "../solver_options.hpp"
 #include "sweep_help.hpp"
@@ -12,5 +14,8 @@ SolveReport solve_nlgs(ContactSystem&, const Velocities& velocity_free, const So
 // bodies, where laws have a local solution of their own.
 SolveReport solve_nlgs_and_newton(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 SolveReport solve_nlgs_and_bodies(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
+// The same solvers beside sweeps that are made elsewhere.
+std::unique_ptr<SweepHelp> newton_help(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
+std::unique_ptr<SweepHelp> solid_help(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 
 } // namespace cairn

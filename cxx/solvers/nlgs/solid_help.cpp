@@ -26,6 +26,12 @@ bool joints_alone(const ContactSystem& system) {
   });
 }
 
+// True if laws of zones are told that all bodies are solved at once: contacts gathered from ranks are not.
+bool zones_over_bodies(const ContactSystem& system) {
+  return SolidZones::alone(system) && std::any_of(system.batches.begin(), system.batches.end(),
+                                                  [](const cairn_batch& b) { return b.context->over_bodies != 0; });
+}
+
 // Newton's method over bodies, where laws have a local solution of their own.
 class SolidHelp : public SweepHelp {
 public:
@@ -34,7 +40,7 @@ public:
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
         jointed_(!solid_bonds_ && JointedProblem::needed(system)), beside_joints_(jointed_ && !joints_alone(system)),
-        zones_(SolidZones::alone(system)) {
+        zones_(zones_over_bodies(system)) {
     if (zones_) SolidZones::keep_start(system);
   }
 
@@ -115,6 +121,7 @@ public:
     forecast_.aim(error);
   }
   bool given_up() const override { return given_up_; }
+  double operations() const override { return SolidCorrection::operations(system_); }
   const char* name() const override { return "newton_over_bodies"; }
   int few_unknowns() const override { return ActiveSet::most_unknowns; }
 
@@ -156,6 +163,11 @@ SolveReport solve_nlgs_and_bodies(ContactSystem& system, const Velocities& veloc
                                   const SolverOptions& options) {
   SolidHelp help(system, velocity_free, options);
   return solve_nlgs(system, velocity_free, options, &help);
+}
+
+std::unique_ptr<SweepHelp> solid_help(ContactSystem& system, const Velocities& velocity_free,
+                                      const SolverOptions& options) {
+  return std::make_unique<SolidHelp>(system, velocity_free, options);
 }
 
 } // namespace cairn

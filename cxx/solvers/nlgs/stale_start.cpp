@@ -32,7 +32,7 @@ private:
 } // namespace
 
 void add_stale_start(NlgsState& s, NlgsParts& parts) {
-  if (s.uneven && !s.system.cell && all_cones(s.system)) parts.add<StaleStart>(s);
+  if (s.uneven && s.options.done == 0 && !s.system.cell && all_cones(s.system)) parts.add<StaleStart>(s);
 }
 
 } // namespace cairn

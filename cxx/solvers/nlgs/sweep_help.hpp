@@ -39,6 +39,8 @@ public:
   virtual void aim(double error) = 0;
   // It is asked no more: sweeps have to do alone.
   virtual bool given_up() const = 0;
+  // Expected cost of a call, as far as it is known.
+  virtual double operations() const = 0;
   virtual const char* name() const = 0;
   // Up to so many unknowns an active set costs less than its first iterations.
   virtual int few_unknowns() const = 0;

@@ -137,6 +137,12 @@ void ContactSystem::unload_and_add(Field<double>& velocity, const Velocities& mo
   if (!condensed.empty()) add_condensed(*more.nodes);
 }
 
+cairn_law_solve* local_solver(const cairn_batch& b, int dim) {
+  if (law_infos()[b.law].solve) return law_infos()[b.law].solve;
+  if (b.block) return dim == 2 ? cairn_cone_full2 : cairn_cone_full3;
+  return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
+}
+
 bool begins_from_nothing(const ContactSystem& system) {
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane)

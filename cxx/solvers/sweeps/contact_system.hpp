@@ -85,6 +85,9 @@ struct ContactSystem {
 // True if all initial impulses are zero.
 bool begins_from_nothing(const ContactSystem&);
 
+// Solver of single contacts of a batch: its law's own, or that of the cone for its blocks.
+cairn_law_solve* local_solver(const cairn_batch&, int dim);
+
 // row k: side k of sides.def
 const cairn_side* sides();
 bool is_radial(std::int32_t side);

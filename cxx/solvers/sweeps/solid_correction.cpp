@@ -34,14 +34,17 @@ std::string SolidCorrection::obstacle(const ContactSystem& system) {
 SolidCorrection::SolidCorrection(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free)
     : system_(system), solid_(system, schedule, velocity_free), yielding_(yielding(mass_ratio(system))) {}
 
+// Factors by nested dissection, in the plane and in space.
+double SolidCorrection::operations(int dim, double dofs, double contacts) {
+  return (dim == 2 ? 30 * dofs * std::sqrt(dofs) : 15 * dofs * dofs) + 4000.0 * contacts;
+}
+
 double SolidCorrection::operations(const ContactSystem& system) {
-  // nested dissection in the plane, and in space
   double contacts = 0;
   for (const cairn_batch& b : system.batches) contacts += b.contacts;
   double n = double(system.velocities()) * double(system.bodies);
   for (const CondensedBody& body : system.condensed) n += double(body.dofs.dofs);
-  const double factors = system.dim == 2 ? 30 * n * std::sqrt(n) : 15 * n * n;
-  return factors + 4000.0 * contacts;
+  return operations(system.dim, n, contacts);
 }
 
 bool SolidCorrection::has_bonds(const ContactSystem& system) {

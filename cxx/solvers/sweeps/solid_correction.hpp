@@ -30,6 +30,7 @@ public:
   bool possible() const { return solid_.possible(); }
   // Approximate cost of one pass, in operations at the rate of factors; known before lists are made.
   static double operations(const ContactSystem&);
+  static double operations(int dim, double dofs, double contacts);
   // Impulses of a smaller error, in a few passes; records up to date before and after.
   // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
   int improve(double error_square, double wanted_square, const std::function<double()>& measure);

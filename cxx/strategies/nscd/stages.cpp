@@ -80,7 +80,8 @@ void Nscd::begin_step(Simulation& s, double h) {
   s.place_meshes();
   constexpr double swept_sooner = 0x1p26; // by reaches, where nothing but sweeps asks for compliances [bytes]
   const double most = settings.solver.max_bytes;
-  s.meshes.compliance_bytes = {most, settings.solver.solver == "nlgs" ? std::min(most, swept_sooner) : most};
+  const bool swept = settings.solver.solver == "nlgs" || leave_out; // ranks solve contacts of meshes by sweeps alone
+  s.meshes.compliance_bytes = {most, swept ? std::min(most, swept_sooner) : most};
   bool anew = false;
   try {
     anew = histories_.start(s, step_);

@@ -108,6 +108,9 @@ def _ranks(simulation):
         lines.append(f"  last step: {f['colours']} colours, {f['ghosts']} ghosts here, {f['messages']} messages with "
                      f"{f['message_bytes']} bytes sent from here, imbalance {f['imbalance']:.3g}, partitions so far "
                      f"{f['partitions']}")  # fmt: skip
+        if f.get("gathered_solves"):
+            lines.append(f"  contacts of all ranks were gathered on the first one {f['gathered_solves']} times so far, where "
+                         f"sweeps would have taken long; the last time they were {f['gathered_bytes']} bytes")  # fmt: skip
     return lines
 
 

@@ -15,17 +15,16 @@ from pathlib import Path
 
 from .. import _core
 from ..base.given_ranks import VARIABLE
-from ..options.solvers import NLGS, TOL, Default
+from ..options.solvers import TOL, Default
 from ..options.strategies import NSCD
 from .compared import call_of
 from .views import core_of
 
 
-def solved_by_sweeps(strategy):
-    """The strategy with NLGS in place of the solver that is chosen by the scene: over ranks sweeps solve contacts."""
+def with_one_tolerance(strategy):
+    """The strategy, whose steps of dense packs do not end earlier than others: over ranks nothing takes back overlap."""
     if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
-        of = strategy.solver
-        return replace(strategy, solver=NLGS(tol=of.tol or TOL, min_iter=of.min_iter, max_iter=of.max_iter))
+        return replace(strategy, solver=replace(strategy.solver, tol=strategy.solver.tol or TOL))
     return strategy
 
 
@@ -94,7 +93,8 @@ class Ranks:
         dict
             "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
             made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" and "gathers" of the
-            state of all bodies so far.
+            state of all bodies so far; of NSCD "gathered_solves", the times so far that the contacts of all ranks were gathered
+            on the first one, and "gathered_bytes" of them, the last time.
         """
         found = core_of(self._simulation).figures()
         return {name: value if name == "imbalance" else int(value) for name, value in found.items()}

@@ -91,7 +91,7 @@ def _creators(simulation):
     unseen += ["how far a long row of bonds falls that each miss little"] if any(law.bonds for law in laws) else []
     text = f"the error does not see {', nor '.join(unseen)}" if unseen else "that is what the tolerance leaves"
     auto = "" if isinstance(simulation.strategy.solver, Auto) or not unseen else "solver=cn.Auto(), "
-    text += f"; give {_for(simulation, f'{auto}a smaller tol or accuracy=1e-3 of NSCD', 'a smaller tol')}"
+    text += f"; give {auto}a smaller tol or accuracy=1e-3 of NSCD"
     own = any(type(law).__name__ == "Restitution" and law.mu > 0 for law in laws)
     return text + (" (Restitution with friction may do so by its law)" if own else "")
 
@@ -118,7 +118,7 @@ def _rebounds(simulation):
 
 
 def _for(simulation, remedy, over_ranks):
-    """The remedy that a simulation takes; over ranks, which refuse other solvers, accuracy and project_positions, that of ranks,
+    """The remedy that a simulation takes; over ranks, which refuse project_positions, that of ranks,
     and the way out of them."""
     return remedy if simulation.ranks is None else f"{over_ranks}; without ranks= also {remedy}"
 
@@ -300,7 +300,7 @@ class StepWarnings:
                         f"{what} {view.id[k]} moves {way[k]:.1e} m in step {simulation.steps}, and all bodies reach over "
                         f"{reach:.1e} m: this step, which {ENDED.get(info['status'], 'converged')}, or one before it went wrong, "
                         "and what follows has no meaning, though it may converge; give "
-                        + _for(simulation, "a smaller dt, solver=cn.Auto() or softer laws", "a smaller dt or softer laws")
+                        + "a smaller dt, solver=cn.Auto() or softer laws"
                         + ", and look at the status of the steps before",
                     )
 

@@ -136,8 +136,8 @@ ERRORS = {
     "a motor that brakes": (lambda: cn.Motor(speed=3000.0, effort=-1.0), "effort of Motor is -1.0"),
     # ranks and studies
     "no ranks": (lambda: cn.Simulation(made(disk(), floor()), 1e-3, ranks=0), "ranks is 0"),
-    "a solver that does not run over ranks": (lambda: cn.Simulation(made(disk(), floor()), 1e-3, cn.NSCD(
-        solver=cn.PPANewton()), ranks=2), "not nlgs"),
+    "an option that does not run over ranks": (lambda: cn.Simulation(made(disk(), floor()), 1e-3, cn.NSCD(
+        project_positions=True), ranks=2), "project_positions is asked for, which does not run over ranks"),
     "an exchange misspelt": (lambda: cn.Simulation(made(disk()), 1e-3, ranks=2, exchange="colors"), "did you mean 'colour'"),
     "a study that is not there": (lambda: sweep("nope.toml"), "nope.toml"),
 }  # fmt: skip

@@ -293,10 +293,6 @@ def refused():
 @pytest.mark.parametrize(
     ("strategy", "told"),
     [
-        (cn.NSCD(solver=cn.PPANewton()), "ppa_newton"),
-        (cn.NSCD(solver=cn.Auto()), "auto"),
-        (cn.NSCD(solver=cn.ADMM()), "admm"),
-        (cn.NSCD(accuracy=1e-3), "accuracy"),
         (cn.NSCD(project_positions=True), "project_positions"),
         (cn.Carpenter(), "over ranks"),
         (cn.EventDriven(), "event_driven"),

@@ -1,0 +1,79 @@
+// Another solver over ranks, where sweeps would take long: the contacts of all ranks are gathered on the first one,
+// which solves them as a run without ranks does, and impulses and velocities go back. All that decides whether is alike
+// on all ranks, for every number of them.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../solvers/solve_report.hpp"
+#include "../solvers/solver_options.hpp"
+#include "../solvers/sweeps/error_forecast.hpp"
+#include "gathered_contacts.hpp"
+#include "part.hpp"
+
+namespace cairn {
+
+// Contacts of the last gathering, whose memory stays from step to step.
+struct GatheredMemory {
+  explicit GatheredMemory(int dim) : contacts(dim) {}
+  GatheredContacts contacts;
+  std::int64_t calls = 0; // so far
+  double bytes = 0;       // of the contacts when they were gathered last
+};
+
+class RankedHelp {
+public:
+  RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>& colours, Exchange& exchange,
+             const SolverOptions& options, double mass_ratio, GatheredMemory& memory);
+  // Empty if contacts may be gathered; else why not.
+  const std::string& obstacle() const { return obstacle_; }
+  bool possible() const { return obstacle_.empty(); }
+  // A solver of problems was chosen, which makes no sweeps.
+  bool alone() const { return alone_; }
+  // Told of each error; true: it wants to be called.
+  bool pays(int iterations, double error);
+  // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called. Where
+  // an accuracy of velocities is asked for, it is called once: the first rank measures it, and sweeps until it is met.
+  bool accepts(int iterations, double light);
+  // Sweeps after which the error has to be known, for the last call of a step.
+  int last_call() const;
+  struct Outcome {
+    bool taken = false;  // impulses and records are those of the other solver
+    int iterations = 0;  // sweeps that it made besides
+    bool proven = false; // velocities are as exact as was asked
+    double velocity_error = std::numeric_limits<double>::quiet_NaN();
+    const char* solver = "nlgs";
+  };
+  // small: the error itself is, and that of light bodies or of velocities was not accepted.
+  Outcome improve(int iterations, bool small);
+
+private:
+  struct Request;
+  struct Answer;
+  void count();
+  double sweep_operations() const;
+  Answer solve(const std::vector<Bytes>& parcels, const Request& request);
+  void learn(const Answer& answer, int iterations);
+
+  std::vector<Part>& parts_;
+  const std::vector<ColourShare>& colours_;
+  Exchange& exchange_;
+  const SolverOptions& options_;
+  GatheredMemory& memory_;
+  ErrorForecast forecast_;
+  std::vector<std::pair<int, double>> errors_; // seen, with the sweeps so far
+  std::string obstacle_;
+  double mass_ratio_, packed_ = 0, full_ = 0, bytes_ = 0; // contacts of packs, others; of all ranks
+  double by_loads_ = 0, at_begin_ = 0;                    // squares of speeds [J]
+  double dofs_ = 0, cost_ = 0;
+  int dim_ = 2, components_ = 1;
+  bool solid_ = false; // laws have a local solution of their own
+  bool asked_ = false; // its cost is known
+  double patience_ = 0;
+  int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;
+  bool called_last_ = false, by_newton_, alone_, exact_; // of Auto; an accuracy is asked for, and not yet looked at
+};
+
+} // namespace cairn
