@@ -45,6 +45,7 @@ void RankedSmooth::check_scene(const Simulation& s) const {
 }
 
 void RankedSmooth::changed(Simulation& s, bool places) {
+  if (fixed_forces_ == Fixed::of_pairs) add_fixed(); // lists are made anew, maybe before anyone reads them
   OverRanks::changed(s, places);
   motion_.known = false;
   if (places) forces_known_ = false;
@@ -54,6 +55,7 @@ void RankedSmooth::changed(Simulation& s, bool places) {
 void RankedSmooth::restore(Simulation& s, ContactMemory memory) {
   const bool known = s.scene.bodies.contact_force.active && !memory.keys.empty();
   OverRanks::restore(s, std::move(memory));
+  fixed_forces_ = Fixed::known;
   forces_known_ = known;
   motion_.known = false;
 }
@@ -106,6 +108,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
 }
 
 void RankedSmooth::cut(Simulation& s) {
+  fetch(s); // nothing of the whole can be read before
   law_reach_ = reach_of_laws(s);
   s.timed("partition", [&] { partition(s, law_reach_); });
   forces_known_ = forces_known_ && s.steps > 0;
@@ -113,10 +116,11 @@ void RankedSmooth::cut(Simulation& s) {
   way_ = 0;
   motion_.known = false;
   sum_of_.assign(std::size_t(s.scene.bodies.count), -1);
-  std::int32_t all = 0;
+  std::int32_t moving = 0, fixed = 0;
   for (std::size_t i = 0; i < sum_of_.size(); ++i)
-    if (everywhere_[i]) sum_of_[i] = all++;
-  sums_.assign(std::size_t(all * s.scene.bodies.dofs()) + of_cell, {});
+    if (everywhere_[i]) sum_of_[i] = fixed_[i] ? fixed++ : moving++;
+  sums_.assign(std::size_t(moving * s.scene.bodies.dofs()) + of_cell, {});
+  fixed_sums_.assign(std::size_t(fixed * s.scene.bodies.dofs()), {});
   counted_.assign(parts_.size(), {});
   for (Part& part : parts_) share(part);
 }
@@ -274,6 +278,7 @@ bool RankedSmooth::pushes_own(const Part& part, std::int32_t one, std::int32_t t
 
 void RankedSmooth::count_pairs(const Part& part, const NeighbourList& list, Counted& counted) const {
   counted.on_all.clear();
+  counted.on_fixed.clear();
   counted.owned.clear();
   for (const NeighbourList::Batch& batch : list.batches)
     for (int i = 0; i < batch.count; ++i) {
@@ -284,7 +289,9 @@ void RankedSmooth::count_pairs(const Part& part, const NeighbourList& list, Coun
       for (const std::int32_t side : {0, 1}) {
         const std::int32_t body = (side == 0 ? list.body_a : list.body_b)[p];
         const std::int32_t sum = sum_of_[std::size_t(part.bodies[std::size_t(body)])];
-        if (sum >= 0) counted.on_all.push_back({p, std::int32_t(2 * batch.kept + side * batch.count + i), sum});
+        if (sum < 0) continue;
+        auto& pairs = part.fixed[std::size_t(body)] ? counted.on_fixed : counted.on_all;
+        pairs.push_back({p, std::int32_t(2 * batch.kept + side * batch.count + i), sum});
       }
     }
 }
@@ -307,7 +314,6 @@ void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, co
 // Adds forces and moments of own pairs to the exact sums of bodies that are everywhere, and counts these pairs.
 void RankedSmooth::add_forces(Part& part) {
   Simulation& s = *part.simulation;
-  const auto nd = std::size_t(s.scene.bodies.dofs());
   const NeighbourList* lists[] = {&of(part).list(), &of(part).contacts_of_shapes()};
   std::int64_t& own = contacts_[std::size_t(part.rank)];
   own = 0;
@@ -319,27 +325,67 @@ void RankedSmooth::add_forces(Part& part) {
     for (const Counted::Pairs& of : counted.owned)
       own += of.last - of.first - std::count(list.active.begin() + of.first, list.active.begin() + of.last, 0);
     if (s.scene.cell.any()) add_stress(s, list, counted, &sums_[sums_.size() - of_cell]);
-    for (const Counted::OnAll& one : counted.on_all) {
-      if (!list.active[one.pair]) continue;
-      ExactSum* sum = &sums_[std::size_t(one.sum) * nd];
-      for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.kept[std::size_t(one.kept) * nd + c]);
+    add_kept(list, counted.on_all, s.scene.bodies.dofs(), sums_);
+  }
+}
+
+void RankedSmooth::add_kept(const NeighbourList& list, const std::vector<Counted::OnAll>& pairs, int dofs,
+                            std::vector<ExactSum>& sums) {
+  const auto nd = std::size_t(dofs);
+  for (const Counted::OnAll& one : pairs) {
+    if (!list.active[one.pair]) continue;
+    ExactSum* sum = &sums[std::size_t(one.sum) * nd];
+    for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.kept[std::size_t(one.kept) * nd + c]);
+  }
+}
+
+// Forces on bodies that are everywhere, fixed ones or others, as sums over ranks have them.
+void RankedSmooth::write_sums(std::vector<ExactSum>& sums, bool fixed) {
+  for (Part& part : parts_) {
+    Field<double>& total = part.simulation->scene.bodies.contact_force;
+    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+      const std::int32_t from = sum_of_[std::size_t(part.bodies[i])];
+      if (from < 0 || (part.fixed[i] != 0) != fixed) continue;
+      for (int k = 0; k < total.components; ++k)
+        total[std::int64_t(i)][k] = sums[std::size_t(from * total.components + k)].value();
     }
   }
 }
 
+// Forces on fixed bodies move nothing: they wait for a reader, of whom there is none in most steps of a run.
+void RankedSmooth::add_fixed() {
+  std::fill(fixed_sums_.begin(), fixed_sums_.end(), ExactSum());
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const SmoothDem& smooth = of(parts_[l]);
+    const int dofs = parts_[l].simulation->scene.bodies.dofs();
+    add_kept(smooth.list(), counted_[l][0].on_fixed, dofs, fixed_sums_);
+    add_kept(smooth.contacts_of_shapes(), counted_[l][1].on_fixed, dofs, fixed_sums_);
+  }
+  fixed_forces_ = Fixed::added;
+}
+
+void RankedSmooth::total_fixed() {
+  if (fixed_sums_.empty()) return;
+  if (fixed_forces_ == Fixed::of_pairs) add_fixed();
+  if (fixed_forces_ == Fixed::known) return;
+  add_over_ranks(fixed_sums_, *exchange_);
+  write_sums(fixed_sums_, true);
+  fixed_forces_ = Fixed::known;
+}
+
+void RankedSmooth::complete_state(Simulation&) { total_fixed(); }
+
 // Forces on bodies that are everywhere, from all ranks, and on ghosts from their owners. damped: as in a step, where
 // the first forces are without.
 void RankedSmooth::total_forces(Simulation& s, bool damped) {
-  const int nd = s.scene.bodies.dofs();
   std::fill(sums_.begin(), sums_.end(), ExactSum());
   contacts_.assign(std::size_t(exchange_->ranks()), 0);
   on_ranks(s, "add_forces", [&](Part& part) { add_forces(part); });
   add_over_ranks(sums_, *exchange_);
+  if (sums_.size() > of_cell) write_sums(sums_, false);
+  fixed_forces_ = Fixed::of_pairs;
+  if (!damped || may_fail_ || s.scene.bodies.reaction.active) total_fixed();
   for (Part& part : parts_) {
-    Field<double>& total = part.simulation->scene.bodies.contact_force;
-    for (std::size_t i = 0; i < part.bodies.size(); ++i)
-      if (const std::int32_t from = sum_of_[std::size_t(part.bodies[i])]; from >= 0)
-        for (int k = 0; k < nd; ++k) total[std::int64_t(i)][k] = sums_[std::size_t(from * nd + k)].value();
     if (damped) of(part).damp(*part.simulation);
     Cell& cell = part.simulation->scene.cell;
     double across[of_cell];

@@ -31,7 +31,7 @@ private:
     struct OnAll {
       std::int32_t pair, kept, sum; // number of the pair, of its kept force, and of the sums of the body
     };
-    std::vector<OnAll> on_all; // of own pairs, on bodies that are everywhere
+    std::vector<OnAll> on_all, on_fixed; // of own pairs, on bodies that are everywhere: those that move, and others
     struct Pairs {
       std::int32_t first, last;
     };
@@ -47,6 +47,7 @@ private:
   static SmoothDem& of(Part& part) { return static_cast<SmoothDem&>(*part.strategy); }
   std::int64_t own_contacts(const Part& part) const override { return contacts_[std::size_t(part.rank)]; }
   void undo() override;
+  void complete_state(Simulation& s) override;
   void keep_state(Part& part);
   void begin_step(Part& part, bool heats, double h);
   // Partitions, and what lies in their wake.
@@ -65,17 +66,26 @@ private:
   static void add_stress(const Simulation& s, const NeighbourList& list, const Counted& counted, ExactSum* sums);
   void add_forces(Part& part);
   void total_forces(Simulation& s, bool damped);
+  void add_fixed();
+  void total_fixed();
+  static void add_kept(const NeighbourList& list, const std::vector<Counted::OnAll>& pairs, int dofs,
+                       std::vector<ExactSum>& sums);
+  // Forces on fixed bodies that nobody has asked for: of pairs, or their sums over the pairs of this process.
+  enum class Fixed { known, of_pairs, added };
+  void write_sums(std::vector<ExactSum>& sums, bool fixed);
 
   double law_reach_ = 0; // gap up to which laws act [m]
   bool forces_known_ = false;
   bool may_fail_ = false; // a step may, after bodies have moved
   bool kept_ = false;     // parts have the state of the begin of the step at hand
+  Fixed fixed_forces_ = Fixed::known;
   Motion motion_;
-  double way_ = 0;                      // of bodies of this process since the partition, at most [m]
-  bool way_has_step_ = false;           // the one of the step at hand is in it
-  std::vector<std::int64_t> contacts_;  // that act, by rank
-  std::vector<std::int32_t> sum_of_;    // (bodies of the whole) number of its sums, -1: its forces are with its owner
-  std::vector<ExactSum> sums_;          // (dofs, bodies that are everywhere), then those of the cell
+  double way_ = 0;                     // of bodies of this process since the partition, at most [m]
+  bool way_has_step_ = false;          // the one of the step at hand is in it
+  std::vector<std::int64_t> contacts_; // that act, by rank
+  std::vector<std::int32_t> sum_of_;   // (bodies of the whole) number of its sums, -1: its forces are with its owner
+  // (dofs, bodies that are everywhere and move), then those of the cell; (dofs, fixed bodies), for who reads them
+  std::vector<ExactSum> sums_, fixed_sums_;
   std::vector<std::array<Counted, 2>> counted_; // of each part: of its list, and of contacts of shapes
 };
 

@@ -188,8 +188,7 @@ void SmoothDem::damp(Simulation& s) {
   const BodyTiles all = tiles(s);
   const std::int64_t n = all.count();
   for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
-    damp_locally(s, all.first(t), all.last(t),
-                 &sums_[sums_of_tile * t + 9]);
+    damp_locally(s, all.first(t), all.last(t), &sums_[sums_of_tile * t + 9]);
 }
 
 void SmoothDem::damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const {
@@ -214,7 +213,8 @@ void SmoothDem::kick(Simulation& s) {
     else
       end_tile(s, first, last, wrong, terms);
     end_uneven(s, t, wrong, terms);
-    if (shared) sums_[sums_of_tile * t + 15] = cairn_verlet_speed(dim_, b.dofs(), first, last, b.velocity.values.data());
+    if (shared)
+      sums_[sums_of_tile * t + 15] = cairn_verlet_speed(dim_, b.dofs(), first, last, b.velocity.values.data());
   }
   double corrected = 0;
   for (std::int64_t t = 0; t < n && predicts(); ++t) corrected = std::max(corrected, sums_[sums_of_tile * t + 12]);

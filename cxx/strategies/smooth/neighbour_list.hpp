@@ -35,9 +35,7 @@ public:
     return shared_ ? shared_->tile_first[std::size_t(tile)] : std::min(tile * size, bodies_);
   }
   std::int64_t last(std::int64_t tile) const { return first(tile + 1); }
-  std::int64_t of(std::int64_t body) const {
-    return shared_ ? shared_->tile_of[std::size_t(body)] : body / size;
-  }
+  std::int64_t of(std::int64_t body) const { return shared_ ? shared_->tile_of[std::size_t(body)] : body / size; }
   bool everywhere(std::int64_t body) const { return shared_ && shared_->everywhere[std::size_t(body)] != 0; }
   const SharedBodies* shared() const { return shared_; }
 
@@ -72,9 +70,9 @@ struct NeighbourList {
   Array<double> kept;   // (dofs, 2 kept_pairs) of a batch on all A, then on all B [N, N m]
   Array<double> across; // (pairs) effective masses of those across the sides of a cell that ranks share [kg]
   Array<std::int8_t> active;
-  Array<std::int32_t> source;                   // of contacts of shapes: their numbers among those that were found
-  std::vector<std::int64_t> start, begin;       // of groups of pairs, as they are laid out
-  std::vector<std::int32_t> slot;               // group of each pair that was found, -1: of none
+  Array<std::int32_t> source;             // of contacts of shapes: their numbers among those that were found
+  std::vector<std::int64_t> start, begin; // of groups of pairs, as they are laid out
+  std::vector<std::int32_t> slot;         // group of each pair that was found, -1: of none
   std::vector<Batch> batches;
   std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
   Array<std::int32_t> incoming_body, incoming_place;     // what other tiles exert, in their order

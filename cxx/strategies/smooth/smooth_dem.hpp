@@ -86,9 +86,9 @@ public:
 private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
-  // and driven, D bulk, 9: D of local damping; 12: greatest correction, works of moving and of growing surfaces; 15: bound on speeds; 16:
-  // energy stored, dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
-  // effective masses of contacts with images
+  // and driven, D bulk, 9: D of local damping; 12: greatest correction, works of moving and of growing surfaces; 15:
+  // bound on speeds; 16: energy stored, dissipated by damping, by friction, released by springs; 24: forces times
+  // shifts of images, 33: effective masses of contacts with images
   static constexpr int sums_of_tile = 40;
   struct EntryShape {
     int scalars = 0, vectors = 0;
