@@ -145,12 +145,15 @@ double RankedSmooth::reach_of_laws(const Simulation& s) const {
 // Two materials may meet without a law, bodies of unequal moments may turn too fast for their step, and images may be
 // too far apart to be numbered.
 bool RankedSmooth::may_fail(const Simulation& s) {
-  if (s.scene.bodies.angular_momentum.active || s.scene.cell.any()) return true;
-  std::vector<int> materials(s.scene.contactors.material.values.begin(), s.scene.contactors.material.values.end());
+  const Bodies& b = s.scene.bodies;
+  if (s.scene.cell.any()) return true;
+  for (std::int64_t i = 0; i < b.count && b.angular_momentum.active; ++i)
+    if (SmoothDem::is_uneven(b, i)) return true;
+  std::vector<std::int32_t> materials(s.scene.contactors.material.values.begin(), s.scene.contactors.material.values.end());
   std::sort(materials.begin(), materials.end());
   materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
-  for (const int one : materials)
-    for (const int two : materials)
+  for (const std::int32_t one : materials)
+    for (const std::int32_t two : materials)
       if (s.laws.find(one, two) < 0) return true;
   return false;
 }

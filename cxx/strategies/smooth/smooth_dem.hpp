@@ -44,6 +44,7 @@ public:
   const NeighbourList& list() const { return list_; }
   const NeighbourList& contacts_of_shapes() const { return shaped_; } // found anew in each step
   std::int64_t lists_made() const { return lists_made_; }
+  static bool is_uneven(const Bodies& bodies, std::int64_t body); // in 3D, if it moves
   double way() const { return way_; }     // greatest of a body in the step [m]
   double speed() const { return speed_; } // of no body it was greater at the end of the step, where ranks share [m/s]
 

@@ -7,14 +7,11 @@
 #include "smooth_dem.hpp"
 
 namespace cairn {
-namespace {
 
-bool is_uneven(const Bodies& b, std::int64_t i) {
+bool SmoothDem::is_uneven(const Bodies& b, std::int64_t i) {
   const double* m = b.inertia[i];
   return std::isfinite(*b.mass[i]) && (m[0] < m[1] || m[1] < m[0] || m[1] < m[2] || m[2] < m[1]);
 }
-
-} // namespace
 
 void SmoothDem::list_uneven(Simulation& s) {
   Bodies& b = s.scene.bodies;
