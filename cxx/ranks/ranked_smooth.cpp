@@ -122,7 +122,12 @@ void RankedSmooth::cut(Simulation& s) {
   sums_.assign(std::size_t(moving * s.scene.bodies.dofs()) + of_cell, {});
   fixed_sums_.assign(std::size_t(fixed * s.scene.bodies.dofs()), {});
   counted_.assign(parts_.size(), {});
-  for (Part& part : parts_) share(part);
+  on_all_.assign(parts_.size(), {});
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    share(parts_[l]);
+    for (std::size_t i = 0; i < parts_[l].bodies.size(); ++i)
+      if (everywhere_[std::size_t(parts_[l].bodies[i])]) on_all_[l].push_back(std::int32_t(i));
+  }
 }
 
 // Gap at which the first force of a law begins, between the largest bodies [m].
@@ -149,7 +154,8 @@ bool RankedSmooth::may_fail(const Simulation& s) {
   if (s.scene.cell.any()) return true;
   for (std::int64_t i = 0; i < b.count && b.angular_momentum.active; ++i)
     if (SmoothDem::is_uneven(b, i)) return true;
-  std::vector<std::int32_t> materials(s.scene.contactors.material.values.begin(), s.scene.contactors.material.values.end());
+  std::vector<std::int32_t> materials(s.scene.contactors.material.values.begin(),
+                                      s.scene.contactors.material.values.end());
   std::sort(materials.begin(), materials.end());
   materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
   for (const std::int32_t one : materials)
@@ -170,8 +176,8 @@ void RankedSmooth::share(Part& part) const {
     bodies.everywhere.push_back(everywhere_[std::size_t(part.bodies[i])]);
   }
   bodies.tile_first.push_back(std::int64_t(part.bodies.size()));
-  const bool alone = exchange_->ranks() == 1;
-  bodies.keeps_pair = [this, &part, alone](auto a, auto b) { return alone || pushes_own(part, a, b); };
+  bodies.alone = exchange_->ranks() == 1;
+  bodies.keeps_pair = [this, &part](auto a, auto b) { return pushes_own(part, a, b); };
   of(part).shared = std::move(bodies);
 }
 
@@ -235,9 +241,12 @@ bool RankedSmooth::moves_plainly(const Part& part) const {
   const Bodies& b = scene.bodies;
   if (b.force.active || b.damping.active || b.stretch.active || scene.cell.any() || scene.has(Need::growing))
     return false;
-  for (std::size_t i = 0; i < part.bodies.size() && b.driven.active; ++i)
-    if (*b.driven[std::int64_t(i)] && !everywhere_[std::size_t(part.bodies[i])]) return false;
-  return true;
+  if (!b.driven.active) return true;
+  const auto& everywhere = static_cast<const SmoothDem&>(*part.strategy).shared->everywhere;
+  std::uint8_t driven = 0; // without a branch, for vectors
+  for (std::size_t i = 0; i < everywhere.size(); ++i)
+    driven |= std::uint8_t(b.driven.values[i] & (everywhere[i] ? 0 : 255));
+  return driven == 0;
 }
 
 // The state at the begin of a step, where the whole does not have it: in arrays that steps of NSCD use.
@@ -344,13 +353,13 @@ void RankedSmooth::add_kept(const NeighbourList& list, const std::vector<Counted
 
 // Forces on bodies that are everywhere, fixed ones or others, as sums over ranks have them.
 void RankedSmooth::write_sums(std::vector<ExactSum>& sums, bool fixed) {
-  for (Part& part : parts_) {
-    Field<double>& total = part.simulation->scene.bodies.contact_force;
-    for (std::size_t i = 0; i < part.bodies.size(); ++i) {
-      const std::int32_t from = sum_of_[std::size_t(part.bodies[i])];
-      if (from < 0 || (part.fixed[i] != 0) != fixed) continue;
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    Field<double>& total = parts_[l].simulation->scene.bodies.contact_force;
+    for (const std::int32_t body : on_all_[l]) {
+      if ((parts_[l].fixed[std::size_t(body)] != 0) != fixed) continue;
+      const std::int32_t from = sum_of_[std::size_t(parts_[l].bodies[std::size_t(body)])];
       for (int k = 0; k < total.components; ++k)
-        total[std::int64_t(i)][k] = sums[std::size_t(from * total.components + k)].value();
+        total[body][k] = sums[std::size_t(from * total.components + k)].value();
     }
   }
 }
@@ -387,6 +396,7 @@ void RankedSmooth::total_forces(Simulation& s, bool damped) {
   add_over_ranks(sums_, *exchange_);
   if (sums_.size() > of_cell) write_sums(sums_, false);
   fixed_forces_ = Fixed::of_pairs;
+  // those of drives are taken from each step, and a step that fails leaves the forces of its begin
   if (!damped || may_fail_ || s.scene.bodies.reaction.active) total_fixed();
   for (Part& part : parts_) {
     if (damped) of(part).damp(*part.simulation);

@@ -86,7 +86,8 @@ private:
   std::vector<std::int32_t> sum_of_;   // (bodies of the whole) number of its sums, -1: its forces are with its owner
   // (dofs, bodies that are everywhere and move), then those of the cell; (dofs, fixed bodies), for who reads them
   std::vector<ExactSum> sums_, fixed_sums_;
-  std::vector<std::array<Counted, 2>> counted_; // of each part: of its list, and of contacts of shapes
+  std::vector<std::array<Counted, 2>> counted_;   // of each part: of its list, and of contacts of shapes
+  std::vector<std::vector<std::int32_t>> on_all_; // of each part: bodies that are everywhere
 };
 
 } // namespace cairn

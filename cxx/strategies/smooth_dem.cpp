@@ -213,14 +213,15 @@ void SmoothDem::kick(Simulation& s) {
     else
       end_tile(s, first, last, wrong, terms);
     end_uneven(s, t, wrong, terms);
-    if (shared)
+    if (shared && !shared->alone)
       sums_[sums_of_tile * t + 15] = cairn_verlet_speed(dim_, b.dofs(), first, last, b.velocity.values.data());
   }
   double corrected = 0;
   for (std::int64_t t = 0; t < n && predicts(); ++t) corrected = std::max(corrected, sums_[sums_of_tile * t + 12]);
   moved_ += std::sqrt(corrected);
   speed_ = 0;
-  for (std::int64_t t = 0; t < n && shared; ++t) speed_ = std::max(speed_, sums_[sums_of_tile * t + 15]);
+  for (std::int64_t t = 0; t < n && shared && !shared->alone; ++t)
+    speed_ = std::max(speed_, sums_[sums_of_tile * t + 15]);
   account(s, n);
   s.candidates.count = 0;
   s.contacts_known = false;

@@ -94,12 +94,18 @@ SmoothDem::Target SmoothDem::target_of(Simulation& s, NeighbourList& list, const
   const std::int64_t nd = s.scene.bodies.dofs();
   if (batch.kept >= 0) {
     double* kept = &list.kept[2 * batch.kept * nd];
-    std::fill_n(kept, 2 * batch.count * nd, 0.0);
     return {in_turn.data(), kept, kept + batch.count * nd};
   }
   double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
   if (other) std::fill_n(other, batch.count * nd, 0.0);
   return {&list.body_a[batch.first], s.scene.bodies.contact_force.values.data(), other};
+}
+
+// Kernels add to what is kept of pairs in contact; that of others is not read.
+void SmoothDem::clear_kept(const NeighbourList::Batch& batch, const Target& to, const Lanes& w, std::int32_t count,
+                           int dofs) const {
+  for (std::int32_t i = 0; i < count && batch.kept >= 0; ++i)
+    for (double* side : {to.force, to.other}) std::fill_n(side + std::int64_t(w.lane[i] - 1) * dofs, dofs, 0.0);
 }
 
 // Adds what the pairs of a batch that is kept exert on bodies that are on few ranks.
@@ -154,6 +160,7 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, shape.turns ? 6 : 3, &context, w.lane_gap, w.u, entry.params, w.state,
                                             w.f, energy);
+  clear_kept(batch, to, w, count, 6);
   if (one_spring)
     cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state, state,
                          lane_force, to.force, to.other);
@@ -225,6 +232,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const int components = shape.turns ? nd : dim_;
   law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
                                             energy);
+  clear_kept(batch, to, w, count, nd);
   // Force and moment of a pair reach its bodies together, so that sums do not depend on where batches begin.
   const Target bodies = to;
   const bool together = shape.turns && batch.kept < 0;

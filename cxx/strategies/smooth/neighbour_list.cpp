@@ -49,7 +49,7 @@ void NeighbourList::count_pairs(const Simulation& s, const Candidates& found, bo
   twins = false;
   for (std::int64_t i = 0; i < found.count; ++i) {
     const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
-    if (shared && !shared->keeps_pair(a, b)) continue;
+    if (shared && !shared->alone && !shared->keeps_pair(a, b)) continue;
     const int entry = s.laws.find(*c.material[a], *c.material[b]);
     if (entry < 0)
       throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +

@@ -18,6 +18,7 @@ struct SharedBodies {
   std::vector<std::int64_t> tile_first; // (tiles + 1) bodies, by the tiles that they have in the whole scene
   std::vector<std::int32_t> tile_of;    // (bodies)
   std::vector<std::uint8_t> everywhere; // (bodies) 1: every rank has it, and forces on it are added up over ranks
+  bool alone = false;                   // there is one rank
   // Pairs of contactors that lists hold.
   std::function<bool(std::int32_t, std::int32_t)> keeps_pair;
 };

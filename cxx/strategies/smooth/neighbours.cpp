@@ -204,7 +204,7 @@ void SmoothDem::make_list(Simulation& s) {
   else
     s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
   lay_out(s, found_, false, list_);
-  if (shared) found_ = {}; // a rank has no room to spare
+  if (shared && !shared->alone) found_ = {}; // a rank has no room to spare
   recall(s);
   for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
     if (walls_.size() && std::isfinite(*b.mass[i / dim_]))

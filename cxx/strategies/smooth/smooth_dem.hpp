@@ -45,7 +45,7 @@ public:
   const NeighbourList& contacts_of_shapes() const { return shaped_; } // found anew in each step
   std::int64_t lists_made() const { return lists_made_; }
   static bool is_uneven(const Bodies& bodies, std::int64_t body); // in 3D, if it moves
-  double way() const { return way_; }     // greatest of a body in the step [m]
+  double way() const { return way_; }                             // greatest of a body in the step [m]
   double speed() const { return speed_; } // of no body it was greater at the end of the step, where ranks share [m/s]
 
   std::vector<std::string_view> stages(const Simulation& s) const override;
@@ -160,6 +160,8 @@ private:
   void add_pushes(const NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, int dofs,
                   const Lanes& w, const Target& to) const;
   Target target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const;
+  void clear_kept(const NeighbourList::Batch& batch, const Target& to, const Lanes& w, std::int32_t count,
+                  int dofs) const;
   void add_to_roaming(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, const Lanes& w,
                       Bodies& bodies) const;
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
