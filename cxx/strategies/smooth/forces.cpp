@@ -180,6 +180,36 @@ void SmoothDem::keep_loss(NeighbourList& list, const NeighbourList::Batch& batch
     list.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
 }
 
+// Velocities of surfaces and of the images of B.
+void SmoothDem::batch_jumps(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                            int count, bool belts, Lanes& w) const {
+  const bool sheared = s.scene.cell.any();
+  for (int i = 0; sheared && i < batch.count; ++i) {
+    double jump[3];
+    image_velocity(s.scene.cell, list.image[batch.first + i], jump);
+    for (int k = 0; k < dim_; ++k) w.jump[k * batch.count + i] = jump[k];
+  }
+  if (belts) add_belts(s, list, batch, count, !sheared, w);
+}
+
+void SmoothDem::load_rows(const NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers,
+                          Lanes& w) const {
+  const double* rows = list.state.data() + batch.first * states_;
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(rows + l * states_, numbers, w.rows + l * numbers);
+  }
+}
+
+void SmoothDem::store_rows(NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers,
+                           const Lanes& w) const {
+  double* rows = list.state.data() + batch.first * states_;
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(w.rows + l * numbers, numbers, rows + l * states_);
+  }
+}
+
 // sums: see sums_of_tile
 void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
                              double* sums) {
@@ -205,21 +235,11 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
                      w.lever_b, w.grain_a, w.grain_b);
   if (batch.kind < 0) shaped_grains(s, list, batch, w);
   const bool sheared = s.scene.cell.any();
-  if (sheared)
-    for (int i = 0; i < n; ++i) {
-      double jump[3];
-      image_velocity(s.scene.cell, list.image[p + i], jump);
-      for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
-    }
-  if (belts) add_belts(s, list, batch, count, !sheared, w);
+  if (sheared || belts) batch_jumps(s, list, batch, count, belts, w);
   // rows of the list are as long as the longest state; kernels take them as long as their law's
   const int own = shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3);
-  double* const rows = list.state.data() + p * states_;
-  double* const stored = own < states_ ? w.rows : rows;
-  for (int i = 0; own < states_ && i < count; ++i) {
-    const std::int64_t l = w.lane[i] - 1;
-    std::copy_n(rows + l * states_, own, w.rows + l * own);
-  }
+  double* const stored = own < states_ ? w.rows : list.state.data() + p * states_;
+  if (own < states_) load_rows(list, batch, count, own, w);
   (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
       n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
@@ -243,10 +263,7 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
       w.state, stored, &list.force[p * dim_], to.force, to.other);
-  for (int i = 0; own < states_ && i < count; ++i) {
-    const std::int64_t l = w.lane[i] - 1;
-    std::copy_n(w.rows + l * own, own, rows + l * states_);
-  }
+  if (own < states_) store_rows(list, batch, count, own, w);
   if (shape.turns)
     cairn_smooth_moments(dim_, n, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], to.force, to.other);

@@ -142,7 +142,6 @@ void SmoothDem::follow_drives(const Simulation& s) {
 
 void SmoothDem::make_list(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const Contactors& c = s.scene.contactors;
   check_laws(s);
   const bool heats = s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none;
   counts_loss_ = settings.energy || heats || keeps_loss;
@@ -151,13 +150,47 @@ void SmoothDem::make_list(Simulation& s) {
   cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
                        b.inverse_mass.values.data());
   for (double& one : b.inverse_mass.values) one /= settings.mass_scale;
+  read_contactors(s);
+  look_at_shapes(s);
+  list_uneven(s);
+  weigh_grains(s);
+  read_laws(s);
+  choose_records(s);
+  double reach = 0;
+  for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
+  Margin margin{};
+  margin.constant = reach + skin();
+  s.handler.declared().clear();
+  if (has_shaped_)
+    search_shapes(s, margin.constant);
+  else
+    s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
+  lay_out(s, found_, false, list_);
+  if (shared && !shared->alone) found_ = {}; // a rank has no room to spare
+  recall(s);
+  reach_of_walls(s);
+  list_.contactor_id = s.scene.contactors.id.values;
+  list_.order_version = s.scene.order_version();
+  list_.bodies = b.count;
+  list_.contactors = s.scene.contactors.count;
+  list_.valid = true;
+  moved_ = 0;
+  ++lists_made_;
+  place_contactors(s);
+  find_shaped(s);
+  pair_limit_ = pair_limit(s);
+}
+
+// Curvatures and sizes of contactors, and which of them are placed, turned and without a bound.
+void SmoothDem::read_contactors(const Simulation& s) {
+  const Contactors& c = s.scene.contactors;
   grain_.resize(2 * c.count);
   directed_.clear();
   walls_.clear();
   placed_.clear();
-  widest_ = arm_ = farthest_ = 0;
+  widest_ = arm_ = 0;
   smallest_ = std::numeric_limits<double>::infinity();
-  centred_ = !c.offset.active && c.count == b.count;
+  centred_ = !c.offset.active && c.count == s.scene.bodies.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
     if (!is_facet(s, k)) {
@@ -179,49 +212,35 @@ void SmoothDem::make_list(Simulation& s) {
     }
     arm_ = std::max(arm_, arm);
   }
-  look_at_shapes(s);
-  list_uneven(s);
-  weigh_grains(s);
-  read_laws(s);
+}
+
+// Whether contacts of spheres go the way of records, and those of the bodies as they are.
+void SmoothDem::choose_records(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
   records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
   spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && !s.scene.cell.any();
   clumps_ = records_ && !spheres_alone_ && !centred_ && !s.scene.cell.any();
   if (clumps_) offset_.resize(4 * c.count);
-  if (records_) {
-    record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
-    body_radius_.assign(b.count, 0);
-    for (std::int64_t k = 0; k < c.count; ++k)
-      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
-    fill_records(s, 0, b.count);
-  }
-  double reach = 0;
-  for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
-  Margin margin{};
-  margin.constant = reach + skin();
-  s.handler.declared().clear();
-  if (has_shaped_)
-    search_shapes(s, margin.constant);
-  else
-    s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
-  lay_out(s, found_, false, list_);
-  if (shared && !shared->alone) found_ = {}; // a rank has no room to spare
-  recall(s);
-  for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
+  if (!records_) return;
+  record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
+  body_radius_.assign(b.count, 0);
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
+  fill_records(s, 0, b.count);
+}
+
+// A bound on the distances of bodies from walls, for those that turn.
+void SmoothDem::reach_of_walls(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  farthest_ = 0;
+  for (std::int64_t i = 0; i < b.count * dim_; ++i)
     if (walls_.size() && std::isfinite(*b.mass[i / dim_]))
       farthest_ = std::max(farthest_, std::abs(b.position.values[i]));
   for (const std::int32_t k : walls_)
-    for (int d = 0; d < dim_; ++d) farthest_ = std::max(farthest_, std::abs(b.position[*c.body[k]][d]));
+    for (int d = 0; d < dim_; ++d)
+      farthest_ = std::max(farthest_, std::abs(b.position[*s.scene.contactors.body[k]][d]));
   farthest_ *= 2 * std::sqrt(double(dim_));
-  list_.contactor_id = c.id.values;
-  list_.order_version = s.scene.order_version();
-  list_.bodies = b.count;
-  list_.contactors = c.count;
-  list_.valid = true;
-  moved_ = 0;
-  ++lists_made_;
-  place_contactors(s);
-  find_shaped(s);
-  pair_limit_ = pair_limit(s);
 }
 
 void SmoothDem::lay_out(const Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) const {

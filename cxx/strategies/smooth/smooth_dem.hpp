@@ -103,6 +103,9 @@ private:
   };
   void read_laws(const Simulation& s);
   void make_list(Simulation& s);
+  void read_contactors(const Simulation& s);
+  void choose_records(const Simulation& s);
+  void reach_of_walls(const Simulation& s);
   void lay_out(const Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) const;
   void join_first(const Simulation& s, NeighbourList& list) const;
   void add_cell_forces(const Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, int count, int m,
@@ -167,6 +170,10 @@ private:
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
   void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                  bool first, Lanes& w) const;
+  void batch_jumps(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                   bool belts, Lanes& w) const;
+  void load_rows(const NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers, Lanes& w) const;
+  void store_rows(NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers, const Lanes& w) const;
   void batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
                     double* sums);
   void keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m,
