@@ -160,7 +160,7 @@ def test_clumps():
         made.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK))
         return made
 
-    sims = [run(pile(), ranks, 400) for ranks in (1, 2, 5)]
+    sims = [run(pile(), ranks, 200) for ranks in (1, 2, 5)]
     assert len(sims[0].contacts) > 60 and sims[-1].ranks.figures()["partitions"] > 2
     assert len({digest(sim) for sim in sims}) == 1
 
