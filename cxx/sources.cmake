@@ -316,6 +316,7 @@ set(CAIRN_CXX_SOURCES
   strategies/smooth/energy.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp
+  strategies/smooth/neighbour_list.cpp
   strategies/smooth/neighbours.cpp
   strategies/smooth/shaped_contacts.cpp
   strategies/smooth/stability.cpp

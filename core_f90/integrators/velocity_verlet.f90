@@ -6,7 +6,7 @@ module velocity_verlet
   implicit none
   private
   public :: cairn_integrator_velocity_verlet, cairn_verlet_begin, cairn_verlet_turn, cairn_verlet_end, cairn_verlet_kinetic, &
-    cairn_inverse_masses
+    cairn_verlet_speed, cairn_inverse_masses
 contains
 
   !> Newmark's method with beta = 0, gamma = 1/2.
@@ -197,6 +197,35 @@ contains
     end do
     if (present(terms)) terms = terms + part
   end subroutine cairn_verlet_end
+
+  !> A bound on the speeds of bodies: the length of the vector of the greatest components [m/s].
+  pure function cairn_verlet_speed(dim, nd, first, last, velocity) result(speed) bind(c)
+    integer(c_int32_t), value  :: dim                  !< 2 or 3
+    integer(c_int32_t), value  :: nd                   !< dofs of a body, 3 or 6
+    integer(c_int64_t), value  :: first, last          !< bodies first to last - 1
+    real(c_double), intent(in) :: velocity(0:nd*last - 1) !< [m/s, rad/s]
+    real(c_double) :: speed
+    integer, parameter :: line = 24 !< numbers of whole bodies in the plane and in space
+    real(c_double) :: most(0:line - 1), squares
+    integer(c_int64_t) :: i
+    integer :: k
+    most = 0
+    do i = nd*first, nd*last - line, line
+      !$omp simd simdlen(8)
+      do k = 0, line - 1
+        most(k) = max(most(k), abs(velocity(i + k)))
+      end do
+    end do
+    do k = 0, int(mod(nd*(last - first), int(line, c_int64_t))) - 1
+      i = nd*last - mod(nd*(last - first), int(line, c_int64_t)) + k
+      most(k) = max(most(k), abs(velocity(i)))
+    end do
+    squares = 0
+    do k = 0, dim - 1
+      squares = squares + maxval(most(k::nd))**2
+    end do
+    speed = sqrt(squares)
+  end function cairn_verlet_speed
 
   !> Kinetic energy of movable dofs, as in the balance of cairn_verlet_end.
   pure function cairn_verlet_kinetic(nd, first, last, inverse_mass, velocity) result(energy) bind(c)

@@ -47,6 +47,8 @@ contains
     real(c_double), intent(inout)  :: offset(4, 0:*)    !< from the centre of the body to that of the contactor [m], 0
     real(c_double) :: o(3), w(3)
     integer(c_int64_t) :: i, k
+    ! the last few of a vectorised loop would round products and sums otherwise than those before them
+    !GCC$ novector
     do i = first, last - 1
       k = body(i)
       o = centre(:, i) - position(:, k)

@@ -93,6 +93,8 @@ protected:
   // fault: of each rank of this process. All ranks throw the first of them.
   void end_by_fault(const std::vector<std::string>& fault);
   virtual void undo() {}
+  // What a step leaves to the first reader of its state. All ranks call it.
+  virtual void complete_state(Simulation& s) { (void)s; }
   virtual std::int64_t own_contacts(const Part& part) const { return part.simulation->candidates.count; }
   // Networks of heat and current, on all ranks alike: their contacts are gathered first.
   void advance_networks(Simulation& s, double h);

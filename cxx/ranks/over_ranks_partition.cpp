@@ -219,7 +219,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   around.owner = owner_.data();
   around.cell = s.scene.cell;
   around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  auto ghosts = ghosts_of(around, meshes);
+  auto ghosts = exchange_->ranks() > 1 ? ghosts_of(around, meshes) : std::vector<std::vector<std::int32_t>>(1);
 
   std::vector<ContactMemory> memory;
   for (const Part& part : parts_) memory.push_back(own_memory(part));

@@ -46,6 +46,7 @@ void OverRanks::write_loads(Simulation& s) {
 
 // All ranks call it. Processes exchange arrays that were released one after the other, so that no message holds all.
 void OverRanks::gather_state(Simulation& s, bool workspace) {
+  if (!known_) complete_state(s);
   // what was set or grew since the step is with the whole alone
   const Arrays all = arrays_to_fill(s, !known_, workspace);
   if (exchange_->whole()) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
+#include "../contactors/shapes.hpp"
 #include "../networks/network.hpp"
 #include "ranked_sweeps.hpp"
 
@@ -41,18 +41,13 @@ void RankedSmooth::check_scene(const Simulation& s) const {
   if (!s.meshes.empty()) refuse("SmoothDEM moves the mesh '" + s.meshes.meshes[0].model.name + "'");
   if (settings().energy) refuse("the balance of energy is kept (give energy=False)");
   if (settings().integrator.name != "velocity_verlet") refuse("the integrator is " + settings().integrator.name);
-  if (s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none)
-    refuse("contacts of SmoothDEM heat bodies by friction (give friction=None to the network)");
   OverRanks::check_scene(s);
-  if (has_parts_of(s)) return; // of which contactors were seen
-  for (std::int64_t k = 0; k < s.scene.contactors.count; ++k)
-    if (const ShapeInfo& shape = info(Shape(*s.scene.contactors.shape[k])); shape.bounded && !shape.ball())
-      refuse(std::string("contactor ") + std::to_string(*s.scene.contactors.id[k]) + " is a " + shape.name +
-             ", and SmoothDEM has disks, spheres and walls there");
 }
 
 void RankedSmooth::changed(Simulation& s, bool places) {
+  if (fixed_forces_ == Fixed::of_pairs) add_fixed(); // lists are made anew, maybe before anyone reads them
   OverRanks::changed(s, places);
+  motion_.known = false;
   if (places) forces_known_ = false;
 }
 
@@ -60,7 +55,152 @@ void RankedSmooth::changed(Simulation& s, bool places) {
 void RankedSmooth::restore(Simulation& s, ContactMemory memory) {
   const bool known = s.scene.bodies.contact_force.active && !memory.keys.empty();
   OverRanks::restore(s, std::move(memory));
+  fixed_forces_ = Fixed::known;
   forces_known_ = known;
+  motion_.known = false;
+}
+
+const StepReport& RankedSmooth::step(Simulation& s, double h) {
+  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  begin(s, h, 0.5, settings().renumber_every);
+  s.scene.activate(Need::smooth);
+  const Threads threads(settings().threads, s.scene.bodies.count);
+  const bool heats = s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none;
+  if (must_partition(s)) cut(s);
+  s.timed("kick_and_drift", [&] { bring_parts(s); });
+  if (exchange_->ranks() > 1) reach_ghosts(s, h);
+  motion_.known = false;
+  kept_ = state_is_left() && may_fail_;
+  for (Part& part : parts_)
+    if (kept_) keep_state(part);
+  on_ranks(s, "kick_and_drift", [&](Part& part) { begin_step(part, heats, h); });
+  if (!forces_known_) total_forces(s, false);
+  forces_known_ = true;
+  on_ranks(s, "kick_and_drift", [&](Part& part) { of(part).kick_and_drift(*part.simulation); });
+  on_ranks(s, "find_neighbours", [&](Part& part) {
+    Simulation& own = *part.simulation;
+    of(part).find_neighbours(own);
+    if (!(own.report.stable_step > 0)) own.report.stable_step = of(part).contact_limit(own); // of a new list
+  });
+  on_ranks(s, "compute_forces", [&](Part& part) { of(part).compute_forces(*part.simulation); });
+  total_forces(s, true);
+  on_ranks(s, "kick", [&](Part& part) { of(part).kick(*part.simulation); });
+  double most[] = {0, -std::numeric_limits<double>::infinity()}; // overlap, least stable step
+  double way = 0;
+  for (Part& part : parts_) {
+    most[0] = std::max(most[0], part.simulation->report.solve.penetration);
+    most[1] = std::max(most[1], -part.simulation->report.stable_step);
+    way = std::max(way, of(part).way());
+  }
+  if (!way_has_step_) way_ += way;
+  way_has_step_ = false;
+  motion_ = {true, h, s.scene.gravity};
+  exchange_->largest(most);
+  kept_ = false;
+  s.timed("gather", [&] { collect(s); });
+  advance_networks(s, h);
+  s.report.solve = {};
+  s.report.solve.penetration = most[0];
+  s.report.solve.contacts = s.report.contacts;
+  s.report.stable_step = -most[1];
+  s.report.neighbour_lists = parts_[0].simulation->report.neighbour_lists;
+  return s.report;
+}
+
+void RankedSmooth::cut(Simulation& s) {
+  fetch(s); // nothing of the whole can be read before
+  law_reach_ = reach_of_laws(s);
+  s.timed("partition", [&] { partition(s, law_reach_); });
+  forces_known_ = forces_known_ && s.steps > 0;
+  may_fail_ = may_fail(s);
+  way_ = 0;
+  motion_.known = false;
+  sum_of_.assign(std::size_t(s.scene.bodies.count), -1);
+  std::int32_t moving = 0, fixed = 0;
+  for (std::size_t i = 0; i < sum_of_.size(); ++i)
+    if (everywhere_[i]) sum_of_[i] = fixed_[i] ? fixed++ : moving++;
+  sums_.assign(std::size_t(moving * s.scene.bodies.dofs()) + of_cell, {});
+  fixed_sums_.assign(std::size_t(fixed * s.scene.bodies.dofs()), {});
+  counted_.assign(parts_.size(), {});
+  on_all_.assign(parts_.size(), {});
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    share(parts_[l]);
+    for (std::size_t i = 0; i < parts_[l].bodies.size(); ++i)
+      if (everywhere_[std::size_t(parts_[l].bodies[i])]) on_all_[l].push_back(std::int32_t(i));
+  }
+}
+
+// Gap at which the first force of a law begins, between the largest bodies [m].
+double RankedSmooth::reach_of_laws(const Simulation& s) const {
+  const Contactors& c = s.scene.contactors;
+  double most = 0, radius = 0;
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (info(Shape(*c.shape[k])).bounded && std::isfinite(*c.radius[k])) radius = std::max(radius, *c.radius[k]);
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const double overlap = 0;
+    double k[4], reach = 0;
+    const LawTable::Entry& entry = s.laws.entry(e);
+    const LawInfo& law = law_infos()[std::size_t(entry.law)];
+    law.stiffness(1, law.components(s.scene.bodies.dim), &overlap, &radius, entry.params, k, &reach);
+    most = std::max(most, reach);
+  }
+  return most;
+}
+
+// Two materials may meet without a law, bodies of unequal moments may turn too fast for their step, and images may be
+// too far apart to be numbered.
+bool RankedSmooth::may_fail(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  if (s.scene.cell.any()) return true;
+  for (std::int64_t i = 0; i < b.count && b.angular_momentum.active; ++i)
+    if (SmoothDem::is_uneven(b, i)) return true;
+  std::vector<std::int32_t> materials(s.scene.contactors.material.values.begin(),
+                                      s.scene.contactors.material.values.end());
+  std::sort(materials.begin(), materials.end());
+  materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
+  for (const std::int32_t one : materials)
+    for (const std::int32_t two : materials)
+      if (s.laws.find(one, two) < 0) return true;
+  return false;
+}
+
+// Bodies of a part by the tiles of the whole.
+void RankedSmooth::share(Part& part) const {
+  SharedBodies bodies;
+  std::int64_t tile = -1;
+  for (std::size_t i = 0; i < part.bodies.size(); ++i) {
+    const std::int64_t of_whole = part.bodies[i] / BodyTiles::size;
+    if (of_whole != tile) bodies.tile_first.push_back(std::int64_t(i));
+    tile = of_whole;
+    bodies.tile_of.push_back(std::int32_t(bodies.tile_first.size()) - 1);
+    bodies.everywhere.push_back(everywhere_[std::size_t(part.bodies[i])]);
+  }
+  bodies.tile_first.push_back(std::int64_t(part.bodies.size()));
+  bodies.alone = exchange_->ranks() == 1;
+  bodies.keeps_pair = [this, &part](auto a, auto b) { return pushes_own(part, a, b); };
+  of(part).shared = std::move(bodies);
+}
+
+void RankedSmooth::reach_ghosts(Simulation& s, double h) {
+  if (ways_are_short(s, h)) return;
+  for (int tries = 0;; ++tries) {
+    std::vector<std::vector<double>> ways;
+    for (Part& part : parts_) {
+      auto& of_part = ways.emplace_back();
+      for (std::size_t i = 0; i < part.bodies.size(); ++i)
+        of_part.push_back(law_reach_ / 2 + 1.01 * next_way(part, std::int64_t(i), h));
+    }
+    add_growth(ways);
+    const double needed = farthest(ways) + h * spread_of(parts_[0].simulation->scene.cell);
+    way_ = needed - law_reach_ / 2;
+    way_has_step_ = true;
+    if (2 * needed <= reach_) return;
+    if (tries == 20 || !std::isfinite(needed))
+      throw Error("bodies move too far in a step of " + std::to_string(h) + " s for ghosts to be found: lower dt");
+    if (tries > 0) reach_factor_ *= 2;
+    cut(s);
+    bring_parts(s);
+  }
 }
 
 // Way of a body in the next step [m]: half a kick, then a drift.
@@ -78,72 +218,35 @@ double RankedSmooth::next_way(const Part& part, std::int64_t body, double h) con
   return h * std::sqrt(square);
 }
 
-const StepReport& RankedSmooth::step(Simulation& s, double h) {
-  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  begin(s, h, 0.5, settings().renumber_every);
-  s.scene.activate(Need::smooth);
-  const Threads threads(settings().threads, s.scene.bodies.count);
-  double law = 0;
-  for (int e = 0; e < s.laws.entries(); ++e) {
-    const double overlap = 0, radius = 1;
-    double k[4], reach = 0;
-    const LawTable::Entry& entry = s.laws.entry(e);
-    const LawInfo& info = law_infos()[std::size_t(entry.law)];
-    info.stiffness(1, info.components(s.scene.bodies.dim), &overlap, &radius, entry.params, k, &reach);
-    law = std::max(law, reach);
+// True if a bound tells that ghosts reach: kicks are equal at the end of a step and at the begin of the next one, so
+// that the next velocity is twice that of the end less that of the middle.
+bool RankedSmooth::ways_are_short(const Simulation& s, double h) {
+  double most[] = {std::numeric_limits<double>::infinity()};
+  const auto same = [](double a, double b) { return !(a < b) && !(b < a); };
+  bool bounded = motion_.known && same(motion_.h, h);
+  for (std::size_t k = 0; k < 3; ++k) bounded = bounded && same(motion_.gravity[k], s.scene.gravity[k]);
+  double next = 0;
+  for (Part& part : parts_) {
+    bounded = bounded && moves_plainly(part);
+    next = std::max(next, 2 * h * of(part).speed() + of(part).way());
   }
-  const auto cut = [&] {
-    s.timed("partition", [&] { partition(s, law); });
-    forces_known_ = forces_known_ && s.steps > 0;
-  };
-  if (must_partition(s)) cut();
-  s.timed("kick_and_drift", [&] { bring_parts(s); });
-  for (int tries = 0; exchange_->ranks() > 1; ++tries) { // ghosts reach as far as bodies go in the step
-    std::vector<std::vector<double>> ways;
-    for (Part& part : parts_) {
-      auto& of_part = ways.emplace_back();
-      for (std::size_t i = 0; i < part.bodies.size(); ++i)
-        of_part.push_back(law / 2 + 1.01 * next_way(part, std::int64_t(i), h));
-    }
-    add_growth(ways);
-    const double needed = farthest(ways) + h * spread_of(parts_[0].simulation->scene.cell);
-    if (2 * needed <= reach_) break;
-    if (tries == 20 || !std::isfinite(needed))
-      throw Error("bodies move too far in a step of " + std::to_string(h) + " s for ghosts to be found: lower dt");
-    if (tries > 0) reach_factor_ *= 2;
-    cut();
-    bring_parts(s);
-  }
-  for (Part& part : parts_)
-    if (state_is_left()) keep_state(part);
-  kept_ = state_is_left();
-  on_ranks(s, "kick_and_drift", [&](Part& part) { begin_step(part, h); });
-  if (!forces_known_) total_forces(s, false);
-  forces_known_ = true;
-  on_ranks(s, "kick_and_drift", [&](Part& part) { of(part).kick_and_drift(*part.simulation); });
-  on_ranks(s, "find_neighbours", [&](Part& part) {
-    Simulation& own = *part.simulation;
-    of(part).find_neighbours(own);
-    if (!(own.report.stable_step > 0)) own.report.stable_step = of(part).contact_limit(own); // of a new list
-  });
-  on_ranks(s, "compute_forces", [&](Part& part) { of(part).compute_forces(*part.simulation); });
-  total_forces(s, true);
-  on_ranks(s, "kick", [&](Part& part) { of(part).kick(*part.simulation); });
-  double most[] = {0, -std::numeric_limits<double>::infinity()}; // overlap, least stable step
-  for (const Part& part : parts_) {
-    most[0] = std::max(most[0], part.simulation->report.solve.penetration);
-    most[1] = std::max(most[1], -part.simulation->report.stable_step);
-  }
+  if (bounded) most[0] = law_reach_ / 2 + 1.01 * (way_ + next);
   exchange_->largest(most);
-  kept_ = false;
-  s.timed("gather", [&] { collect(s); });
-  advance_networks(s, h);
-  s.report.solve = {};
-  s.report.solve.penetration = most[0];
-  s.report.solve.contacts = s.report.contacts;
-  s.report.stable_step = -most[1];
-  s.report.neighbour_lists = parts_[0].simulation->report.neighbour_lists;
-  return s.report;
+  return 2 * most[0] <= reach_;
+}
+
+// Contacts and gravity alone move the bodies that are not everywhere, in a space that stands.
+bool RankedSmooth::moves_plainly(const Part& part) const {
+  const Scene& scene = part.simulation->scene;
+  const Bodies& b = scene.bodies;
+  if (b.force.active || b.damping.active || b.stretch.active || scene.cell.any() || scene.has(Need::growing))
+    return false;
+  if (!b.driven.active) return true;
+  const auto& everywhere = static_cast<const SmoothDem&>(*part.strategy).shared->everywhere;
+  std::uint8_t driven = 0; // without a branch, for vectors
+  for (std::size_t i = 0; i < everywhere.size(); ++i)
+    driven |= std::uint8_t(b.driven.values[i] & (everywhere[i] ? 0 : 255));
+  return driven == 0;
 }
 
 // The state at the begin of a step, where the whole does not have it: in arrays that steps of NSCD use.
@@ -169,12 +272,11 @@ void RankedSmooth::undo() {
   }
 }
 
-void RankedSmooth::begin_step(Part& part, double h) {
+void RankedSmooth::begin_step(Part& part, bool heats, double h) {
   Simulation& own = *part.simulation;
-  of(part).keeps_pushes = true;
-  if (exchange_->ranks() > 1) of(part).keeps_pair = [this, &part](auto a, auto b) { return pushes_own(part, a, b); };
-  if (!forces_known_) of(part).changed(own, true); // it computes the first forces then
-  of(part).begin_step(own, h);
+  if (of(part).keeps_loss != heats || !forces_known_) of(part).changed(own, !forces_known_);
+  of(part).keeps_loss = heats;
+  of(part).begin_step(own, h); // it computes the first forces
 }
 
 // Pairs of ghosts, or of a ghost and a body that is everywhere, are those of other ranks.
@@ -186,65 +288,31 @@ bool RankedSmooth::pushes_own(const Part& part, std::int32_t one, std::int32_t t
   return roams_here(one) || roams_here(two) || owns_contact(part, one, two);
 }
 
-// Pushes on own bodies, by the ids of the contactors that they meet, so that their sums depend on no list.
-void RankedSmooth::put_in_order(const Part& part, const NeighbourList& list, Order& order) const {
-  const auto& id = part.simulation->scene.contactors.id;
-  std::vector<Push> all;
-  order.on_all.clear();
-  order.owned.clear();
+void RankedSmooth::count_pairs(const Part& part, const NeighbourList& list, Counted& counted) const {
+  counted.on_all.clear();
+  counted.on_fixed.clear();
+  counted.owned.clear();
   for (const NeighbourList::Batch& batch : list.batches)
     for (int i = 0; i < batch.count; ++i) {
-      const std::int64_t p = batch.first + i;
-      const std::int32_t a = list.a[p], b = list.b[p];
-      const bool owned = owns_contact(part, a, b);
-      if (owned && (order.owned.empty() || order.owned.back().last != p))
-        order.owned.push_back({std::int32_t(p), std::int32_t(p)});
-      if (owned) ++order.owned.back().last;
-      for (const bool first : {true, false}) {
-        const std::int32_t body = (first ? list.body_a : list.body_b)[p];
-        const auto push = std::int32_t(2 * batch.first + (first ? 0 : batch.count) + i);
-        if (everywhere_[std::size_t(part.bodies[std::size_t(body)])]) {
-          if (owned) order.on_all.push_back({push, body});
-        } else if (part.own[std::size_t(body)]) {
-          all.push_back({*id[first ? b : a], *id[first ? a : b], list.image[p], push, body});
-        }
+      const auto p = std::int32_t(batch.first + i);
+      if (!owns_contact(part, list.a[p], list.b[p])) continue;
+      if (counted.owned.empty() || counted.owned.back().last != p) counted.owned.push_back({p, p});
+      ++counted.owned.back().last;
+      for (const std::int32_t side : {0, 1}) {
+        const std::int32_t body = (side == 0 ? list.body_a : list.body_b)[p];
+        const std::int32_t sum = sum_of_[std::size_t(part.bodies[std::size_t(body)])];
+        if (sum < 0) continue;
+        auto& pairs = part.fixed[std::size_t(body)] ? counted.on_fixed : counted.on_all;
+        pairs.push_back({p, std::int32_t(2 * batch.kept + side * batch.count + i), sum});
       }
     }
-  const std::size_t bodies = part.bodies.size();
-  order.first.assign(bodies + 1, 0);
-  for (const Push& p : all) ++order.first[std::size_t(p.body) + 1];
-  std::partial_sum(order.first.begin(), order.first.end(), order.first.begin());
-  std::vector<Push> sorted(all.size());
-  std::vector<std::int64_t> next(order.first.begin(), order.first.end() - 1);
-  for (const Push& p : all) sorted[std::size_t(next[std::size_t(p.body)]++)] = p;
-  bool twins = false; // two bodies meet twice, by images whose numbers change
-  for (std::size_t body = 0; body < bodies; ++body) {
-    const auto begin = sorted.begin() + order.first[body], end = sorted.begin() + order.first[body + 1];
-    std::sort(begin, end, [](const Push& p, const Push& q) {
-      return p.other != q.other ? p.other < q.other : p.own != q.own ? p.own < q.own : p.image < q.image;
-    });
-    const auto same = [](const Push& p, const Push& q) { return p.other == q.other && p.own == q.own; };
-    twins = twins || std::adjacent_find(begin, end, same) != end;
-  }
-  order.push.resize(sorted.size());
-  std::ranges::transform(sorted, order.push.begin(), &Push::push);
-  order.known = !twins;
-}
-
-// Most pairs of a list are apart: a byte tells it, and their pushes, far away in memory, are not set.
-void RankedSmooth::find_acting(const NeighbourList& list, Order& order) {
-  order.acts.resize(2 * std::size_t(list.pairs));
-  for (const NeighbourList::Batch& batch : list.batches)
-    for (const std::int64_t side : {0, 1})
-      std::copy_n(list.active.begin() + batch.first, batch.count,
-                  order.acts.begin() + 2 * batch.first + side * batch.count);
 }
 
 // Forces of own pairs with images times the shifts of these, for the stress of the cell: (9) sums [N m]; then their
 // effective masses [kg].
-void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums) {
+void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, const Counted& counted, ExactSum* sums) {
   const int dim = s.scene.dim;
-  for (const Order::Pairs& of : order.owned)
+  for (const Counted::Pairs& of : counted.owned)
     for (std::int32_t p = of.first; p < of.last; ++p) {
       if (!list.active[p] || list.image[p] == own_image) continue;
       double shift[3];
@@ -255,69 +323,86 @@ void RankedSmooth::add_stress(const Simulation& s, const NeighbourList& list, co
     }
 }
 
-// Adds forces and moments of pairs to own bodies, and those of own pairs to the exact sums of bodies that are
-// everywhere.
-void RankedSmooth::add_forces(Part& part, std::array<Order, 2>& orders, std::vector<ExactSum>& on_all,
-                              const std::vector<std::int32_t>& place) {
+// Adds forces and moments of own pairs to the exact sums of bodies that are everywhere, and counts these pairs.
+void RankedSmooth::add_forces(Part& part) {
   Simulation& s = *part.simulation;
-  const auto nd = std::size_t(s.scene.bodies.dofs());
   const NeighbourList* lists[] = {&of(part).list(), &of(part).contacts_of_shapes()};
   std::int64_t& own = contacts_[std::size_t(part.rank)];
   own = 0;
   for (std::size_t k = 0; k < 2; ++k) {
     const NeighbourList& list = *lists[k];
-    Order& order = orders[k];
-    if (!order.known || order.list != of(part).lists_made() || k > 0) put_in_order(part, list, order);
-    order.list = of(part).lists_made();
-    find_acting(list, order);
-    for (const Order::Pairs& of : order.owned)
+    Counted& counted = counted_[std::size_t(&part - parts_.data())][k];
+    if (counted.list != of(part).lists_made() || k > 0) count_pairs(part, list, counted);
+    counted.list = of(part).lists_made();
+    for (const Counted::Pairs& of : counted.owned)
       own += of.last - of.first - std::count(list.active.begin() + of.first, list.active.begin() + of.last, 0);
-    if (s.scene.cell.any()) add_stress(s, list, order, &on_all[on_all.size() - of_cell]);
-    for (const Order::OnAll& one : order.on_all) {
-      if (!order.acts[std::size_t(one.push)]) continue;
-      ExactSum* sum = &on_all[std::size_t(place[std::size_t(part.bodies[std::size_t(one.body)])]) * nd];
-      for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.push[std::size_t(one.push) * nd + c]);
-    }
-    if (k > 0 && list.pairs == 0) continue;
-    Field<double>& total = s.scene.bodies.contact_force;
-#pragma omp parallel for schedule(static)
-    for (std::int64_t body = 0; body < s.scene.bodies.count; ++body) {
-      if (!part.own[std::size_t(body)]) continue;
-      double sum[6] = {};
-      for (std::size_t c = 0; k > 0 && c < nd; ++c) sum[c] = total[body][c];
-      for (std::int64_t i = order.first[std::size_t(body)]; i < order.first[std::size_t(body) + 1]; ++i) {
-        if (!order.acts[std::size_t(order.push[std::size_t(i)])]) continue;
-        const double* push = &list.push[std::size_t(order.push[std::size_t(i)]) * nd];
-        for (std::size_t c = 0; c < nd; ++c) sum[c] += push[c];
-      }
-      std::copy_n(sum, nd, total[body]);
+    if (s.scene.cell.any()) add_stress(s, list, counted, &sums_[sums_.size() - of_cell]);
+    add_kept(list, counted.on_all, s.scene.bodies.dofs(), sums_);
+  }
+}
+
+void RankedSmooth::add_kept(const NeighbourList& list, const std::vector<Counted::OnAll>& pairs, int dofs,
+                            std::vector<ExactSum>& sums) {
+  const auto nd = std::size_t(dofs);
+  for (const Counted::OnAll& one : pairs) {
+    if (!list.active[one.pair]) continue;
+    ExactSum* sum = &sums[std::size_t(one.sum) * nd];
+    for (std::size_t c = 0; c < nd; ++c) sum[c].add(list.kept[std::size_t(one.kept) * nd + c]);
+  }
+}
+
+// Forces on bodies that are everywhere, fixed ones or others, as sums over ranks have them.
+void RankedSmooth::write_sums(std::vector<ExactSum>& sums, bool fixed) {
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    Field<double>& total = parts_[l].simulation->scene.bodies.contact_force;
+    for (const std::int32_t body : on_all_[l]) {
+      if ((parts_[l].fixed[std::size_t(body)] != 0) != fixed) continue;
+      const std::int32_t from = sum_of_[std::size_t(parts_[l].bodies[std::size_t(body)])];
+      for (int k = 0; k < total.components; ++k)
+        total[body][k] = sums[std::size_t(from * total.components + k)].value();
     }
   }
 }
 
-// damped: as in a step, where the first forces are without.
+// Forces on fixed bodies move nothing: they wait for a reader, of whom there is none in most steps of a run.
+void RankedSmooth::add_fixed() {
+  std::fill(fixed_sums_.begin(), fixed_sums_.end(), ExactSum());
+  for (std::size_t l = 0; l < parts_.size(); ++l) {
+    const SmoothDem& smooth = of(parts_[l]);
+    const int dofs = parts_[l].simulation->scene.bodies.dofs();
+    add_kept(smooth.list(), counted_[l][0].on_fixed, dofs, fixed_sums_);
+    add_kept(smooth.contacts_of_shapes(), counted_[l][1].on_fixed, dofs, fixed_sums_);
+  }
+  fixed_forces_ = Fixed::added;
+}
+
+void RankedSmooth::total_fixed() {
+  if (fixed_sums_.empty()) return;
+  if (fixed_forces_ == Fixed::of_pairs) add_fixed();
+  if (fixed_forces_ == Fixed::known) return;
+  add_over_ranks(fixed_sums_, *exchange_);
+  write_sums(fixed_sums_, true);
+  fixed_forces_ = Fixed::known;
+}
+
+void RankedSmooth::complete_state(Simulation&) { total_fixed(); }
+
+// Forces on bodies that are everywhere, from all ranks, and on ghosts from their owners. damped: as in a step, where
+// the first forces are without.
 void RankedSmooth::total_forces(Simulation& s, bool damped) {
-  const int nd = s.scene.bodies.dofs();
-  std::vector<std::int32_t> place(std::size_t(s.scene.bodies.count), -1);
-  std::int32_t all = 0;
-  for (std::size_t i = 0; i < place.size(); ++i)
-    if (everywhere_[i]) place[i] = all++;
-  std::vector<ExactSum> sums(std::size_t(all * nd) + of_cell);
+  std::fill(sums_.begin(), sums_.end(), ExactSum());
   contacts_.assign(std::size_t(exchange_->ranks()), 0);
-  if (orders_of_ != partitions_) orders_.assign(parts_.size(), {});
-  orders_of_ = partitions_;
-  on_ranks(s, "add_forces",
-           [&](Part& part) { add_forces(part, orders_[std::size_t(&part - parts_.data())], sums, place); });
-  add_over_ranks(sums, *exchange_);
+  on_ranks(s, "add_forces", [&](Part& part) { add_forces(part); });
+  add_over_ranks(sums_, *exchange_);
+  if (sums_.size() > of_cell) write_sums(sums_, false);
+  fixed_forces_ = Fixed::of_pairs;
+  // those of drives are taken from each step, and a step that fails leaves the forces of its begin
+  if (!damped || may_fail_ || s.scene.bodies.reaction.active) total_fixed();
   for (Part& part : parts_) {
-    Field<double>& total = part.simulation->scene.bodies.contact_force;
-    for (std::size_t i = 0; i < part.bodies.size(); ++i)
-      if (const std::int32_t from = place[std::size_t(part.bodies[i])]; from >= 0)
-        for (int k = 0; k < nd; ++k) total[std::int64_t(i)][k] = sums[std::size_t(from * nd + k)].value();
     if (damped) of(part).damp(*part.simulation);
     Cell& cell = part.simulation->scene.cell;
     double across[of_cell];
-    for (std::size_t e = 0; e < of_cell; ++e) across[e] = sums[sums.size() - of_cell + e].value();
+    for (std::size_t e = 0; e < of_cell; ++e) across[e] = sums_[sums_.size() - of_cell + e].value();
     for (std::size_t e = 0; e < 9 && cell.volume(s.scene.dim) > 0; ++e)
       cell.stress[e] = across[e] / cell.volume(s.scene.dim);
     if (damped && cell.any()) of(part).follow_stress(cell, across);

@@ -1,5 +1,5 @@
-// Smooth DEM over ranks: each finds the forces on its own bodies, those of pairs with ghosts too, and adds them up in
-// the order of the other contactors' ids.
+// Smooth DEM over ranks: each finds the forces on its own bodies, those of pairs with ghosts too. Bodies keep the
+// tiles of the whole scene, so that their forces are added up in one order on each rank.
 #pragma once
 #include <array>
 
@@ -25,46 +25,69 @@ public:
   double stable_step(Simulation& s) override { return s.report.stable_step; }
 
 private:
-  // Order in which forces of the pairs of a list are added up.
-  struct Order {
-    std::int64_t list = -1;          // that this is of
-    bool known = false;              // and stays until the next list
-    std::vector<std::int64_t> first; // of each own body
-    std::vector<std::int32_t> push;  // of them
-    std::vector<std::int8_t> acts;   // of each push of the list: its pair is in contact
+  // Pairs of a list that are added up over ranks.
+  struct Counted {
+    std::int64_t list = -1; // that this is of
     struct OnAll {
-      std::int32_t push, body;
+      std::int32_t pair, kept, sum; // number of the pair, of its kept force, and of the sums of the body
     };
-    std::vector<OnAll> on_all; // of own pairs on bodies that are everywhere
+    std::vector<OnAll> on_all, on_fixed; // of own pairs, on bodies that are everywhere: those that move, and others
     struct Pairs {
       std::int32_t first, last;
     };
     std::vector<Pairs> owned; // from `first`, before `last`
   };
-  struct Push { // on a body, by the ids of the contactor that it meets and of its own
-    std::int64_t other, own;
-    std::int32_t image, push, body;
+  // Why the ways of bodies in a step can be bounded by the last one: all that moves them is as it was.
+  struct Motion {
+    bool known = false;
+    double h = 0;
+    std::array<double, 3> gravity{};
   };
   const SmoothDemOptions& settings() const { return static_cast<const SmoothDem&>(*model_).settings; }
   static SmoothDem& of(Part& part) { return static_cast<SmoothDem&>(*part.strategy); }
   std::int64_t own_contacts(const Part& part) const override { return contacts_[std::size_t(part.rank)]; }
-  double next_way(const Part& part, std::int64_t body, double h) const;
   void undo() override;
+  void complete_state(Simulation& s) override;
   void keep_state(Part& part);
-  void begin_step(Part& part, double h);
+  void begin_step(Part& part, bool heats, double h);
+  // Partitions, and what lies in their wake.
+  void cut(Simulation& s);
+  double reach_of_laws(const Simulation& s) const;
+  static bool may_fail(const Simulation& s);
+  void share(Part& part) const;
+  // Cuts where ghosts do not reach as far as bodies go in the step.
+  void reach_ghosts(Simulation& s, double h);
+  double next_way(const Part& part, std::int64_t body, double h) const;
+  bool ways_are_short(const Simulation& s, double h);
+  bool moves_plainly(const Part& part) const;
+  // Forces over ranks.
   bool pushes_own(const Part& part, std::int32_t one, std::int32_t two) const;
-  void put_in_order(const Part& part, const NeighbourList& list, Order& order) const;
-  static void find_acting(const NeighbourList& list, Order& order);
-  static void add_stress(const Simulation& s, const NeighbourList& list, const Order& order, ExactSum* sums);
-  void add_forces(Part& part, std::array<Order, 2>& orders, std::vector<ExactSum>& on_all,
-                  const std::vector<std::int32_t>& place);
+  void count_pairs(const Part& part, const NeighbourList& list, Counted& counted) const;
+  static void add_stress(const Simulation& s, const NeighbourList& list, const Counted& counted, ExactSum* sums);
+  void add_forces(Part& part);
   void total_forces(Simulation& s, bool damped);
+  void add_fixed();
+  void total_fixed();
+  static void add_kept(const NeighbourList& list, const std::vector<Counted::OnAll>& pairs, int dofs,
+                       std::vector<ExactSum>& sums);
+  // Forces on fixed bodies that nobody has asked for: of pairs, or their sums over the pairs of this process.
+  enum class Fixed { known, of_pairs, added };
+  void write_sums(std::vector<ExactSum>& sums, bool fixed);
 
+  double law_reach_ = 0; // gap up to which laws act [m]
   bool forces_known_ = false;
-  bool kept_ = false;                        // parts have the state of the begin of the step at hand
-  std::vector<std::int64_t> contacts_;       // that act, by rank
-  std::vector<std::array<Order, 2>> orders_; // of each part: of its list, and of contacts of shapes
-  std::int64_t orders_of_ = -1;              // the partition that they were made in
+  bool may_fail_ = false; // a step may, after bodies have moved
+  bool kept_ = false;     // parts have the state of the begin of the step at hand
+  Fixed fixed_forces_ = Fixed::known;
+  Motion motion_;
+  double way_ = 0;                     // of bodies of this process since the partition, at most [m]
+  bool way_has_step_ = false;          // the one of the step at hand is in it
+  std::vector<std::int64_t> contacts_; // that act, by rank
+  std::vector<std::int32_t> sum_of_;   // (bodies of the whole) number of its sums, -1: its forces are with its owner
+  // (dofs, bodies that are everywhere and move), then those of the cell; (dofs, fixed bodies), for who reads them
+  std::vector<ExactSum> sums_, fixed_sums_;
+  std::vector<std::array<Counted, 2>> counted_;   // of each part: of its list, and of contacts of shapes
+  std::vector<std::vector<std::int32_t>> on_all_; // of each part: bodies that are everywhere
 };
 
 } // namespace cairn

@@ -111,13 +111,14 @@ void SmoothDem::begin_step(Simulation& s, double h) {
 
 void SmoothDem::kick_and_drift(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const std::int64_t n = tiles(s);
+  const BodyTiles all = tiles(s);
+  const std::int64_t n = all.count();
   std::int64_t unsolved = -1;
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
   works_.assign(4 * n, 0);
 #pragma omp parallel for schedule(static) reduction(max : unsolved)
   for (std::int64_t t = 0; t < n; ++t) {
-    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    const std::int64_t first = all.first(t), last = all.last(t);
     double* fastest = &sums_[sums_of_tile * t];
     half_step_works(s, t, false);
     if (predicts())
@@ -140,7 +141,8 @@ void SmoothDem::kick_and_drift(Simulation& s) {
     linear = std::max(linear, sums_[sums_of_tile * t]);
     spin = std::max(spin, sums_[sums_of_tile * t + 1]);
   }
-  s.report.way = h_ * std::sqrt(linear) / smallest_;
+  way_ = h_ * std::sqrt(linear);
+  s.report.way = way_ / smallest_;
   s.advance_cell(h_);
   if (s.scene.cell.any()) s.wrap_into_cell();
   moved_ += (has_shaped_ ? farthest_way(s) : h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin))) + walls_move(s);
@@ -156,7 +158,8 @@ void SmoothDem::find_neighbours(Simulation& s) {
 
 void SmoothDem::compute_forces(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const std::int64_t n = tiles(s);
+  const BodyTiles all = tiles(s);
+  const std::int64_t n = all.count();
   if (!forces_known_) place_contactors(s);
   find_shaped(s);
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
@@ -164,14 +167,14 @@ void SmoothDem::compute_forces(Simulation& s) {
 #pragma omp parallel for schedule(dynamic)
   for (std::int64_t t = 0; t < n; ++t) tile_forces(s, t, *lanes_[omp_get_thread_num()], h_, &sums_[sums_of_tile * t]);
 #pragma omp parallel for schedule(static) if (list_.others + shaped_.others > 0)
-  for (std::int64_t t = 0; t < (keeps_pushes ? 0 : n); ++t)
+  for (std::int64_t t = 0; t < n; ++t)
     each_list([&](NeighbourList& list) {
       const std::int64_t first = list.tile_incoming[t], last = list.tile_incoming[t + 1];
       cairn_smooth_add(b.dofs(), last - first, list.incoming_body.data() + first, list.incoming_place.data() + first,
                        list.other.data(), b.contact_force.values.data());
     });
-  if (!keeps_pushes) damp(s);
-  if (h_ > 0 && s.scene.cell.any() && !keeps_pushes) {
+  if (!shared) damp(s);
+  if (h_ > 0 && s.scene.cell.any() && !shared) {
     double sum[10] = {};
     for (std::int64_t t = 0; t < n; ++t)
       for (int k = 0; k < 10; ++k) sum[k] += sums_[std::size_t(sums_of_tile * t + 24 + k)];
@@ -182,10 +185,10 @@ void SmoothDem::compute_forces(Simulation& s) {
 }
 
 void SmoothDem::damp(Simulation& s) {
-  const std::int64_t n = tiles(s);
+  const BodyTiles all = tiles(s);
+  const std::int64_t n = all.count();
   for (std::int64_t t = 0; t < n && settings.local_damping > 0 && h_ > 0; ++t)
-    damp_locally(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, s.scene.bodies.count),
-                 &sums_[sums_of_tile * t + 9]);
+    damp_locally(s, all.first(t), all.last(t), &sums_[sums_of_tile * t + 9]);
 }
 
 void SmoothDem::damp_locally(Simulation& s, std::int64_t first, std::int64_t last, double* spent) const {
@@ -197,11 +200,12 @@ void SmoothDem::damp_locally(Simulation& s, std::int64_t first, std::int64_t las
 
 void SmoothDem::kick(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const std::int64_t n = tiles(s);
+  const BodyTiles all = tiles(s);
+  const std::int64_t n = all.count();
   std::int64_t wrong = -1;
 #pragma omp parallel for schedule(static) reduction(max : wrong)
   for (std::int64_t t = 0; t < n; ++t) {
-    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    const std::int64_t first = all.first(t), last = all.last(t);
     double* terms = settings.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
     half_step_works(s, t, true);
     if (predicts())
@@ -209,10 +213,15 @@ void SmoothDem::kick(Simulation& s) {
     else
       end_tile(s, first, last, wrong, terms);
     end_uneven(s, t, wrong, terms);
+    if (shared && !shared->alone)
+      sums_[sums_of_tile * t + 15] = cairn_verlet_speed(dim_, b.dofs(), first, last, b.velocity.values.data());
   }
   double corrected = 0;
   for (std::int64_t t = 0; t < n && predicts(); ++t) corrected = std::max(corrected, sums_[sums_of_tile * t + 12]);
   moved_ += std::sqrt(corrected);
+  speed_ = 0;
+  for (std::int64_t t = 0; t < n && shared && !shared->alone; ++t)
+    speed_ = std::max(speed_, sums_[sums_of_tile * t + 15]);
   account(s, n);
   s.candidates.count = 0;
   s.contacts_known = false;

@@ -22,6 +22,7 @@ void cairn_verlet_works(int32_t dim, int32_t nd, int64_t first, int64_t last, in
 void cairn_verlet_works_spheres(int64_t first, int64_t last, int32_t second, double h, const double* gravity,
                                 const double* inverse_mass, const double* contact_force, const double* velocity,
                                 double* terms);
+double cairn_verlet_speed(int32_t dim, int32_t nd, int64_t first, int64_t last, const double* velocity);
 double cairn_uneven_kinetic(int64_t n, const int64_t* body, const double* velocity, const double* angular_momentum);
 void cairn_local_damping(int32_t dim, int32_t nd, int64_t first, int64_t last, double h, double share,
                          const double* gravity, const double* mass, const double* velocity, double* contact_force,

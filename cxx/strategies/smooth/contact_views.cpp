@@ -82,8 +82,10 @@ void SmoothDem::read(Simulation& s, std::string_view field, int components, doub
   }
   if (field == "impulse_local")
     force_local(s, out);
-  else
+  else if (field == "impulse")
     force_space(out);
+  else
+    std::fill_n(out, n, 0.0); // networks ask for what laws of NSCD remember
   for (std::int64_t i = 0; i < n; ++i) out[i] *= s.report.h;
 }
 

@@ -16,7 +16,7 @@ void SmoothDem::begin_balance(Simulation& s) {
   driven_before_ = s.energy.work_driven; // work of wrapping before is in the kinetic energy
   s.energy.kinetic = kinetic_of(s);
   s.energy.stored = 0;
-  for (std::int64_t t = 0; t < tiles(s); ++t) s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
+  for (std::int64_t t = 0; t < tiles(s).count(); ++t) s.energy.stored += sums_[std::size_t(sums_of_tile * t + 16)];
 }
 
 // What bodies gained with their masses, at the same velocity, is work of growth.
@@ -30,8 +30,9 @@ void SmoothDem::count_growth(Simulation& s) const {
 double SmoothDem::kinetic_of(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   double sum = 0;
-  for (std::int64_t t = 0; t < tiles(s); ++t) {
-    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+  const BodyTiles all = tiles(s);
+  for (std::int64_t t = 0; t < all.count(); ++t) {
+    const std::int64_t first = all.first(t), last = all.last(t);
     sum += cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
     const auto uneven = uneven_of(t);
     if (!uneven.empty())
@@ -69,7 +70,7 @@ void SmoothDem::follow_growth(Simulation& s) {
 void SmoothDem::half_step_works(Simulation& s, std::int64_t tile, bool second) {
   if (!settings.energy || predicts()) return;
   Bodies& b = s.scene.bodies;
-  const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+  const std::int64_t first = tiles(s).first(tile), last = tiles(s).last(tile);
   double* works = &works_[4 * tile];
   each_run(s, first, last, [&](std::int64_t from, std::int64_t to, bool plain) {
     if (plain)

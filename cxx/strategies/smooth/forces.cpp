@@ -49,11 +49,11 @@ void SmoothDem::place_clumps(const Simulation& s) {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   for (const auto& [first, last] : placed_) {
-    const std::int64_t begin = first, end = last, n = (end - begin + NeighbourList::tile - 1) / NeighbourList::tile;
+    const std::int64_t begin = first, end = last, n = (end - begin + BodyTiles::size - 1) / BodyTiles::size;
 #pragma omp parallel for schedule(static)
     for (std::int64_t t = 0; t < n; ++t) {
-      const std::int64_t from = begin + t * NeighbourList::tile;
-      cairn_clump_records(from, std::min(from + NeighbourList::tile, end), c.body.values.data(), centre_.data(),
+      const std::int64_t from = begin + t * BodyTiles::size;
+      cairn_clump_records(from, std::min(from + BodyTiles::size, end), c.body.values.data(), centre_.data(),
                           c.radius.values.data(), grain_.data(), b.position.values.data(), b.velocity.values.data(),
                           record_.data(), offset_.data());
     }
@@ -91,20 +91,36 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
 
 // Bodies, or the pairs of the batch one after the other.
 SmoothDem::Target SmoothDem::target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const {
-  const int nd = s.scene.bodies.dofs();
-  if (keeps_pushes) {
-    double* push = &list.push[2 * batch.first * nd];
-    return {in_turn.data(), push, push + std::int64_t(batch.count) * nd};
+  const std::int64_t nd = s.scene.bodies.dofs();
+  if (batch.kept >= 0) {
+    double* kept = &list.kept[2 * batch.kept * nd];
+    return {in_turn.data(), kept, kept + batch.count * nd};
   }
-  return {&list.body_a[batch.first], s.scene.bodies.contact_force.values.data(),
-          batch.other < 0 ? nullptr : &list.other[batch.other * nd]};
+  double* other = batch.other < 0 ? nullptr : &list.other[batch.other * nd];
+  if (other) std::fill_n(other, batch.count * nd, 0.0);
+  return {&list.body_a[batch.first], s.scene.bodies.contact_force.values.data(), other};
 }
 
-// Kernels add to the pushes of pairs in contact; those of others are not read.
-void SmoothDem::clear_pushes(const Target& to, const std::int32_t* lane, int count, int components) const {
-  for (int i = 0; i < count && keeps_pushes; ++i)
-    for (double* side : {to.force, to.other})
-      std::fill_n(side + std::int64_t(lane[i] - 1) * components, components, 0.0);
+// Kernels add to what is kept of pairs in contact; that of others is not read.
+void SmoothDem::clear_kept(const NeighbourList::Batch& batch, const Target& to, const Lanes& w, std::int32_t count,
+                           int dofs) const {
+  for (std::int32_t i = 0; i < count && batch.kept >= 0; ++i)
+    for (double* side : {to.force, to.other}) std::fill_n(side + std::int64_t(w.lane[i] - 1) * dofs, dofs, 0.0);
+}
+
+// Adds what the pairs of a batch that is kept exert on bodies that are on few ranks.
+void SmoothDem::add_to_roaming(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count,
+                               const Lanes& w, Bodies& bodies) const {
+  const int nd = bodies.dofs();
+  for (std::int32_t i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    const double* push = &list.kept[(2 * batch.kept + l) * nd];
+    for (const std::int32_t body : {list.body_a[batch.first + l], list.body_b[batch.first + l]}) {
+      double* total = bodies.contact_force[body];
+      for (int k = 0; k < nd && !shared->everywhere[std::size_t(body)]; ++k) total[k] += push[k];
+      push += std::int64_t(batch.count) * nd;
+    }
+  }
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
@@ -144,7 +160,7 @@ int SmoothDem::sphere_forces(Simulation& s, NeighbourList& list, const Neighbour
   double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, shape.turns ? 6 : 3, &context, w.lane_gap, w.u, entry.params, w.state,
                                             w.f, energy);
-  clear_pushes(to, w.lane, count, 6);
+  clear_kept(batch, to, w, count, 6);
   if (one_spring)
     cairn_sphere_scatter(batch.count, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, w.arm, w.f, w.state, state,
                          lane_force, to.force, to.other);
@@ -164,6 +180,36 @@ void SmoothDem::keep_loss(NeighbourList& list, const NeighbourList::Batch& batch
     list.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
 }
 
+// Velocities of surfaces and of the images of B.
+void SmoothDem::batch_jumps(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
+                            int count, bool belts, Lanes& w) const {
+  const bool sheared = s.scene.cell.any();
+  for (int i = 0; sheared && i < batch.count; ++i) {
+    double jump[3];
+    image_velocity(s.scene.cell, list.image[batch.first + i], jump);
+    for (int k = 0; k < dim_; ++k) w.jump[k * batch.count + i] = jump[k];
+  }
+  if (belts) add_belts(s, list, batch, count, !sheared, w);
+}
+
+void SmoothDem::load_rows(const NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers,
+                          Lanes& w) const {
+  const double* rows = list.state.data() + batch.first * states_;
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(rows + l * states_, numbers, w.rows + l * numbers);
+  }
+}
+
+void SmoothDem::store_rows(NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers,
+                           const Lanes& w) const {
+  double* rows = list.state.data() + batch.first * states_;
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t l = w.lane[i] - 1;
+    std::copy_n(w.rows + l * numbers, numbers, rows + l * states_);
+  }
+}
+
 // sums: see sums_of_tile
 void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
                              double* sums) {
@@ -173,10 +219,12 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const EntryShape& shape = entries_[batch.entry];
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   Target to = target_of(s, list, batch);
-  if (to.other && !keeps_pushes) std::fill_n(to.other, std::int64_t(n) * nd, 0.0);
   const bool belts = has_belts(s, list, batch);
-  if ((spheres_alone_ || clumps_) && batch.spheres && !belts && sphere_forces(s, list, batch, to, w, h, sums) >= 0)
-    return;
+  if ((spheres_alone_ || clumps_) && batch.spheres && !belts)
+    if (const int acting = sphere_forces(s, list, batch, to, w, h, sums); acting >= 0) {
+      if (batch.kept >= 0) add_to_roaming(list, batch, acting, w, b);
+      return;
+    }
   batch_geometry(s, list, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, list.state.data() + p * states_, &list.active[p], w.lane,
@@ -187,21 +235,11 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
                      w.lever_b, w.grain_a, w.grain_b);
   if (batch.kind < 0) shaped_grains(s, list, batch, w);
   const bool sheared = s.scene.cell.any();
-  if (sheared)
-    for (int i = 0; i < n; ++i) {
-      double jump[3];
-      image_velocity(s.scene.cell, list.image[p + i], jump);
-      for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
-    }
-  if (belts) add_belts(s, list, batch, count, !sheared, w);
+  if (sheared || belts) batch_jumps(s, list, batch, count, belts, w);
   // rows of the list are as long as the longest state; kernels take them as long as their law's
   const int own = shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3);
-  double* const rows = list.state.data() + p * states_;
-  double* const stored = own < states_ ? w.rows : rows;
-  for (int i = 0; own < states_ && i < count; ++i) {
-    const std::int64_t l = w.lane[i] - 1;
-    std::copy_n(rows + l * states_, own, w.rows + l * own);
-  }
+  double* const stored = own < states_ ? w.rows : list.state.data() + p * states_;
+  if (own < states_) load_rows(list, batch, count, own, w);
   (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
       n, m, w.lane, &list.body_a[p], &list.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
@@ -214,10 +252,10 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   const int components = shape.turns ? nd : dim_;
   law_infos()[std::size_t(entry.law)].force(m, components, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
                                             energy);
-  clear_pushes(to, w.lane, count, nd);
+  clear_kept(batch, to, w, count, nd);
   // Force and moment of a pair reach its bodies together, so that sums do not depend on where batches begin.
   const Target bodies = to;
-  const bool together = shape.turns && !keeps_pushes;
+  const bool together = shape.turns && batch.kept < 0;
   if (together) {
     to = {in_turn.data(), w.push, w.push + std::int64_t(n) * nd};
     std::fill_n(w.push, std::int64_t(n) * nd, 0.0);
@@ -225,14 +263,12 @@ void SmoothDem::batch_forces(Simulation& s, NeighbourList& list, const Neighbour
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, to.body_a, &list.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars, shape.vectors,
       w.state, stored, &list.force[p * dim_], to.force, to.other);
-  for (int i = 0; own < states_ && i < count; ++i) {
-    const std::int64_t l = w.lane[i] - 1;
-    std::copy_n(w.rows + l * own, own, rows + l * states_);
-  }
+  if (own < states_) store_rows(list, batch, count, own, w);
   if (shape.turns)
     cairn_smooth_moments(dim_, n, count, m, w.lane, to.body_a, &list.body_b[p], w.frame, &w.f[dim_ * m],
                          &list.moment[p * (nd - dim_)], to.force, to.other);
   if (together) add_pushes(list, batch, count, nd, w, bodies);
+  if (batch.kept >= 0) add_to_roaming(list, batch, count, w, b);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[16]);
   if (b.stretch.active) sums[14] += growth_work(s, list, batch, count, w);
   if (sheared) add_cell_forces(s, list, batch, count, m, w, sums);
@@ -281,7 +317,7 @@ void SmoothDem::add_cell_forces(const Simulation& s, NeighbourList& list, const 
     for (int j = 0; j < dim_; ++j)
       for (int k = 0; k < dim_; ++k) sums[24 + k + 3 * j] -= list.force[p * dim_ + k] * shift[j];
     sums[33] += w.geometry[2 * m + i];
-    if (keeps_pushes) list.across[std::size_t(p)] = w.geometry[2 * m + i];
+    if (shared) list.across[std::size_t(p)] = w.geometry[2 * m + i];
   }
 }
 
@@ -335,7 +371,7 @@ void SmoothDem::add_belts(const Simulation& s, const NeighbourList& list, const 
 
 void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {
   Bodies& b = s.scene.bodies;
-  const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+  const std::int64_t first = tiles(s).first(tile), last = tiles(s).last(tile);
   std::fill(b.contact_force[first], b.contact_force[last], 0.0);
   std::fill_n(sums, sums_of_tile, 0.0);
   each_list([&](NeighbourList& list) {

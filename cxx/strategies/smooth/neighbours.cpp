@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "../../base/call.hpp"
+#include "../../base/held_bytes.hpp"
 #include "../../contactors/shapes.hpp"
 #include "../../detection/key_search.hpp"
 #include "../../networks/network.hpp"
@@ -12,13 +13,6 @@
 
 namespace cairn {
 namespace {
-
-int row_of(Shape a, Shape b) {
-  const std::span<const SmoothPairKind> kinds = smooth_pair_kinds();
-  for (std::size_t k = 0; k < kinds.size(); ++k)
-    if (kinds[k].a == a && kinds[k].b == b) return int(k);
-  return -1; // a contact of shapes, which is found anew in each step
-}
 
 // 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow, a
 // capsule and a superquadric are round with half of their least width.
@@ -50,10 +44,6 @@ void SmoothDem::changed(Simulation& s, bool places) {
   if (!places) return;
   forces_known_ = false;
   forget_histories(s);
-}
-
-std::int64_t SmoothDem::tiles(const Simulation& s) const {
-  return (s.scene.bodies.count + NeighbourList::tile - 1) / NeighbourList::tile;
 }
 
 void SmoothDem::check_bodies(const Simulation& s) const {
@@ -152,22 +142,55 @@ void SmoothDem::follow_drives(const Simulation& s) {
 
 void SmoothDem::make_list(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const Contactors& c = s.scene.contactors;
   check_laws(s);
   const bool heats = s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none;
-  counts_loss_ = settings.energy || heats;
+  counts_loss_ = settings.energy || heats || keeps_loss;
   s.scene.activate(Need::smooth);
   remember(s);
   cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
                        b.inverse_mass.values.data());
   for (double& one : b.inverse_mass.values) one /= settings.mass_scale;
+  read_contactors(s);
+  look_at_shapes(s);
+  list_uneven(s);
+  weigh_grains(s);
+  read_laws(s);
+  choose_records(s);
+  double reach = 0;
+  for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
+  Margin margin{};
+  margin.constant = reach + skin();
+  s.handler.declared().clear();
+  if (has_shaped_)
+    search_shapes(s, margin.constant);
+  else
+    s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
+  lay_out(s, found_, false, list_);
+  if (shared && !shared->alone) found_ = {}; // a rank has no room to spare
+  recall(s);
+  reach_of_walls(s);
+  list_.contactor_id = s.scene.contactors.id.values;
+  list_.order_version = s.scene.order_version();
+  list_.bodies = b.count;
+  list_.contactors = s.scene.contactors.count;
+  list_.valid = true;
+  moved_ = 0;
+  ++lists_made_;
+  place_contactors(s);
+  find_shaped(s);
+  pair_limit_ = pair_limit(s);
+}
+
+// Curvatures and sizes of contactors, and which of them are placed, turned and without a bound.
+void SmoothDem::read_contactors(const Simulation& s) {
+  const Contactors& c = s.scene.contactors;
   grain_.resize(2 * c.count);
   directed_.clear();
   walls_.clear();
   placed_.clear();
-  widest_ = arm_ = farthest_ = 0;
+  widest_ = arm_ = 0;
   smallest_ = std::numeric_limits<double>::infinity();
-  centred_ = !c.offset.active && c.count == b.count;
+  centred_ = !c.offset.active && c.count == s.scene.bodies.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
     if (!is_facet(s, k)) {
@@ -189,99 +212,40 @@ void SmoothDem::make_list(Simulation& s) {
     }
     arm_ = std::max(arm_, arm);
   }
-  look_at_shapes(s);
-  list_uneven(s);
-  weigh_grains(s);
-  read_laws(s);
+}
+
+// Whether contacts of spheres go the way of records, and those of the bodies as they are.
+void SmoothDem::choose_records(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
   records_ = dim_ == 3 && !b.stretch.active; // bodies that grow change their radii in a step
   spheres_alone_ = records_ && (centred_ || (has_shaped_ && lone_spheres_)) && !s.scene.cell.any();
   clumps_ = records_ && !spheres_alone_ && !centred_ && !s.scene.cell.any();
   if (clumps_) offset_.resize(4 * c.count);
-  if (records_) {
-    record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
-    body_radius_.assign(b.count, 0);
-    for (std::int64_t k = 0; k < c.count; ++k)
-      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
-    for (std::int64_t t = 0; t < tiles(s); ++t)
-      fill_records(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count));
-  }
-  double reach = 0;
-  for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
-  Margin margin{};
-  margin.constant = reach + skin();
-  s.handler.declared().clear();
-  if (has_shaped_)
-    search_shapes(s, margin.constant);
-  else
-    s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
-  lay_out(s, found_, false, list_);
-  if (keeps_pushes) found_ = {}; // pushes take the room
-  recall(s);
-  for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
+  if (!records_) return;
+  record_.resize(12 * std::max(b.count, clumps_ ? c.count : 0));
+  body_radius_.assign(b.count, 0);
+  for (std::int64_t k = 0; k < c.count; ++k)
+    if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[*c.body[k]] = *c.radius[k];
+  fill_records(s, 0, b.count);
+}
+
+// A bound on the distances of bodies from walls, for those that turn.
+void SmoothDem::reach_of_walls(const Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  farthest_ = 0;
+  for (std::int64_t i = 0; i < b.count * dim_; ++i)
     if (walls_.size() && std::isfinite(*b.mass[i / dim_]))
       farthest_ = std::max(farthest_, std::abs(b.position.values[i]));
   for (const std::int32_t k : walls_)
-    for (int d = 0; d < dim_; ++d) farthest_ = std::max(farthest_, std::abs(b.position[*c.body[k]][d]));
+    for (int d = 0; d < dim_; ++d)
+      farthest_ = std::max(farthest_, std::abs(b.position[*s.scene.contactors.body[k]][d]));
   farthest_ *= 2 * std::sqrt(double(dim_));
-  list_.contactor_id = c.id.values;
-  list_.order_version = s.scene.order_version();
-  list_.bodies = b.count;
-  list_.contactors = c.count;
-  list_.valid = true;
-  moved_ = 0;
-  ++lists_made_;
-  place_contactors(s);
-  find_shaped(s);
-  pair_limit_ = pair_limit(s);
 }
 
-// Pairs by tile of A, what stays in the tile first, then by pair of shapes and law; within that in the order of
-// detection. Contacts of shapes are laid out alike, for one step.
-void SmoothDem::lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) {
-  const Contactors& c = s.scene.contactors;
-  const std::int64_t n = found.count, nt = tiles(s);
-  const int entries = s.laws.entries(), kinds = shaped ? 1 : int(smooth_pair_kinds().size());
-  const int groups = 2 * kinds * entries;
-  list.start.assign(nt * groups + 1, 0);
-  list.slot.assign(n, -1);
-  std::int64_t pairs = 0;
-  for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
-    if (keeps_pair && !keeps_pair(a, b)) continue;
-    const int entry = s.laws.find(*c.material[a], *c.material[b]);
-    if (entry < 0)
-      throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +
-                  "; give one with Scene.interact");
-    const std::int64_t tile = *c.body[a] / NeighbourList::tile, apart = tile != *c.body[b] / NeighbourList::tile;
-    const int row = row_of(Shape(*c.shape[a]), Shape(*c.shape[b])), kind = shaped ? 0 : row;
-    if (shaped != (row < 0)) continue;
-    list.slot[i] = tile * groups + apart * (kinds * entries) + kind * entries + entry;
-    ++list.start[list.slot[i] + 1];
-    ++pairs;
-  }
-  for (std::size_t k = 1; k < list.start.size(); ++k) list.start[k] += list.start[k - 1];
-  list.begin = list.start;
-  for (auto* array : {&list.a, &list.b, &list.body_a, &list.body_b, &list.image}) array->resize(pairs);
-  list.source.resize(shaped ? pairs : 0);
-  list.pairs = pairs;
-  for (std::int64_t i = 0; i < n; ++i) {
-    if (list.slot[i] < 0) continue;
-    const std::int64_t to = list.start[list.slot[i]]++;
-    list.a[to] = found.contactor_a[i];
-    list.b[to] = found.contactor_b[i];
-    list.body_a[to] = *c.body[found.contactor_a[i]];
-    list.body_b[to] = *c.body[found.contactor_b[i]];
-    list.image[to] = found.image[i];
-    if (shaped) list.source[to] = std::int32_t(i);
-  }
-  list.state.assign(pairs * states_, 0);
-  list.force.assign(pairs * dim_, 0);
-  list.moment.assign(turns_ ? pairs * (2 * dim_ - 3) : 0, 0);
-  list.push.resize(keeps_pushes ? 2 * pairs * s.scene.bodies.dofs() : 0);
-  list.across.assign(keeps_pushes && s.scene.cell.any() ? pairs : 0, 0);
-  list.active.assign(pairs, 0);
-  list.loss.assign(counts_loss_ ? pairs : 0, 0);
-  cut_batches(s, shaped, kinds, list);
+void SmoothDem::lay_out(const Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) const {
+  const bool across = shared && s.scene.cell.any();
+  list.lay_out(s, found, shaped, tiles(s), {dim_, s.scene.bodies.dofs(), states_, turns_, counts_loss_, across});
   join_first(s, list);
 }
 
@@ -296,50 +260,6 @@ void SmoothDem::join_first(const Simulation& s, NeighbourList& list) const {
       list.state[p * states_] = 1;
       list.active[p] = 1;
     }
-}
-
-void SmoothDem::cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const {
-  const std::int64_t nt = tiles(s);
-  const int entries = s.laws.entries(), groups = 2 * kinds * entries;
-  list.batches.clear();
-  list.tile_batches.assign(1, 0);
-  list.others = 0;
-  for (std::int64_t tile = 0; tile < nt; ++tile) {
-    for (int g = 0; g < groups; ++g) {
-      const std::int64_t end = list.begin[tile * groups + g + 1];
-      for (std::int64_t first = list.begin[tile * groups + g]; first < end; first += NeighbourList::lanes) {
-        NeighbourList::Batch batch;
-        batch.first = first;
-        batch.count = std::int32_t(std::min<std::int64_t>(NeighbourList::lanes, end - first));
-        batch.kind = shaped ? -1 : g % (kinds * entries) / entries;
-        batch.entry = g % entries;
-        batch.spheres = !shaped && smooth_pair_kinds()[batch.kind].a == Shape::sphere &&
-                        smooth_pair_kinds()[batch.kind].b == Shape::sphere;
-        if (g >= kinds * entries) {
-          batch.other = list.others;
-          list.others += batch.count;
-        }
-        list.batches.push_back(batch);
-      }
-    }
-    list.tile_batches.push_back(std::int64_t(list.batches.size()));
-  }
-  list.other.resize(list.others * s.scene.bodies.dofs());
-  list.tile_incoming.assign(nt + 1, 0);
-  list.incoming_body.resize(list.others);
-  list.incoming_place.resize(list.others);
-  const auto each_other = [&](auto&& f) {
-    for (const NeighbourList::Batch& batch : list.batches)
-      for (int i = 0; i < batch.count && batch.other >= 0; ++i) f(list.body_b[batch.first + i], batch.other + i);
-  };
-  each_other([&](std::int32_t body, std::int64_t) { ++list.tile_incoming[body / NeighbourList::tile + 1]; });
-  for (std::int64_t t = 0; t < nt; ++t) list.tile_incoming[t + 1] += list.tile_incoming[t];
-  list.start.assign(list.tile_incoming.begin(), list.tile_incoming.end());
-  each_other([&](std::int32_t body, std::int64_t other) {
-    const std::int64_t to = list.start[body / NeighbourList::tile]++;
-    list.incoming_body[to] = body;
-    list.incoming_place[to] = std::int32_t(other);
-  });
 }
 
 // States of pairs that act, by key: what a list leaves to the next, or to a file.
@@ -418,28 +338,24 @@ void SmoothDem::move_images(const Simulation&, const std::vector<std::array<int,
     for (std::int64_t p = 0; p < list.pairs; ++p)
       list.image[p] = image_after_move(list.image[p], moved[list.body_a[p]].data(), moved[list.body_b[p]].data());
   });
-  if (has_shaped_) list_.valid = false;
+  if (has_shaped_ || list_.twins) list_.valid = false; // twins stand in the order of their images
 }
 
 void SmoothDem::lean_images(int k, int i, int cells) {
   each_list([&](NeighbourList& list) {
     for (std::int64_t p = 0; p < list.pairs; ++p) list.image[p] = image_after_lean(list.image[p], k, i, cells);
   });
-  if (has_shaped_) list_.valid = false;
+  if (has_shaped_ || list_.twins) list_.valid = false;
 }
 
 std::int64_t SmoothDem::body_bytes() const {
-  return std::int64_t(sizeof(double) * (grain_.capacity() + centre_.capacity() + direction_.capacity()) +
-                      8 * list_.contactor_id.capacity());
+  return held_bytes(grain_, centre_, direction_, margins_, record_, body_radius_, offset_, body_arm_, driven_seen_);
 }
 
 std::int64_t SmoothDem::contact_bytes() const {
-  return std::int64_t(4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
-                      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity() +
-                           list_.loss.capacity() + list_.push.capacity()) +
-                      list_.active.capacity() +
-                      8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) +
-                      16 * found_.image.capacity());
+  return list_.bytes() + shaped_.bytes() + std::int64_t(shaped_pairs_.bytes()) +
+         held_bytes(found_.contactor_a, found_.contactor_b, found_.image, found_.feature, found_.gap, found_.normal,
+                    found_.point, memory_.keys, memory_.impulses, memory_.states);
 }
 
 } // namespace cairn

@@ -3,48 +3,16 @@
 // the list, that of detection within tiles of bodies.
 #pragma once
 #include <array>
-#include <functional>
+#include <optional>
 
 #include "../../detection/shaped_pairs.hpp"
 #include "../../simulation/simulation.hpp"
 #include "../../simulation/strategy.hpp"
 #include "cairn/core.h"
+#include "neighbour_list.hpp"
 #include "smooth_dem_options.hpp"
 
 namespace cairn {
-
-// Pairs that may act until bodies have moved by the skin, in batches of one tile, pair of shapes and law.
-struct NeighbourList {
-  static constexpr int lanes = 128;          // pairs of a batch at most
-  static constexpr std::int64_t tile = 2048; // bodies that one thread serves at a time
-  struct Batch {
-    std::int64_t first = 0;
-    std::int32_t count = 0, kind = 0, entry = 0;
-    bool spheres = false;    // two spheres
-    std::int64_t other = -1; // place of what acts on B, when B is of another tile
-  };
-  std::int64_t pairs = 0, others = 0;
-  Array<std::int32_t> a, b, body_a, body_b, image;
-  Array<double> state;  // (states, pairs), vectors in space axes
-  Array<double> force;  // (dim, pairs) on A [N]
-  Array<double> loss;   // (pairs) to damping and friction in the step, if anyone asks for it [J]
-  Array<double> moment; // (1 | 3, pairs) on A, where laws have one [N m]
-  Array<double> push;   // (dofs, 2 pairs), of a batch on all A, then on all B, where they are kept [N, N m]
-  Array<double> across; // (pairs) effective masses of those across the sides of a cell, where pushes are kept [kg]
-  Array<std::int8_t> active;
-  Array<std::int32_t> source;                   // of contacts of shapes: their numbers among those that were found
-  std::vector<std::int64_t> start, begin, slot; // of groups of pairs, as they are laid out
-  std::vector<Batch> batches;
-  std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
-  Array<std::int32_t> incoming_body, incoming_place;     // what other tiles exert, in their order
-  Array<double> other;                                   // (dofs, others) [N, N m]
-  // state of the scene when the list was built
-  Array<std::int64_t> contactor_id;
-  Array<double> position;
-  Cell cell;
-  std::int64_t order_version = -1, bodies = 0, contactors = 0;
-  bool valid = false;
-};
 
 class SmoothDem final : public Strategy {
 public:
@@ -52,9 +20,10 @@ public:
   ~SmoothDem() override;
 
   SmoothDemOptions settings;
-  bool keeps_pushes = false; // forces of pairs are kept, and whoever asked for it adds them up on bodies
-  // Pairs of contactors that lists hold; empty: all that are near enough.
-  std::function<bool(std::int32_t, std::int32_t)> keeps_pair;
+  // Where ranks share the scene: forces on bodies that are everywhere, damping and the stress of the cell are left to
+  // whoever adds up forces over ranks.
+  std::optional<SharedBodies> shared;
+  bool keeps_loss = false; // what contacts dissipate is asked for beside the balance of energy
 
   // Throws before anything moves if a law or option is refused. A step that ends in velocities that are not finite
   // throws and does not restore bodies: go back to a checkpoint.
@@ -75,6 +44,9 @@ public:
   const NeighbourList& list() const { return list_; }
   const NeighbourList& contacts_of_shapes() const { return shaped_; } // found anew in each step
   std::int64_t lists_made() const { return lists_made_; }
+  static bool is_uneven(const Bodies& bodies, std::int64_t body); // in 3D, if it moves
+  double way() const { return way_; }                             // greatest of a body in the step [m]
+  double speed() const { return speed_; } // of no body it was greater at the end of the step, where ranks share [m/s]
 
   std::vector<std::string_view> stages(const Simulation& s) const override;
   std::vector<Option> options() override;
@@ -115,9 +87,9 @@ public:
 private:
   struct Lanes;
   // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
-  // and driven, D bulk, 9: D of local damping; 12: greatest correction, works of moving and of growing surfaces; 16:
-  // energy stored, dissipated by damping, by friction, released by springs; 24: forces times shifts of images, 33:
-  // effective masses of contacts with images
+  // and driven, D bulk, 9: D of local damping; 12: greatest correction, works of moving and of growing surfaces; 15:
+  // bound on speeds; 16: energy stored, dissipated by damping, by friction, released by springs; 24: forces times
+  // shifts of images, 33: effective masses of contacts with images
   static constexpr int sums_of_tile = 40;
   struct EntryShape {
     int scalars = 0, vectors = 0;
@@ -131,8 +103,10 @@ private:
   };
   void read_laws(const Simulation& s);
   void make_list(Simulation& s);
-  void lay_out(Simulation& s, const Candidates& found, bool shaped, NeighbourList& list);
-  void cut_batches(const Simulation& s, bool shaped, int kinds, NeighbourList& list) const;
+  void read_contactors(const Simulation& s);
+  void choose_records(const Simulation& s);
+  void reach_of_walls(const Simulation& s);
+  void lay_out(const Simulation& s, const Candidates& found, bool shaped, NeighbourList& list) const;
   void join_first(const Simulation& s, NeighbourList& list) const;
   void add_cell_forces(const Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, int count, int m,
                        const Lanes& w, double* sums) const;
@@ -189,10 +163,17 @@ private:
   void add_pushes(const NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, int dofs,
                   const Lanes& w, const Target& to) const;
   Target target_of(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch) const;
-  void clear_pushes(const Target& to, const std::int32_t* lane, int count, int components) const;
+  void clear_kept(const NeighbourList::Batch& batch, const Target& to, const Lanes& w, std::int32_t count,
+                  int dofs) const;
+  void add_to_roaming(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, const Lanes& w,
+                      Bodies& bodies) const;
   bool has_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch) const;
   void add_belts(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
                  bool first, Lanes& w) const;
+  void batch_jumps(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch, int count,
+                   bool belts, Lanes& w) const;
+  void load_rows(const NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers, Lanes& w) const;
+  void store_rows(NeighbourList& list, const NeighbourList::Batch& batch, int count, int numbers, const Lanes& w) const;
   void batch_forces(Simulation& s, NeighbourList& list, const NeighbourList::Batch& batch, Lanes& w, double h,
                     double* sums);
   void keep_loss(NeighbourList& list, const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m,
@@ -236,7 +217,7 @@ private:
   double limit_share() const;
   void check_bodies(const Simulation& s) const;
   [[noreturn]] void refuse_step(double h) const;
-  std::int64_t tiles(const Simulation& s) const;
+  BodyTiles tiles(const Simulation& s) const { return {s.scene.bodies.count, shared ? &*shared : nullptr}; }
 
   int dim_ = 0;
   cairn_scheme scheme_{}; // of the step at hand, where it keeps a history; velocity Verlet has kernels of its own
@@ -244,7 +225,9 @@ private:
   Array<double> works_;   // of a tile: of contacts, of squares, of damping, of drives, see verlet_works.f90
   std::array<double, 3> weight_{}; // over the inertia of bodies [m/s2]
   double driven_before_ = 0;       // work of drives before the step [J]
-  double h_ = 0, moved_ = 0;       // way that bodies may have gone since the list was made [m]
+  double h_ = 0, way_ = 0;         // greatest way of a body in the step [m]
+  double speed_ = 0;               // bound on those of bodies at the end of the step [m/s]
+  double moved_ = 0;               // way that bodies may have gone since the list was made [m]
   bool forces_known_ = false;
   std::int64_t lists_made_ = 0;
   NeighbourList list_;

@@ -7,25 +7,23 @@
 #include "smooth_dem.hpp"
 
 namespace cairn {
-namespace {
 
-bool is_uneven(const Bodies& b, std::int64_t i) {
+bool SmoothDem::is_uneven(const Bodies& b, std::int64_t i) {
   const double* m = b.inertia[i];
   return std::isfinite(*b.mass[i]) && (m[0] < m[1] || m[1] < m[0] || m[1] < m[2] || m[2] < m[1]);
 }
 
-} // namespace
-
 void SmoothDem::list_uneven(Simulation& s) {
   Bodies& b = s.scene.bodies;
   uneven_.clear();
-  uneven_start_.assign(tiles(s) + 1, 0);
+  const BodyTiles all = tiles(s);
+  uneven_start_.assign(all.count() + 1, 0);
   for (std::int64_t i = 0; i < b.count && b.angular_momentum.active; ++i) {
     if (is_uneven(b, i)) {
       uneven_.push_back(i);
       for (int k = 3; k < 6; ++k) b.inverse_mass[i][k] = 0;
     }
-    uneven_start_[i / NeighbourList::tile + 1] = std::int64_t(uneven_.size());
+    uneven_start_[all.of(i) + 1] = std::int64_t(uneven_.size());
   }
   turned_.resize(7 * std::int64_t(uneven_.size()));
 }

@@ -5,6 +5,7 @@ import hashlib
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.views import core_of
 
 ROCK = cn.Material("rock", density=2600.0)
 SPRING = cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.4)
@@ -109,6 +110,59 @@ def test_local_damping_acts_over_ranks():
     size = np.abs(alone.bodies.velocity).max()
     assert np.abs(alone.bodies.velocity - free.bodies.velocity).max() > 0.01 * size
     assert np.abs(alone.bodies.velocity - sims[0].bodies.velocity).max() < 1e-9 * size
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_state_is_left_with_the_ranks_while_bodies_are_cut_anew(dim):
+    """Nobody reads for hundreds of steps, in which bodies go from rank to rank; forces on walls are there for who reads then."""
+
+    def left(ranks):
+        sim = run(scene(dim), ranks, 0)
+        with sim.ranks.leaving_state():
+            for _ in range(250):
+                core_of(sim).step(sim.ready())
+        return sim
+
+    one, *others = (left(ranks) for ranks in (1, 3, 7))
+    assert others[-1].ranks.figures()["partitions"] > 2
+    read = run(scene(dim), 3, 250)
+    assert len({digest(sim) for sim in (one, read, *others)}) == 1
+    walls = np.isinf(one.bodies.mass)
+    assert np.abs(one.bodies.contact_force[walls]).max() > 0
+
+
+def test_forces_on_walls_outlast_a_change_of_laws():
+    """Lists are given up with the laws of a scene, and forces on fixed bodies of the last step can be read all the same."""
+    sims = [run(scene(2), ranks, 200) for ranks in (1, 3)]
+    forces = [sim.bodies.contact_force.copy() for sim in sims]
+    for sim in sims:
+        with sim.ranks.leaving_state():
+            for _ in range(3):
+                core_of(sim).step(sim.ready())
+            sim.interact(ROCK, ROCK, cn.LinearSpring(stiffness=2e7, restitution=0.5, mu=0.4))
+            assert len(sim.contacts) > 5
+    walls = np.isinf(sims[0].bodies.mass)
+    first, second = (sim.bodies.contact_force for sim in sims)
+    assert np.array_equal(first, second) and not np.array_equal(first[walls], forces[0][walls])
+    assert np.abs(first[walls]).max() > 0
+
+
+def test_clumps():
+    """Balls beside the centres of bodies of unequal moments of inertia."""
+
+    def pile():
+        places = np.stack(np.meshgrid(*[np.arange(4)] * 3, indexing="ij"), -1).reshape(-1, 3)
+        made = cn.Scene(dim=3, gravity=(-3.0, 0.0, -9.81))
+        made.interact(ROCK, ROCK, SPRING)
+        x = (places + 0.6) * (1.05, 0.7, 0.7) + np.random.default_rng(3).uniform(-0.02, 0.02, places.shape)
+        two = [[-0.2, 0, 0], [0.2, 0, 0]], [0.3, 0.3], 600.0, (20.0, 40.0, 45.0)
+        made.add(cn.clumps(x, *two, ROCK, velocity=np.tile((-2.0, 0.0, -6.0), (len(x), 1))))
+        made.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+        return made
+
+    sims = [run(pile(), ranks, 200) for ranks in (1, 2, 5)]
+    assert len(sims[0].contacts) > 60 and sims[-1].ranks.figures()["partitions"] > 2
+    assert len({digest(sim) for sim in sims}) == 1
 
 
 def test_restart_on_other_numbers_of_ranks(tmp_path):
