@@ -29,6 +29,7 @@ public:
   void check_scene(const Simulation& s) const override; // names all that does not run over ranks
   void check_laws(const Simulation& s) const override;
   void changed(Simulation& s, bool places) override;
+  bool scheme_beside_fluid(double h, cairn_scheme& out) const override { return model_->scheme_beside_fluid(h, out); }
   void meet(std::string_view call) const override { exchange_->meet(call); }
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;

@@ -1,0 +1,190 @@
+"""A liquid over ranks: the same bits for every number of ranks, the motion of a run without."""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import over_mpi
+import pytest
+from over_mpi import needs_mpi, started
+
+ROCK = cn.Material("rock", density=2600.0)
+WOOD = cn.Material("wood", density=600.0)
+SKIN = cn.Material("skin", density=1200.0)
+STRATEGY = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=1000))
+
+
+def tank(width=1.0, high=0.4, dim=2, spacing=0.05, law=None, **options):
+    """Scene of a tank of half-spaces in which liquid stands."""
+    scene = cn.Scene(dim=dim, gravity=(*(0.0,) * (dim - 1), -9.81))
+    scene.add(cn.wall(np.zeros(dim), np.eye(dim)[-1], ROCK))
+    for k in range(dim - 1):
+        scene.add(cn.wall(np.zeros(dim), np.eye(dim)[k], ROCK), cn.wall(width * np.eye(dim)[k], -np.eye(dim)[k], ROCK))
+    scene.interact("*", "*", law or cn.Coulomb(mu=0.4))
+    return scene, cn.fluid([np.zeros(dim), [*(width,) * (dim - 1), high]], spacing, viscosity=0.1, **options)
+
+
+def logs():
+    """Logs that fall into water, onto each other, and rock below."""
+    scene, water = tank()
+    x = np.stack(np.meshgrid(np.arange(4), np.arange(3), indexing="ij"), -1).reshape(-1, 2) * 0.19 + (0.18, 0.33)
+    fall = np.tile((0.5, -2.0), (12, 1)) * np.linspace(0.5, 1, 12)[:, None]
+    scene.add(cn.disks(x + np.arange(12)[:, None] * 1e-3, 0.09, WOOD, velocity=fall))
+    scene.add(cn.disks([(0.2, 0.06), (0.45, 0.06), (0.8, 0.06)], 0.06, ROCK))
+    scene.add(water)
+    return scene
+
+
+def balls():
+    """The same of spheres, by forces."""
+    scene, water = tank(0.6, 0.3, dim=3, spacing=0.1, law=cn.LinearSpring(stiffness=1e5, restitution=0.5, mu=0.3))
+    x = np.stack(np.meshgrid(*[np.arange(2)] * 3, indexing="ij"), -1).reshape(-1, 3) * 0.26 + (0.17, 0.17, 0.35)
+    scene.add(cn.spheres(x, 0.12, WOOD))
+    scene.add(water)
+    return scene
+
+
+def body(kind, low, size, counts, young=3e5, **more):
+    points, cells, groups = grid(low, size, counts)
+    if kind == "linear":
+        made = cn.ElasticBody(points, cells, young=young, poisson=0.3, density=1200.0, groups=groups)
+    else:
+        made = cn.SolidBody(points, cells, cn.NeoHookean(young=young, poisson=0.3), density=1200.0, groups=groups)
+    return cn.deformable(made, SKIN, **more)
+
+
+def grid(low, size, counts):
+    """Points and quads of a block, with its groups "top" and "all"."""
+    axes = [a + np.linspace(0, s, n + 1) for a, s, n in zip(low, size, counts)]
+    points = np.stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")], axis=1)
+    k = np.arange(len(points)).reshape(counts[0] + 1, counts[1] + 1)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+    return points, {"quad": quads}, {"top": k[:, -1], "all": k.ravel()}
+
+
+def gate(kind):
+    """A gate that hangs between water and grains that lie against it, with a log that floats."""
+    scene, water = tank(1.0, 0.4)
+    scene.add(body(kind, (0.55, 0.02), (0.1, 0.6), (2, 8), fixed={"top": "xy"}, contact="all", edges="all", name="gate"))
+    x = np.stack(np.meshgrid(np.arange(3), np.arange(4), indexing="ij"), -1).reshape(-1, 2) * 0.1005 + (0.7005, 0.0505)
+    scene.add(cn.disks(x, 0.05, ROCK, velocity=np.tile((-0.5, 0.0), (12, 1))), cn.disks([(0.25, 0.45)], 0.1, WOOD))
+    scene.add(cn.fluid([(0, 0), (0.5, 0.4)], 0.05, viscosity=0.1, artificial=0.1))
+    return scene
+
+
+def floating(kind):
+    """A soft block that floats, hit by logs."""
+    scene, water = tank(1.2, 0.4, artificial=0.2)
+    scene.add(body(kind, (0.4, 0.3), (0.4, 0.2), (4, 2), contact="all", edges="all", name="raft"))
+    scene.add(cn.disks([(0.45, 0.591), (0.65, 0.592), (0.55, 0.75), (0.15, 0.5)], 0.09, WOOD))
+    scene.add(water)
+    return scene
+
+
+WEAK = {
+    "logs": logs,
+    "gate": lambda: gate("linear"),
+    "gate of rubber": lambda: gate("large"),
+    "raft": lambda: floating("linear"),
+    "raft of rubber": lambda: floating("large"),
+}
+
+SCENES = WEAK
+
+
+def start(scene, ranks, strategy=STRATEGY, dt=2e-3, **more):
+    return cn.Simulation(scene(), dt=dt, strategy=strategy, overlap="ignore", ranks=ranks, **more)
+
+
+def stepped(sim, steps):
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def state(sim):
+    fluid, arrays = sim.fluid, [sim.bodies.position, sim.bodies.velocity, sim.contacts.key, sim.contacts.impulse]
+    arrays += [fluid.position, fluid.velocity, fluid.pressure, fluid.density, np.array(list(sim.energy.values()))]
+    if len(sim.nodes):
+        arrays += [sim.nodes.position, sim.nodes.velocity, *(fluid.forces_on_mesh(mesh.name) for mesh in sim.meshes)]
+    arrays += [fluid.force_on(k) for k in sim.bodies.id]
+    return arrays
+
+
+def digest(sim):
+    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state(sim))).hexdigest()
+
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*leave gaps under its spacing")
+
+
+@pytest.mark.parametrize("scene", WEAK.values(), ids=WEAK)
+def test_the_same_bits_for_every_number_of_ranks(scene, tmp_path):
+    sims = [stepped(start(scene, ranks), 24) for ranks in (1, 2, 3, 4, 7)]
+    assert len({digest(sim) for sim in sims}) == 1
+    assert len(sims[0].contacts) > 2 and len(set(sims[-1].ranks.owner)) > 2
+    sim, path = stepped(start(scene, 3), 8), tmp_path / "wet.checkpoint.h5"
+    for ranks in (5, 1):
+        sim.checkpoint(path)
+        sim = start(scene, ranks)
+        sim.restore(path)
+        stepped(sim, 8)
+    assert digest(sim) == digest(sims[0])
+
+
+@pytest.mark.parametrize("scene", WEAK.values(), ids=WEAK)
+def test_the_motion_is_that_without_ranks(scene):
+    alone, over = stepped(start(scene, None), 24), stepped(start(scene, 3), 24)
+    assert over.info["status"] == "converged"
+    scale = np.abs(alone.bodies.velocity).max()
+    assert np.abs(alone.bodies.velocity - over.bodies.velocity).max() < 1e-2 * scale
+    assert np.abs(alone.fluid.position - over.fluid.position).max() < 1e-3 * 2e-3 * 24 * scale
+    if len(alone.nodes):
+        assert np.abs(alone.nodes.position - over.nodes.position).max() < 1e-3 * 2e-3 * 24 * scale
+
+
+@pytest.mark.parametrize(("scene", "strategy"), [(logs, STRATEGY), (balls, cn.SmoothDEM(energy=False))])
+def test_a_run_whose_state_nobody_reads_is_the_same_as_its_steps(scene, strategy):
+    sims = [stepped(start(scene, ranks, strategy, dt=1e-3), 12) for ranks in (1, 3)]
+    for ranks in (1, 3):
+        sims.append(start(scene, ranks, strategy, dt=1e-3))
+        sims[-1].run(12, progress=False)
+    assert len({digest(sim) for sim in sims}) == 1
+
+
+@pytest.mark.parametrize("scene", [logs, WEAK["gate of rubber"]], ids=["logs", "gate of rubber"])
+def test_a_step_that_fails_leaves_the_liquid_as_it_was(scene):
+    sim, other = (stepped(start(scene, 3), 6) for _ in range(2))
+    force = np.zeros((len(sim.bodies), 3))
+    force[-2, 0] = 1e308
+    sim._core.assign_body("force", force)
+    with pytest.raises(cn.Error, match="rank . of 3: velocity"):
+        sim.step()
+    for of in (sim, other):
+        of._core.assign_body("force", 0 * force)
+        stepped(of, 6)
+    assert digest(sim) == digest(other)
+
+
+OVER_MPI = """
+import json, sys
+sys.path[:0] = FOLDERS
+import test_fluid_ranks as of
+found = {}
+for name, scene in of.SCENES.items():
+    sim = of.stepped(of.start(scene, "mpi"), 12)
+    found[name] = of.digest(sim)
+with open(f"{sim.ranks.rank}.json", "w") as file:
+    json.dump(found, file)
+"""
+
+
+@needs_mpi
+def test_processes_have_the_same_bits(tmp_path):
+    folders = [str(Path(of.__file__).parent) for of in (sys.modules[__name__], over_mpi)]
+    started(tmp_path, OVER_MPI.replace("FOLDERS", repr(folders)))
+    found = [json.loads((tmp_path / f"{rank}.json").read_text()) for rank in (0, 1)]
+    assert found[0] == found[1] == {name: digest(stepped(start(scene, 3), 12)) for name, scene in SCENES.items()}
