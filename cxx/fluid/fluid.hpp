@@ -85,6 +85,10 @@ public:
   // Sides of deformable bodies, for the weakly compressible form; size: (n) measure of each at the start.
   void set_skins(FluidSkin points, std::vector<double> size);
   bool meets_meshes() const { return !skins_.empty(); }
+  template <class F>
+  void each_met_body(F&& f) const { // f(id), of those that it does not flow through
+    for (const Body& b : bodies_) f(b.id);
+  }
   // Open ends, for the weakly compressible form; lane_of: number of the lane of each particle, -1: in the liquid.
   void set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of);
   bool has_ends() const { return ends_ != nullptr; }

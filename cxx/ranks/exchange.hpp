@@ -52,6 +52,8 @@ public:
   // Over processes, number by number.
   virtual void sum(std::span<std::int64_t> values) = 0;
   virtual void largest(std::span<double> values) = 0;
+  // Items of `size` bytes, of which rank r knows those from first[r] to first[r + 1]: all become known to each.
+  virtual void share(void* items, std::size_t size, std::span<const std::int64_t> first) = 0;
   // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
 
