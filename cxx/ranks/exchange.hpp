@@ -35,6 +35,15 @@ using Links = std::vector<std::vector<Link>>; // of each rank that the process m
 struct Traffic {
   std::int64_t messages = 0, bytes = 0; // from rank to rank
   std::int64_t sums = 0;                // over all ranks
+  Traffic& operator+=(const Traffic& more) {
+    messages += more.messages;
+    bytes += more.bytes;
+    sums += more.sums;
+    return *this;
+  }
+  Traffic operator-(const Traffic& less) const {
+    return {messages - less.messages, bytes - less.bytes, sums - less.sums};
+  }
 };
 
 class Exchange {

@@ -114,10 +114,8 @@ void OverRanks::collect(Simulation& s) {
     if (unread_ && !held_) release(s, s.controls != nullptr || loads_written_);
     unread_ = true;
   }
-  last_ = exchange_->traffic;
-  last_.messages -= before_.messages;
-  last_.bytes -= before_.bytes;
-  last_.sums -= before_.sums;
+  last_ = exchange_->traffic - before_;
+  liquid_shares_->take_told();
   if (s.probes && s.probes->reads_contacts()) gather_contacts(s);
 }
 

@@ -46,6 +46,7 @@ void Simulation::use(LawTable table) {
 
 const StepReport& Simulation::step(double h) {
   if (!fluid) return step_of_bodies(h);
+  fluid->use(strategy_->share_particles(*this, h));
   if (fluid->incompressible()) {              // within the step of the bodies
     if (!strategy_->name.starts_with("nscd")) // over ranks, too
       throw Error("the incompressible fluid is solved with the contacts of NSCD, and " + strategy_->name +
