@@ -108,6 +108,8 @@ def _ranks(simulation):
         lines.append(f"  last step: {f['colours']} colours, {f['ghosts']} ghosts here, {f['messages']} messages with "
                      f"{f['message_bytes']} bytes sent from here, imbalance {f['imbalance']:.3g}, partitions so far "
                      f"{f['partitions']}")  # fmt: skip
+        if "liquid_imbalance" in f:
+            lines.append(f"  sums over the particles of the liquid are shared, imbalance {f['liquid_imbalance']:.3g}")
     return lines
 
 
