@@ -267,6 +267,7 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_cell.cpp
   ranks/ranked_help.cpp
   ranks/ranked_joints.cpp
+  ranks/ranked_liquid.cpp
   ranks/ranked_nscd.cpp
   ranks/over_ranks_partition.cpp
   ranks/over_ranks_state.cpp

@@ -1,7 +1,6 @@
 // The C API of ranks (cairn/ranks.h).
 #include "cairn/ranks.h"
 
-#include "../fluid/fluid.hpp"
 #include "../ranks/over_ranks.hpp"
 #include "objects.hpp"
 
@@ -12,8 +11,6 @@ namespace {
 
 void give_to(cairn_simulation* simulation, const char* call, std::shared_ptr<cairn::Exchange> exchange, bool once) {
   cairn::Simulation& s = between_steps(simulation, call).simulation;
-  if (s.fluid && s.fluid->incompressible())
-    throw Error("the incompressible fluid does not run over ranks: leave out ranks, or incompressible");
   s.use(cairn::over_ranks(s.strategy().fresh(), std::move(exchange),
                           once ? cairn::Rhythm::sweep : cairn::Rhythm::colour));
   s.strategy().check_laws(s);

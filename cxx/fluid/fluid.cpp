@@ -192,10 +192,25 @@ void Fluid::renew_list() {
   if (skins_.count() > 0) skins_.keep_listed(skin_records());
   list_.make(reach() + skin(), surface_.data(), all_points(), surface_record);
   list_grains();
+  cut_shares();
   list_known_ = true;
   ++report.lists;
   report.neighbours = count() > 0 ? double(list_.neighbour.size()) / double(count()) : 0;
   report.surface_points = std::int64_t(list_.particle.size());
+}
+
+void Fluid::use(std::shared_ptr<ParticleShares> ranks) {
+  if (ranks == ranks_) return;
+  ranks_ = std::move(ranks);
+  if (list_known_) cut_shares();
+}
+
+// A sum costs as many terms as its list is long, and one more.
+void Fluid::cut_shares() {
+  of_particles_.cut(count(), ranks_.get(), [&](std::int64_t k) {
+    return list_.first[std::size_t(k)] + list_.first_point[std::size_t(k)] + k;
+  });
+  of_points_.cut(all_points(), ranks_.get(), [&](std::int64_t k) { return list_.first_of_point[std::size_t(k)] + k; });
 }
 
 // The list as it was made, after a state was restored: sums keep their order.
@@ -210,6 +225,7 @@ void Fluid::renew_as_listed() {
   if (skins_.count() > 0) skins_.show_listed(skin_records());
   list_.make(reach() + skin(), surface_.data(), all_points(), surface_record);
   list_grains();
+  cut_shares();
   bodies_ = now;
   place_surfaces();
   list_known_ = true;
@@ -274,19 +290,28 @@ void Fluid::find_forces(const Scene& scene) {
   open_new_.resize(std::size_t(n));
   on_planes_.assign(std::size_t(6 * std::max<std::int64_t>(1, planes) * tiles), 0.0);
   const cairn_fluid f = view(scene);
-#pragma omp parallel for schedule(dynamic, 4)
-  for (std::int64_t t = 0; t < tiles; ++t)
-    cairn_fluid_acceleration(&f, tile * t, std::min(tile * (t + 1), n), acceleration_.data(), drift_.data(),
-                             open_new_.data(), &on_planes_[std::size_t(6 * planes * t)]);
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_acceleration(&f, first, last, acceleration_.data(), drift_.data(), open_new_.data(),
+                             &on_planes_[std::size_t(6 * planes * (first / tile))]);
+  });
   const std::int64_t points = all_points();
   on_points_.resize(std::size_t(3 * points));
   shear_on_points_.resize(std::size_t(3 * points));
   side_of_points_.resize(std::size_t(3 * points));
-#pragma omp parallel for schedule(dynamic, 1) if (points > 256)
-  for (std::int64_t t = 0; t < (points + tile - 1) / tile; ++t)
-    cairn_fluid_on_points(&f, tile * t, std::min(tile * (t + 1), points), list_.first_of_point.data(),
-                          list_.particle.data(), on_points_.data(), shear_on_points_.data(), side_of_points_.data());
+  of_points_.each_tile(
+      [&](std::int64_t first, std::int64_t last) {
+        cairn_fluid_on_points(&f, first, last, list_.first_of_point.data(), list_.particle.data(), on_points_.data(),
+                              shear_on_points_.data(), side_of_points_.data());
+      },
+      points > 256);
   if (settings.surface_tension > 0) pull_surface(scene);
+  tell(acceleration_, 3, of_particles_.first());
+  tell(open_new_, 1, of_particles_.first());
+  if (spreads()) tell(drift_, 3, of_particles_.first());
+  if (planes > 0) tell(on_planes_, std::size_t(6 * planes), of_particles_.first_tile());
+  tell(on_points_, 3, of_points_.first());
+  tell(shear_on_points_, 3, of_points_.first());
+  if (settings.viscosity > 0) tell(side_of_points_, 3, of_points_.first());
   open_.swap(open_new_);
   if (ends_) hold_ends();
   add_surface_forces();
@@ -294,7 +319,7 @@ void Fluid::find_forces(const Scene& scene) {
 }
 
 void Fluid::sub_step(const Scene& scene, double dt) {
-  const std::int64_t n = count(), tiles = (n + tile - 1) / tile;
+  const std::int64_t n = count();
   accelerate(dt);
   if (granular_) drag_grains(scene, 0.5 * dt);
 #pragma omp parallel for schedule(static)
@@ -305,9 +330,9 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   pack();
   rate_.resize(std::size_t(n));
   const cairn_fluid f = view(scene);
-#pragma omp parallel for schedule(dynamic, 4)
-  for (std::int64_t t = 0; t < tiles; ++t)
-    cairn_fluid_density_rate(&f, tile * t, std::min(tile * (t + 1), n), rate_.data());
+  of_particles_.each_tile(
+      [&](std::int64_t first, std::int64_t last) { cairn_fluid_density_rate(&f, first, last, rate_.data()); });
+  tell(rate_, 1, of_particles_.first());
   // A free surface bears no tension beyond the pressure of the flow.
   const double mach = fastest_ / settings.sound_speed, least = settings.density * (1 - mach * mach);
 #pragma omp parallel for schedule(static)
@@ -320,7 +345,7 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   find_forces(scene);
   accelerate(dt);
   if (granular_) drag_grains(scene, 0.5 * dt);
-  if (!closed_ || settings.drift == 0) return; // at a free surface the drift would lift the liquid
+  if (!spreads()) return;
   const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < 3 * n; ++i)

@@ -13,10 +13,9 @@
 #include "cairn/fluid.h"
 #include "fluid_skins.hpp"
 #include "particle_list.hpp"
+#include "particle_shares.hpp"
 
 namespace cairn {
-
-constexpr std::int64_t fluid_tile = 64; // particles whose sums are made together
 
 struct FluidSettings {
   double spacing = 0, density = 0, viscosity = 0, sound_speed = 0; // [m], [kg/m3], [Pa s], [m/s]
@@ -94,6 +93,10 @@ public:
   // Sides of deformable bodies, for the weakly compressible form; size: (n) measure of each at the start.
   void set_skins(FluidSkin points, std::vector<double> size);
   bool meets_meshes() const { return !skins_.empty(); }
+  template <class F>
+  void each_met_body(F&& f) const { // f(id), of those that it does not flow through
+    for (const Body& b : bodies_) f(b.id);
+  }
   // Open ends, for the weakly compressible form; lane_of: number of the lane of each particle, -1: in the liquid.
   void set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of);
   bool has_ends() const { return ends_ != nullptr; }
@@ -104,6 +107,10 @@ public:
   std::vector<std::int32_t> ends() const; // 1 and more: in that lane of an inflow, -1 and less: in that outflow (n)
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
+
+  // Ranks that share the sums over particles from now on; null: this process makes all.
+  void use(std::shared_ptr<ParticleShares> ranks);
+  double imbalance() const { return of_particles_.imbalance(); } // largest share of these sums over the mean
 
   // Moves the liquid over a step of h, and adds its mean forces to those of the bodies. step: needed beside meshes.
   void advance(Scene& scene, double h, const FluidStep& step = {});
@@ -226,8 +233,15 @@ private:
   bool list_is_old();
   void sub_step(const Scene& scene, double dt);
   void pack();
+  bool spreads() const { return closed_ && settings.drift != 0; } // at a free surface the drift would lift the liquid
   void find_forces(const Scene& scene);
   void add_surface_forces();
+  void cut_shares();
+  // Numbers of own particles or points (size a particle) to the other ranks.
+  template <class T>
+  void tell(std::vector<T>& numbers, std::size_t size, const std::vector<std::int64_t>& first) {
+    if (ranks_ && ranks_->ranks() > 1) ranks_->share(numbers.data(), size * sizeof(T), first);
+  }
   cairn_fluid view(const Scene& scene) const;
   void check(const Scene& scene);
   double skin() const { return 0.5 * settings.spacing; }
@@ -305,10 +319,12 @@ private:
   std::vector<double> pressure_, norm_; // of the incompressible form (n), (1)
   std::vector<double> force_, contact_, contact_before_, pose_listed_; // (6, bodies), (12, bodies)
   ParticleList list_;
-  double lattice_color_ = 0; // see color_of_lattice
-  double fastest_ = 0;       // at the begin of the step [m/s]
-  double raised_ = 0;        // of all pressures where there is no free surface [Pa]
-  bool closed_ = false;      // no particle is at a free surface
+  std::shared_ptr<ParticleShares> ranks_;
+  TileShares of_particles_, of_points_; // of the list at hand
+  double lattice_color_ = 0;            // see color_of_lattice
+  double fastest_ = 0;                  // at the begin of the step [m/s]
+  double raised_ = 0;                   // of all pressures where there is no free surface [Pa]
+  bool closed_ = false;                 // no particle is at a free surface
   bool known_ = false, list_known_ = false, added_ = false;
 
   struct Before { // of a step that may be undone

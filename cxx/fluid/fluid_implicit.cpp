@@ -1,6 +1,7 @@
 // The incompressible form: the liquid at the middle of the step of the bodies, where contacts are detected; its
 // pressure at the end of it, as the impulse that keeps the density.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -8,7 +9,6 @@
 #include "../base/number_text.hpp"
 #include "../base/threads.hpp"
 #include "fluid.hpp"
-#include "fluid_tiles.hpp"
 #include "pressure_solver.hpp"
 
 namespace cairn {
@@ -17,11 +17,17 @@ namespace {
 constexpr double loose = 0.9;        // fill below which particles at a free surface may come nearer
 constexpr double most_way = 2;       // of a particle in a step, over the spacing
 constexpr double most_shears = 1000; // sub-steps of viscosity
+
+// Particles whose sums this process makes: the first one, and the one behind the last.
+std::array<std::int64_t, 2> own_particles(const TileShares& shares, const ParticleShares* ranks) {
+  if (!ranks) return {0, shares.items()};
+  return {shares.first()[std::size_t(ranks->first_local())], shares.first()[std::size_t(ranks->last_local())]};
+}
 } // namespace
 
 struct Fluid::Implicit {
   PressureSolver solver;
-  std::vector<std::int64_t> first_wall;
+  std::vector<std::int64_t> first_wall, wall_of_ranks;
   std::vector<std::int32_t> used, near, used_wall, wall_body;
   std::vector<float> pair;
   std::vector<double> wall, centre, shape, load;
@@ -97,20 +103,28 @@ void Fluid::lay_rows(const Scene& scene) {
   for (int round = known_ ? 1 : 0; round < 2; ++round) { // neighbours of a free surface are known in the second
     const cairn_fluid f = view(scene);
     const cairn_fluid_rows r = rows();
-    each_tile(n, [&](std::int64_t first, std::int64_t last) {
-      cairn_fluid_fill_rows(&f, &r, first, last, open_new_.data());
-    });
+    of_particles_.each_tile(
+        [&](std::int64_t first, std::int64_t last) { cairn_fluid_fill_rows(&f, &r, first, last, open_new_.data()); });
+    tell(open_new_, 1, of_particles_.first());
     open_.swap(open_new_);
   }
+  // Rows of a product stay where they are; what bodies take is added up by all, in one order.
+  tell(s.shape, std::size_t(3 * (dim_ - 1)), of_particles_.first());
+  tell(s.used_wall, 1, of_particles_.first());
+  s.wall_of_ranks.clear();
+  for (const std::int64_t first : of_particles_.first()) s.wall_of_ranks.push_back(s.first_wall[std::size_t(first)]);
+  tell(s.wall_body, 1, s.wall_of_ranks);
+  tell(s.wall, cairn_fluid_wall_record, s.wall_of_ranks);
 }
 
 void Fluid::divergence(const std::vector<double>& velocity, const std::vector<double>& of_body,
                        std::vector<double>& out) {
   out.resize(std::size_t(count()));
   const cairn_fluid_rows r = rows();
-  each_tile(count(), [&](std::int64_t first, std::int64_t last) {
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
     cairn_fluid_divergence(&r, first, last, velocity.data(), of_body.data(), out.data());
   });
+  tell(out, 1, of_particles_.first());
 }
 
 void Fluid::push(const std::vector<double>& p) {
@@ -118,9 +132,11 @@ void Fluid::push(const std::vector<double>& p) {
   const cairn_fluid_rows r = rows();
   const std::size_t wide = std::size_t(3 * (dim_ - 1));
   for (std::size_t i = 0; i < s.load.size(); ++i) s.load[i] = p[i / wide] * s.shape[i];
-  each_tile(count(), [&](std::int64_t first, std::int64_t last) {
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
     cairn_fluid_push(&r, s.filtered.data(), first, last, p.data(), s.load.data(), s.change.data(), s.bent.data());
   });
+  tell(s.change, 3, of_particles_.first());
+  tell(s.bent, 1, of_particles_.first());
 }
 
 // In the order of particles.
@@ -158,9 +174,10 @@ void Fluid::shear(double h) {
   const double dt = h / parts, volume = std::pow(settings.spacing, dim_) * settings.depth;
   const cairn_fluid_rows r = rows();
   for (int part = 0; part < int(parts); ++part) {
-    each_tile(count(), [&](std::int64_t first, std::int64_t last) {
+    of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
       cairn_fluid_viscous(&r, settings.viscosity, first, last, s.star.data(), s.free.data(), s.change.data());
     });
+    tell(s.change, 3, of_particles_.first());
     std::fill(s.impulse.begin(), s.impulse.end(), 0.0);
     for (std::size_t i = 0; i < s.used_wall.size(); ++i)
       for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k) {
@@ -297,6 +314,7 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
   s.diagonal.assign(n, 0.0);
   const double stiff =
       settings.sound_speed > 0 ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h) : 0;
+  const auto [own, behind] = own_particles(of_particles_, ranks_.get());
   for (std::size_t i = 0; i < n; ++i) {
     double& rho = density_[i];
     if (!closed_ && open_[i] == 2) rho = settings.density;
@@ -305,6 +323,7 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
     if (settings.sound_speed > 0) wanted = excess / h;
     if (!closed_ && open_[i] == 2) wanted = -std::max(0.0, 1 - fill_[i] / loose) / h;
     s.beside[i] = -wanted - filter * (s.beside[i] + s.bent[i]);
+    if (std::int64_t(i) < own || std::int64_t(i) >= behind) continue;
     double whole[3] = {}, square = 0, bent = 0;
     const std::size_t wide = std::size_t(dim_ + 1);
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k) {
@@ -326,6 +345,7 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
                     filter * 2 * h / settings.density * bent + stiff;
   }
+  tell(s.diagonal, 1, of_particles_.first());
 }
 
 // The mass of the liquid about bodies, as an estimate from below: with that, passes converge. A body displaces its
@@ -491,13 +511,15 @@ void Fluid::spread() {
   const double way =
       std::min(settings.drift * s.h * fastest_ * settings.smoothing * dx, dx * dx); // beyond, it overshoots
   const std::size_t wide = std::size_t(dim_ + 1);
-  for (std::size_t i = 0; i < std::size_t(count()); ++i) {
+  const auto [own, behind] = own_particles(of_particles_, ranks_.get());
+  for (auto i = std::size_t(own); i < std::size_t(behind); ++i) {
     if (s.used_wall[i] > 0) continue;
     double slope[3] = {};
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k)
       for (int c = 0; c < dim_; ++c) slope[c] += double(s.pair[wide * std::size_t(k) + std::size_t(c)]);
     for (int c = 0; c < dim_; ++c) position_[3 * i + std::size_t(c)] += std::clamp(-way * slope[c], -most, most);
   }
+  tell(position_, 3, of_particles_.first());
 }
 
 void Fluid::finish(Scene& scene) {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "fluid.hpp"
-#include "fluid_tiles.hpp"
 
 namespace cairn {
 
@@ -16,7 +15,9 @@ void Fluid::measure_volume(const Scene& scene) {
   const std::int64_t n = count();
   fill_.resize(std::size_t(n));
   const cairn_fluid f = view(scene);
-  each_tile(n, [&](std::int64_t first, std::int64_t last) { cairn_fluid_fill(&f, first, last, fill_.data()); });
+  of_particles_.each_tile(
+      [&](std::int64_t first, std::int64_t last) { cairn_fluid_fill(&f, first, last, fill_.data()); });
+  tell(fill_, 1, of_particles_.first());
   double volume = 0;
   std::int64_t many = 0;
   for (std::size_t i = 0; i < fill_.size(); ++i) {
@@ -68,14 +69,18 @@ void Fluid::pull_surface(const Scene& scene) {
   normal_.resize(4 * std::size_t(n));
   curvature_.resize(std::size_t(n));
   const cairn_fluid f = view(scene);
-  each_tile(n, [&](std::int64_t first, std::int64_t last) { cairn_fluid_color(&f, first, last, color_.data()); });
-  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+  of_particles_.each_tile(
+      [&](std::int64_t first, std::int64_t last) { cairn_fluid_color(&f, first, last, color_.data()); });
+  tell(color_, 4, of_particles_.first());
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
     cairn_fluid_normals(&f, first, last, color_.data(), normal_.data());
   });
-  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+  tell(normal_, 4, of_particles_.first());
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
     cairn_fluid_curvature(&f, first, last, normal_.data(), curvature_.data());
   });
-  each_tile(n, [&](std::int64_t first, std::int64_t last) {
+  tell(curvature_, 1, of_particles_.first());
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
     cairn_fluid_tension(&f, settings.surface_tension / lattice_color_, first, last, color_.data(), normal_.data(),
                         curvature_.data(), acceleration_.data());
   });

@@ -35,6 +35,15 @@ using Links = std::vector<std::vector<Link>>; // of each rank that the process m
 struct Traffic {
   std::int64_t messages = 0, bytes = 0; // from rank to rank
   std::int64_t sums = 0;                // over all ranks
+  Traffic& operator+=(const Traffic& more) {
+    messages += more.messages;
+    bytes += more.bytes;
+    sums += more.sums;
+    return *this;
+  }
+  Traffic operator-(const Traffic& less) const {
+    return {messages - less.messages, bytes - less.bytes, sums - less.sums};
+  }
 };
 
 class Exchange {
@@ -52,6 +61,8 @@ public:
   // Over processes, number by number.
   virtual void sum(std::span<std::int64_t> values) = 0;
   virtual void largest(std::span<double> values) = 0;
+  // Items of `size` bytes, of which rank r knows those from first[r] to first[r + 1]: all become known to each.
+  virtual void share(void* items, std::size_t size, std::span<const std::int64_t> first) = 0;
   // Gathers the bytes of all processes on each, by rising rank.
   virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
 

@@ -88,6 +88,16 @@ public:
     check(calls_.largest(values.data(), std::int64_t(values.size())));
   }
 
+  void share(void* items, std::size_t size, std::span<const std::int64_t> first) override {
+    ++traffic.sums;
+    counts_.resize(std::size_t(ranks_));
+    for (std::size_t rank = 0; rank < counts_.size(); ++rank)
+      counts_[rank] = std::int64_t(size) * (first[rank + 1] - first[rank]);
+    const std::int64_t mine = counts_[std::size_t(local_[0])];
+    for (int other = 1; other < ranks_ && mine > 0; ++other) count(mine);
+    check(calls_.gather(nullptr, mine, counts_.data(), static_cast<std::byte*>(items) + std::int64_t(size) * first[0]));
+  }
+
   std::vector<Bytes> gather(const Bytes& mine) override {
     ++traffic.sums;
     std::vector<std::int64_t> counts(std::size_t(ranks_), 0);
@@ -96,7 +106,8 @@ public:
     std::int64_t total = 0;
     for (const std::int64_t n : counts) total += n;
     Bytes all(static_cast<std::size_t>(total));
-    check(calls_.gather(mine.data(), std::int64_t(mine.size()), counts.data(), all.data()));
+    const std::byte none{};
+    check(calls_.gather(mine.empty() ? &none : mine.data(), std::int64_t(mine.size()), counts.data(), all.data()));
     std::vector<Bytes> out;
     auto at = all.begin();
     for (const std::int64_t n : counts) {
@@ -133,6 +144,7 @@ private:
   const cairn_mpi_calls& calls_;
   std::int32_t ranks_ = 1;
   int number_ = 0; // of its simulation
+  std::vector<std::int64_t> counts_;
   std::vector<cairn_mpi_message> sent_, received_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "exact_sum.hpp"
 #include "exchange.hpp"
+#include "liquid_shares.hpp"
 #include "part.hpp"
 #include "partition.hpp"
 
@@ -29,6 +30,8 @@ public:
   void check_scene(const Simulation& s) const override; // names all that does not run over ranks
   void check_laws(const Simulation& s) const override;
   void changed(Simulation& s, bool places) override;
+  bool scheme_beside_fluid(double h, cairn_scheme& out) const override { return model_->scheme_beside_fluid(h, out); }
+  std::shared_ptr<ParticleShares> share_particles(Simulation& s, double h) override;
   void meet(std::string_view call) const override { exchange_->meet(call); }
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;
@@ -62,6 +65,7 @@ public:
   std::vector<std::int64_t> bytes_of_ranks() const;
 
 protected:
+  void meet_for_step(Simulation& s, double h);
   void begin(Simulation& s, double h, double end_share, int renumber_every);
   bool must_partition(const Simulation& s) const;
   // margin: what a body adds to the gap up to which it meets others, besides its way [m].
@@ -106,6 +110,7 @@ protected:
 
   std::unique_ptr<Strategy> model_; // settings
   std::shared_ptr<Exchange> exchange_;
+  std::shared_ptr<LiquidShares> liquid_shares_; // of exchange_
   Rhythm rhythm_ = Rhythm::colour;
   std::vector<Part> parts_;
   std::vector<std::int32_t> owner_; // by internal number of the whole

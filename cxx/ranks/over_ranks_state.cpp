@@ -8,9 +8,9 @@
 
 namespace cairn {
 
-// Meshes are whole in every process, with the bodies beside them, and so are bodies that grow or grew.
+// Meshes and a liquid are whole in every process, with the bodies beside them, and so are bodies that grow or grew.
 bool OverRanks::reads_state(const Simulation& s) const {
-  return !leaves_state_ || s.scene.nodes.count > 0 || s.networks || s.scene.has(Need::growing) ||
+  return !leaves_state_ || s.scene.nodes.count > 0 || s.fluid || s.networks || s.scene.has(Need::growing) ||
          (s.controls && s.controls->reads_state()) || (s.probes && s.probes->reads_bodies(s.steps));
 }
 
@@ -115,10 +115,8 @@ void OverRanks::collect(Simulation& s) {
     if (unread_ && !held_) release(s, s.controls != nullptr || loads_written_);
     unread_ = true;
   }
-  last_ = exchange_->traffic;
-  last_.messages -= before_.messages;
-  last_.bytes -= before_.bytes;
-  last_.sums -= before_.sums;
+  last_ = exchange_->traffic - before_;
+  liquid_shares_->take_told();
   if (s.probes && s.probes->reads_contacts()) gather_contacts(s);
 }
 

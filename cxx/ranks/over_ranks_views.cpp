@@ -6,6 +6,7 @@
 #include <typeinfo>
 
 #include "../base/call.hpp"
+#include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
 #include "../simulation/contact_fields.hpp"
 #include "../simulation/probes.hpp"
@@ -51,7 +52,8 @@ void OverRanks::refuse(const std::string& what) {
 }
 
 OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange, Rhythm rhythm)
-    : model_(std::move(model)), exchange_(std::move(exchange)), rhythm_(rhythm) {
+    : model_(std::move(model)), exchange_(std::move(exchange)),
+      liquid_shares_(std::make_shared<LiquidShares>(exchange_)), rhythm_(rhythm) {
   name = model_->name + " over ranks";
 }
 
@@ -85,14 +87,23 @@ std::string told_of_step(const Simulation& s, double h) {
 
 } // namespace
 
-void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
+void OverRanks::meet_for_step(Simulation& s, double h) {
   exchange_->serve = [this, &s](int wish) { serve(s, wish); };
   serves_ = true;
   exchange_->meet(exchange_->whole() ? "step" : told_of_step(s, h));
+}
+
+std::shared_ptr<ParticleShares> OverRanks::share_particles(Simulation& s, double h) {
+  meet_for_step(s, h);
+  return liquid_shares_;
+}
+
+void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
+  meet_for_step(s, h);
   check_scene(s);
   check_laws(s);
   s.apply_controls(h, end_share, true);
-  before_ = exchange_->traffic;
+  before_ = exchange_->traffic - liquid_shares_->take_told(); // a liquid may have moved already
   shown_.reset();
   all_shown_ = false;
   s.contacts_known = false;
@@ -122,6 +133,7 @@ bool OverRanks::take_settings(Simulation& s, const Strategy& other) {
   if (serves_) exchange_->serve = nullptr;
   serves_ = false;
   exchange_ = same.exchange_;
+  liquid_shares_ = same.liquid_shares_;
   rhythm_ = same.rhythm_;
   restore(s, std::move(kept));
   has_pending_ = any;
@@ -297,18 +309,20 @@ void OverRanks::status(Simulation& s, std::int32_t* out) {
   if (s.contacts_known && shown_) std::copy(shown_->status.begin(), shown_->status.end(), out);
 }
 
-std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation&) {
+std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation& s) {
   double ghosts = 0;
   for (const Part& part : parts_) ghosts += double(std::count(part.own.begin(), part.own.end(), 0));
-  return {{"ranks", exchange_->ranks()},
-          {"colours", colours_},
-          {"ghosts", ghosts},
-          {"messages", double(last_.messages)},
-          {"message_bytes", double(last_.bytes)},
-          {"sums", double(last_.sums)},
-          {"imbalance", imbalance_},
-          {"partitions", double(partitions_)},
-          {"gathers", double(gathers_)}};
+  std::vector<std::pair<std::string_view, double>> told = {{"ranks", exchange_->ranks()},
+                                                           {"colours", colours_},
+                                                           {"ghosts", ghosts},
+                                                           {"messages", double(last_.messages)},
+                                                           {"message_bytes", double(last_.bytes)},
+                                                           {"sums", double(last_.sums)},
+                                                           {"imbalance", imbalance_},
+                                                           {"partitions", double(partitions_)},
+                                                           {"gathers", double(gathers_)}};
+  if (s.fluid) told.push_back({"liquid_imbalance", s.fluid->imbalance()});
+  return told;
 }
 
 double OverRanks::way_since(const Scene& scene, const double* now, const double* then) {

@@ -9,6 +9,7 @@
 #include "../base/threads.hpp"
 #include "../contacts/assembly_input.hpp"
 #include "../contacts/surface_motion.hpp"
+#include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
 #include "../simulation/controls.hpp"
 #include "../solvers/sweeps/batch.hpp"
@@ -33,6 +34,7 @@ const StepReport& RankedNscd::step(Simulation& s, double h) {
 }
 
 void RankedNscd::undo() {
+  liquid_.undo();
   for (Part& part : parts_) of(part).undo_step(*part.simulation);
 }
 
@@ -44,6 +46,7 @@ void RankedNscd::check_scene(const Simulation& s) const {
   if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");
+  if (RankedLiquid::flows_in(s) && s.fluid->meets_meshes()) refuse("deformable bodies meet the incompressible fluid");
   OverRanks::check_scene(s);
 }
 
@@ -60,6 +63,11 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
                                          "update_configuration",
                                          "gather"};
   if (!s.meshes.linear()) names.insert(names.begin() + 6, "newton_passes");
+  if (RankedLiquid::flows_in(s)) {
+    names.insert(names.begin() + 4, "press_fluid");
+    names.insert(names.begin() + 7, "fluid_passes");
+    names.insert(names.end() - 2, "finish_fluid");
+  }
   return names;
 }
 
@@ -92,6 +100,19 @@ private:
   MeshList& whole_;
   Part* to_;
   bool lent_ = false;
+};
+
+// An incompressible liquid is with its bodies' copy until the step is made.
+class LentLiquid {
+public:
+  LentLiquid(Simulation& whole, RankedLiquid& to) : whole_(whole), to_(to) {}
+  ~LentLiquid() { to_.give_back(whole_); }
+  LentLiquid(const LentLiquid&) = delete;
+  LentLiquid& operator=(const LentLiquid&) = delete;
+
+private:
+  Simulation& whole_;
+  RankedLiquid& to_;
 };
 
 // The whole has its meshes, and for networks nodes as the part has them.
@@ -141,6 +162,8 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
   if (s.networks && s.networks->thermal && !s.meshes.empty()) s.networks->thermal->load_meshes(s);
   LentMeshes lent(s, mesh_part());
+  const LentLiquid liquid(s, liquid_);
+  if (RankedLiquid::flows_in(s)) liquid_.take(s, *model_, parts_, owner_, exchange_->ranks(), partitions_);
   s.timed("predict_configuration", [&] { bring_parts(s); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
     of(part).leave_out = [this, &part](Candidates& found) { keep_own_contacts(part, found); };
@@ -156,9 +179,11 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   }
   if (joint_rank_ >= 0) seat_joints(s);
   s.timed("colour_contacts", [&] { choose_colours(); });
+  press_fluid(s, h);
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
   try {
     s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
+    fluid_passes(s, h);
   } catch (...) {
     undo(); // gathered contacts are refused on all ranks
     throw;
@@ -188,9 +213,11 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     part.velocity = part.simulation->scene.bodies.velocity.values;
     part.node_velocity = part.simulation->scene.nodes.velocity.values;
   }
+  finish_fluid(s);
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
   if (s.scene.cell.any()) add_work_of_cell(s);
   lent.lend(false);
+  liquid_.give_back(s);
   s.timed("gather", [&] { collect_meshes(s); });
   std::string& hint = s.report.solve.hint;
   if (hint.empty()) hint = s.report.mesh_within;
@@ -315,6 +342,7 @@ void RankedNscd::end_velocities(Simulation& s) {
   }
   follow_ghosts(&Bodies::velocity);
   push_meshes();
+  if (liquid_.taken()) liquid_.settle(parts_, *exchange_);
   add_reactions(s);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;

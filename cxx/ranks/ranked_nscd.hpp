@@ -4,6 +4,7 @@
 #include "colouring.hpp"
 #include "over_ranks.hpp"
 #include "ranked_help.hpp"
+#include "ranked_liquid.hpp"
 #include "sweep_exchange.hpp"
 
 namespace cairn {
@@ -18,6 +19,7 @@ public:
   }
   void check_scene(const Simulation& s) const override;
   std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
+  std::int64_t body_bytes() const override { return OverRanks::body_bytes() + liquid_.bytes(); }
 
 private:
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
@@ -34,6 +36,7 @@ private:
   bool any_rank(bool value);
   friend class ContactsOfRanks;
   friend class PassesOfRanks;
+  friend class LiquidContactsOfRanks;
   void solve_step(Simulation& s, const SolverOptions& options, double h);
   Part* mesh_part();
   double way_of_meshes();
@@ -43,6 +46,11 @@ private:
   void add_energy_of_nodes(const cairn_scheme& scheme, double h, std::span<ExactSum> sums);
   void collect_meshes(Simulation& s);
   void end_velocities(Simulation& s);
+  template <class F>
+  void with_liquid(Simulation& s, const char* stage, F&& f);
+  void press_fluid(Simulation& s, double h);
+  void fluid_passes(Simulation& s, double h);
+  void finish_fluid(Simulation& s);
   // begin: the cell at the begin of the step
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);
   void add_reactions(Simulation& s);
@@ -52,6 +60,7 @@ private:
   void account(Simulation& s, double h, std::span<ExactSum> work);
   static constexpr std::size_t body_terms = 8, contact_terms = 6, beside_terms = 2, law_terms = 8; // of energy
 
+  RankedLiquid liquid_; // incompressible
   std::vector<ColourShare> shares_;
   ColourLinks links_;
   std::unique_ptr<GatheredMemory> gathered_; // of the other solver; made by the first step that has one

@@ -78,6 +78,12 @@ public:
 
   void sum(std::span<std::int64_t>) override { ++traffic.sums; }
   void largest(std::span<double>) override { ++traffic.sums; }
+  void share(void*, std::size_t size, std::span<const std::int64_t> first) override {
+    ++traffic.sums;
+    for (std::size_t rank = 0; rank < local_.size(); ++rank)
+      for (std::size_t other = 1; other < local_.size() && first[rank] < first[rank + 1]; ++other)
+        count(std::int64_t(size) * (first[rank + 1] - first[rank]));
+  }
   std::vector<Bytes> gather(const Bytes& mine) override { return {mine}; }
   [[noreturn]] void abort(int code) override { std::exit(code); }
 

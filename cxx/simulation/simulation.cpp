@@ -46,8 +46,9 @@ void Simulation::use(LawTable table) {
 
 const StepReport& Simulation::step(double h) {
   if (!fluid) return step_of_bodies(h);
-  if (fluid->incompressible()) { // within the step of the bodies
-    if (strategy_->name != "nscd")
+  fluid->use(strategy_->share_particles(*this, h));
+  if (fluid->incompressible()) {              // within the step of the bodies
+    if (!strategy_->name.starts_with("nscd")) // over ranks, too
       throw Error("the incompressible fluid is solved with the contacts of NSCD, and " + strategy_->name +
                   " has none: take NSCD, or leave out incompressible");
     if (cairn_scheme scheme; !strategy_->scheme_beside_fluid(h, scheme))

@@ -15,6 +15,7 @@
 
 namespace cairn {
 
+class ParticleShares;
 class Simulation;
 struct ContactFieldInfo;
 struct StepReport;
@@ -79,6 +80,8 @@ public:
   virtual double stable_step(Simulation&) { return std::numeric_limits<double>::infinity(); }
   // Scheme of a step, where deformable bodies may move beside a weakly compressible liquid; false: they may not.
   virtual bool scheme_beside_fluid(double, cairn_scheme&) const { return false; }
+  // Ranks that share the sums over the particles of a liquid in the step that begins; null: there are none.
+  virtual std::shared_ptr<ParticleShares> share_particles(Simulation&, double) { return nullptr; }
   // Numbers that it found from the scene, by name, for explain().
   virtual std::vector<std::pair<std::string_view, double>> figures(Simulation&) { return {}; }
   virtual std::int64_t body_bytes() const { return 0; }

@@ -96,14 +96,16 @@ std::int32_t gather(const void* mine, std::int64_t n, const std::int64_t* counts
       first[std::size_t(rank)] = at;
       at += int(counts[rank]);
     }
-    return MPI_Allgatherv(mine, int(n), MPI_BYTE, all, count.data(), first.data(), MPI_BYTE, communicator);
+    return MPI_Allgatherv(mine ? mine : MPI_IN_PLACE, int(n), MPI_BYTE, all, count.data(), first.data(), MPI_BYTE,
+                          communicator);
   }
+  char* own = to;
+  for (int rank = 0; rank < my_rank; ++rank) own += counts[rank];
+  if (mine) std::copy_n(static_cast<const char*>(mine), n, own);
   for (int rank = 0; rank < all_ranks; ++rank) {
-    if (rank == my_rank) {
-      std::copy_n(static_cast<const char*>(mine), n, to);
-    } else {
+    if (rank != my_rank) {
       in.push_back({rank, 3, to, counts[rank]});
-      out.push_back({rank, 3, const_cast<void*>(mine), n});
+      out.push_back({rank, 3, own, n});
     }
     to += counts[rank];
   }

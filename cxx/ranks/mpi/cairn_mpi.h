@@ -23,12 +23,13 @@ typedef struct cairn_mpi_calls {
   int32_t (*largest)(double* values, int64_t n);
   int32_t (*share_counts)(const int64_t* to, int64_t* from); /* one number from each rank to each */
   int32_t (*exchange)(const cairn_mpi_message* out, int64_t n_out, const cairn_mpi_message* in, int64_t n_in);
-  int32_t (*gather)(const void* mine, int64_t n, const int64_t* counts, void* all); /* n = counts[rank], for all */
+  /* n = counts[rank], for all; mine NULL: it stands in its place within all */
+  int32_t (*gather)(const void* mine, int64_t n, const int64_t* counts, void* all);
   void (*abort)(int32_t code);
   int32_t (*before_end)(void (*call)(void)); /* to be called once before MPI ends, where it may still be used */
 } cairn_mpi_calls;
 
-enum { cairn_mpi_version = 2 };
+enum { cairn_mpi_version = 3 };
 const cairn_mpi_calls* cairn_mpi_table(void);
 
 #ifdef __cplusplus

@@ -8,6 +8,7 @@
 #include "../../base/number_text.hpp"
 #include "../../fluid/fluid.hpp"
 #include "../../solvers/sweeps/contact_system.hpp"
+#include "contacts_beside_fluid.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -16,17 +17,33 @@ namespace {
 constexpr int most_passes = 50;
 constexpr double enough = 1e-3; // difference of velocities over their scale
 
-// Velocities that the solution at hand gives to bodies.
-Array<double> velocities_now(Simulation& s) {
-  const Bodies& b = s.scene.bodies;
-  const ContactSystem& system = s.interactions.system();
-  if (system.batches.empty()) return b.velocity_free.values;
-  Array<double> out(b.velocity_free.values.size());
-  const int n = b.dofs();
-  for (std::int64_t i = 0; i < b.count; ++i)
-    for (int c = 0; c < n; ++c) out[std::size_t(n * i + c)] = system.record[std::size_t(i)].x[c];
-  return out;
-}
+class OwnContacts final : public ContactsBesideFluid {
+public:
+  OwnContacts(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s) {}
+  const Array<double>& velocities() override {
+    const Bodies& b = s_.scene.bodies;
+    const ContactSystem& system = s_.interactions.system();
+    if (system.batches.empty()) return b.velocity_free.values;
+    velocity_.resize(b.velocity_free.values.size());
+    const int n = b.dofs();
+    for (std::int64_t i = 0; i < b.count; ++i)
+      for (int c = 0; c < n; ++c) velocity_[std::size_t(n * i + c)] = system.record[std::size_t(i)].x[c];
+    return velocity_;
+  }
+  void keep() override { at_begin_ = s_.interactions.memory(); }
+  void again() override {
+    s_.interactions.keep_impulses();
+    nscd_.prepare_contacts(s_);
+    nscd_.solve_contacts(s_);
+  }
+  void restore() override { s_.interactions.restore(at_begin_); }
+
+private:
+  Nscd& nscd_;
+  Simulation& s_;
+  Array<double> velocity_;
+  ContactMemory at_begin_;
+};
 
 } // namespace
 
@@ -36,22 +53,25 @@ void Nscd::press_fluid(Simulation& s) {
 }
 
 void Nscd::fluid_passes(Simulation& s) {
-  double misfit = s.fluid->misfit(s.scene, velocities_now(s));
+  OwnContacts contacts(*this, s);
+  fluid_passes(s, contacts);
+}
+
+void Nscd::fluid_passes(Simulation& s, ContactsBesideFluid& contacts) {
+  double misfit = s.fluid->misfit(s.scene, contacts.velocities());
   if (misfit > enough) {
-    const ContactMemory at_begin = s.interactions.memory();
+    contacts.keep();
     try {
       for (int pass = 1; misfit > enough && pass < most_passes; ++pass) {
         s.fluid->press(s.scene);
-        s.interactions.keep_impulses();
-        prepare_contacts(s);
-        solve_contacts(s);
-        misfit = s.fluid->misfit(s.scene, velocities_now(s));
+        contacts.again();
+        misfit = s.fluid->misfit(s.scene, contacts.velocities());
       }
     } catch (...) {
-      s.interactions.restore(at_begin);
+      contacts.restore();
       throw;
     }
-    s.interactions.restore(at_begin);
+    contacts.restore();
   }
   const bool solved = s.fluid->report.residual <= s.fluid->settings.tolerance;
   if (misfit <= enough && solved) return;

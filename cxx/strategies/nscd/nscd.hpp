@@ -21,7 +21,8 @@
 
 namespace cairn {
 
-class ContactPasses; // see newton.hpp
+class ContactPasses;       // see newton.hpp
+class ContactsBesideFluid; // see contacts_beside_fluid.hpp
 
 class Nscd final : public Strategy {
 public:
@@ -52,6 +53,7 @@ public:
   // fluid_passes.cpp.
   void press_fluid(Simulation& s);
   void fluid_passes(Simulation& s);
+  void fluid_passes(Simulation& s, ContactsBesideFluid& contacts);
   void update_velocity(Simulation& s);
   void update_configuration(Simulation& s);
   void commit_contacts(Simulation& s);

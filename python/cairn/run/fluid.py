@@ -219,13 +219,6 @@ class Running:
             out[name] = np.concatenate([np.zeros(0), *(c.ravel() for c in columns)]).astype(kind)
         return out
 
-    def refuse_ranks(self):
-        """Raises ValueError for the form of a fluid that does not run over ranks."""
-        if self._met_meshes():
-            raise ValueError("the fluid beside deformable bodies does not run over ranks: leave out ranks")
-        if self.fluids[0].incompressible:
-            raise ValueError("the incompressible fluid does not run over ranks: leave out ranks, or incompressible")
-
     def _gravity(self):
         scene = self._simulation.scene
         if not callable(scene.gravity):

@@ -120,8 +120,6 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         scene_warnings.warn(self, 3)
         scene_warnings.warn_of_tension(self, scene.periodic, 3)
         if ranks is not None:
-            if self._fluid:
-                self._fluid.refuse_ranks()
             self._ranks = over.Ranks(self, ranks, exchange)
         self._made = True
 

@@ -334,8 +334,6 @@ def test_errors_name_the_body_and_the_remedy():
     bare = cn.LinearBody([(0.0, 0.0), (0.1, 0.0)], np.eye(4), np.eye(4))
     with pytest.raises(ValueError, match="sides of 'block'.*flows through"):
         cn.Simulation(scene_with(cn.deformable(bare, rubber, name="block")), dt=1e-3)
-    with pytest.raises(ValueError, match="leave out ranks"):
-        cn.Simulation(scene_with(sets()), dt=1e-3, ranks=1)
     sim = cn.Simulation(scene_with(sets()), dt=1e-3)
     with pytest.raises(ValueError, match="theta-method"):
         sim.strategy = cn.NSCD(integrator=cn.Newmark())
