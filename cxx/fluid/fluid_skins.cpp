@@ -332,6 +332,7 @@ double FluidSkins::burden(double density, double layer, double spacing, double t
 
 void FluidSkins::give(double h) {
   for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] = impulse_[i] / h;
+  if (given_) return; // within the step of an incompressible liquid
   for (Mesh& m : meshes_) {
     if (!m.body) continue;
     MeshLoads& loads = m.body->loads;

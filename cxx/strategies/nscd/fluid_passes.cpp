@@ -31,12 +31,16 @@ Array<double> velocities_now(Simulation& s) {
 } // namespace
 
 void Nscd::press_fluid(Simulation& s) {
-  s.fluid->predict(s.scene, step_.h, step_.ahead);
+  s.fluid->predict(s.scene, step_.h, step_.ahead, s.meshes);
   s.fluid->press(s.scene);
 }
 
 void Nscd::fluid_passes(Simulation& s) {
-  double misfit = s.fluid->misfit(s.scene, velocities_now(s));
+  const auto measure = [&s] {
+    if (s.fluid->meets_meshes()) s.interactions.give_meshes();
+    return s.fluid->misfit(s.scene, velocities_now(s));
+  };
+  double misfit = measure();
   if (misfit > enough) {
     const ContactMemory at_begin = s.interactions.memory();
     try {
@@ -45,7 +49,7 @@ void Nscd::fluid_passes(Simulation& s) {
         s.interactions.keep_impulses();
         prepare_contacts(s);
         solve_contacts(s);
-        misfit = s.fluid->misfit(s.scene, velocities_now(s));
+        misfit = measure();
       }
     } catch (...) {
       s.interactions.restore(at_begin);

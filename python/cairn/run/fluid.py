@@ -166,11 +166,6 @@ class Running:
         moved_by = strategy if type(strategy).__name__ != "NSCD" else strategy.integrator
         for d, _, slip in self._met_meshes(sets):
             name, remedy = d.name, f"; or Scene.interact(fluid, {d.name!r}, None), and it flows through"
-            if self.fluids[0].incompressible:
-                raise ValueError(
-                    f"the incompressible fluid meets rigid bodies alone, and {name!r} is deformable: leave out incompressible"
-                    + remedy
-                )
             if moved_by is not None:
                 raise ValueError(
                     f"{name!r} moves beside the fluid by the theta-method of NSCD, and {type(moved_by).__name__} moves this "
