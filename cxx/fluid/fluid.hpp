@@ -108,7 +108,7 @@ public:
   // pressure saw; gives bodies the sum of both impulses; goes on to the end of the step.
   bool incompressible() const { return settings.incompressible; }
   void predict(Scene& scene, double h, double ahead, MeshSet& meshes);
-  void press(Scene& scene);
+  void press(Scene& scene, bool other_matrices = false); // of meshes than in the pass before
   // velocity: (dofs, bodies of the scene); meshes have the impulses of contacts.
   double misfit(const Scene& scene, const Array<double>& velocity);
   void settle(Scene& scene);
@@ -244,6 +244,7 @@ private:
   double* tail(std::vector<double>& of_sides) const;
   void velocities_begin(std::vector<double>& out) const;
   void free_skins(const Scene& scene);
+  void mix_contacts(bool other_matrices);
 
   void measure_volume(const Scene& scene); // see fluid_surface.cpp
   void pull_surface(const Scene& scene);

@@ -9,6 +9,7 @@
 #include "../base/threads.hpp"
 #include "fluid.hpp"
 #include "fluid_tiles.hpp"
+#include "pass_mixing.hpp"
 #include "pressure_solver.hpp"
 
 namespace cairn {
@@ -29,11 +30,14 @@ struct Fluid::Implicit {
   double h = 0, ahead = 0;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
   std::vector<std::int8_t> filtered;
-  // Velocities of bodies, and behind them of points of meshes (6, n): without pressure and contacts, changes by contacts, with pressure, those that contacts
-  // begin from. Impulses on them: before pressure, of it. Velocities that contacts left.
+  // Velocities of bodies, and behind them of points of meshes (6, n): without pressure and contacts, changes by
+  // contacts, with pressure, those that contacts begin from. Impulses on them: before pressure, of it. Velocities that
+  // contacts left.
   std::vector<double> free, contact, pressed, given, known, impulse, left;
   std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
   Array<double> inverse_mass, inverse_inertia;
+  PassMixing mixing; // beside meshes: changes by contacts of nodes, then of bodies
+  std::vector<double> mixed_from, mixed, mixed_weight;
 };
 
 Fluid::Fluid(int dim, const FluidSettings& given) : settings(given), dim_(dim) {}
@@ -373,11 +377,33 @@ void Fluid::add_mass() {
   }
 }
 
-void Fluid::press(Scene& scene) {
+// A mesh lighter than the liquid about it is pressed on contacts by the mass of the liquid, of which these know
+// nothing: passes alone would converge by the ratio of that mass to the sum of both.
+void Fluid::mix_contacts(bool other_matrices) {
+  Implicit& s = *implicit_;
+  const std::size_t nodes = skins_.changes_by_contacts().size(), of_bodies = 6 * bodies_.size();
+  s.mixed.resize(nodes + of_bodies);
+  std::copy_n(skins_.changes_by_contacts().data(), nodes, s.mixed.data());
+  std::copy_n(s.contact.data(), of_bodies, s.mixed.data() + nodes);
+  if (report.passes == 0 || other_matrices) {
+    s.mixing.forget();
+  } else {
+    s.mixed_weight.assign(s.mixed.size(), 1.0);
+    for (std::size_t i = 0; i < of_bodies; ++i)
+      if (i % 6 >= 3) s.mixed_weight[nodes + i] = bodies_[i / 6].reach * bodies_[i / 6].reach;
+    s.mixing.next(s.mixed_weight, s.mixed_from, s.mixed);
+    std::copy_n(s.mixed.data(), nodes, skins_.changes_by_contacts().data());
+    std::copy_n(s.mixed.data() + nodes, of_bodies, s.contact.data());
+  }
+  s.mixed_from = s.mixed;
+}
+
+void Fluid::press(Scene& scene, bool other_matrices) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
   const std::size_t n = std::size_t(count());
   if (meets_meshes()) {
+    mix_contacts(other_matrices);
     skins_.renew_free(scene);
     skins_.show_free(tail(s.free));
     skins_.show_contacts(tail(s.contact));

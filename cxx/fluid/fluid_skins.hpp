@@ -67,7 +67,8 @@ public:
   void renew_free(const Scene& scene);
   void show_begin(double* velocity) const;
   void show_free(double* velocity) const;
-  void show_contacts(double* change) const; // what contacts change, as last known
+  void show_contacts(double* change) const;                              // as last known
+  std::vector<double>& changes_by_contacts() { return within_.contact; } // (dofs of all) of velocities [m/s]
   void show_now(const Scene& scene, double* velocity) const;
   void respond(const double* impulse, double* change); // of velocities
   // The impulse of pressure, as loads of the bodies in the place of that before.
@@ -106,11 +107,11 @@ private:
 
   struct Within { // a step of the incompressible form, dofs of all
     double h = 0;
-    std::vector<double> map; // (dim, dim, most, n) velocity of a point by that of a node
-    std::vector<double> inverse, estimate; // of the diagonal of A, 0 at held dofs; impulses of an estimate
-    std::vector<std::int64_t> estimated;   // dofs
-    std::vector<std::int8_t> met;          // 1: points move with it
-    std::vector<double> free, contact, pressed; // velocities [m/s]
+    std::vector<double> map;                           // (dim, dim, most, n) velocity of a point by that of a node
+    std::vector<double> inverse, estimate;             // of the diagonal of A, 0 at held dofs; impulses of an estimate
+    std::vector<std::int64_t> estimated;               // dofs
+    std::vector<std::int8_t> met;                      // 1: points move with it
+    std::vector<double> free, contact, pressed;        // velocities [m/s]
     std::vector<double> known, impulse, nodal, change; // [N s], of a product
   };
   Within within_;

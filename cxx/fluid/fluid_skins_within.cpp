@@ -1,6 +1,7 @@
-// Deformable bodies in the step of an incompressible liquid. A velocity at the end of the step is linear in the impulses
-// of pressure p and contacts c, v = v_free + A^-1 (p + c), with the matrix A of the theta-method. The pressure is solved
-// with this inverse, so that bodies carry the mass of the liquid about them. The impulse is a load of the bodies.
+// Deformable bodies in the step of an incompressible liquid. A velocity at the end of the step is linear in the
+// impulses of pressure p and contacts c, v = v_free + A^-1 (p + c), with the matrix A of the theta-method. The pressure
+// is solved with this inverse, so that bodies carry the mass of the liquid about them. The impulse is a load of the
+// bodies.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,8 +27,8 @@ double farthest(int dim, const std::vector<double>& velocity, const std::vector<
 
 } // namespace
 
-// A point lies by its depth below the foot of its side, along the normal n = g x f / |g x f|, which turns with the side.
-// With weights w, and slopes a and b along g and f, a node moves the point by
+// A point lies by its depth below the foot of its side, along the normal n = g x f / |g x f|, which turns with the
+// side. With weights w, and slopes a and b along g and f, a node moves the point by
 //   w v - depth (1 - n n') (a v x f + b g x v) / |g x f|.
 void FluidSkins::make_maps() {
   const auto dim = std::size_t(dim_), most = std::size_t(points_.most);

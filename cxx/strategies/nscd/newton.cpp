@@ -58,7 +58,7 @@ public:
   void give() override { s_.interactions.give_meshes(); }
   void again(const SolverOptions&) override {
     const bool liquid = s_.fluid && s_.fluid->incompressible() && s_.fluid->meets_meshes();
-    if (liquid) s_.fluid->press(s_.scene);
+    if (liquid) s_.fluid->press(s_.scene, true);
     s_.interactions.keep_impulses();
     nscd_.prepare_contacts(s_);
     nscd_.solve_contacts(s_);

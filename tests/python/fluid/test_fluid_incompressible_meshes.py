@@ -76,7 +76,7 @@ def test_a_released_block_has_the_added_mass_of_a_rigid_one(share, kind):
             wood = cn.Material("wood", density=1000.0 * share)
             corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
             scene.add(cn.polygons(corners, wood, position=[[1.0, 1.0]]))
-        scene.add(cn.fluid([(0, 0), (2, 2)], 0.1, **FLUID))
+        scene.add(cn.fluid([(0, 0), (2, 2)], 0.05, **FLUID))
         scene.interact("*", "*", None)
         scene.interact("fluid", "*", cn.FreeSlip())
         sim = cn.Simulation(scene, dt=4e-3)
