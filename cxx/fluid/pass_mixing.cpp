@@ -13,7 +13,8 @@ void PassMixing::forget() {
 }
 
 void PassMixing::next(const std::vector<double>& weight, const std::vector<double>& from, std::vector<double>& found) {
-  constexpr double worse = 4; // of the squared difference: then the combination was not good
+  constexpr double worse = 4;     // of the squared difference: then the combination was not good
+  constexpr double farthest = 30; // beyond what a pass gave, over its difference: of slower passes rounding decides
   const std::size_t n = found.size();
   for (auto* v : {&f_, &f_last_, &g_, &g_last_, &work_}) v->resize(n);
   df_.resize(std::size_t(memory) * n);
@@ -36,9 +37,14 @@ void PassMixing::next(const std::vector<double>& weight, const std::vector<doubl
   has_last_ = true;
   square_last_ = square;
   mixed_ = columns_ > 0;
-  if (mixed_)
-    cairn_anderson_mix(std::int64_t(n), columns_, weight.data(), f_.data(), g_.data(), df_.data(), dg_.data(),
-                       gram_.data(), found.data(), work_.data());
+  if (!mixed_) return;
+  cairn_anderson_mix(std::int64_t(n), columns_, weight.data(), f_.data(), g_.data(), df_.data(), dg_.data(),
+                     gram_.data(), found.data(), work_.data());
+  double way = 0;
+  for (std::size_t i = 0; i < n; ++i) way += weight[i] * (found[i] - g_[i]) * (found[i] - g_[i]);
+  if (way <= farthest * farthest * square) return;
+  found = g_;
+  forget();
 }
 
 } // namespace cairn

@@ -61,11 +61,15 @@ void Nscd::fluid_passes(Simulation& s) {
   if (misfit <= enough && solved) return;
   if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::iteration_limit;
   if (!s.report.solve.hint.empty()) return;
-  s.report.solve.hint = solved ? "pressure of the fluid and contacts differ by " + number_text(misfit) +
-                                     " of the velocity after " + std::to_string(s.fluid->report.passes) +
-                                     " passes: give a smaller dt"
-                               : "the pressure of the fluid leaves " + number_text(s.fluid->report.residual) +
-                                     " of the divergence: give a smaller dt";
+  s.report.solve.hint =
+      solved ? "pressure of the fluid and contacts differ by " + number_text(misfit) + " of the velocity after " +
+                   std::to_string(s.fluid->report.passes) + " passes: give a smaller dt" +
+                   (s.fluid->meets_meshes()
+                        ? ", or where a deformable body far lighter than the liquid bears on others, a "
+                          "heavier or a rigid one"
+                        : "")
+             : "the pressure of the fluid leaves " + number_text(s.fluid->report.residual) +
+                   " of the divergence: give a smaller dt";
 }
 
 } // namespace cairn

@@ -1,9 +1,11 @@
-"""Deformable bodies in the step of an incompressible liquid: weight, added mass, momentum, contacts, joints, restart, refusals."""
+"""Deformable bodies in the step of an incompressible liquid: weight, added mass, momentum, contacts, restart, extremes."""
 
 import cairn as cn
 import numpy as np
 import pytest
-from test_fluid_meshes import block, momentum, rock, rubber
+from cairn.pre import masonry
+from cairn.pre.blocks import Blocks
+from test_fluid_meshes import block, grid, momentum, rock, rubber
 
 FLUID = {"incompressible": True}
 
@@ -61,21 +63,16 @@ def test_a_plate_carries_the_weight_of_the_water():
     assert abs(np.mean(force[30:]) / (-1000 * 9.81 * 0.5) - 1) < 0.04
 
 
-@pytest.mark.parametrize("kind", ["linear", "large"])
 @pytest.mark.parametrize("share", [0.1, 1.0, 10.0])
-def test_a_released_block_has_the_added_mass_of_a_rigid_one(share, kind):
-    # a stiff elastic square held and let go under water, beside the rigid polygon of the same density
+def test_a_released_block_has_the_added_mass_of_a_rigid_one(share):
+    # a stiff elastic square let go under water, beside the rigid polygon of the same density
     def speed(deformable):
-        scene = tank(2.0)
-        half = 0.2
+        scene, half = tank(2.0), 0.2
         if deformable:
-            many = (4, 4)
-            young = 1e9 if kind == "linear" else 1e8
-            scene.add(block((0.8, 0.8), (2 * half, 2 * half), many, kind, young=young, density=1000.0 * share))
+            scene.add(block((0.8, 0.8), (2 * half, 2 * half), (4, 4), young=1e9, density=1000.0 * share))
         else:
-            wood = cn.Material("wood", density=1000.0 * share)
             corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-            scene.add(cn.polygons(corners, wood, position=[[1.0, 1.0]]))
+            scene.add(cn.polygons(corners, cn.Material("wood", density=1000.0 * share), position=[[1.0, 1.0]]))
         scene.add(cn.fluid([(0, 0), (2, 2)], 0.05, **FLUID))
         scene.interact("*", "*", None)
         scene.interact("fluid", "*", cn.FreeSlip())
@@ -88,27 +85,128 @@ def test_a_released_block_has_the_added_mass_of_a_rigid_one(share, kind):
 
     soft, stiff = speed(True), speed(False)
     scale = 9.81 * 0.012
-    assert np.sign(soft) == np.sign(1 - share) or share == 1.0
-    assert abs(soft - stiff) < 0.03 * scale
+    # without the mass of the liquid a share of .1 would reach 9 scales; potential flow gives .74 of one in endless liquid
+    assert abs(soft - stiff) < 0.02 * scale
+    if share == 0.1:
+        assert 0.4 * scale < soft < 0.8 * scale
 
 
-def test_a_light_thin_plate_is_stable_in_the_liquid():
-    # .001 of the density of the water, a tenth of a spacing thick, and soft: free in the liquid
+@pytest.mark.parametrize(("kind", "density", "theta"), [("linear", 1.0, 0.6), ("linear", 100.0, 0.5), ("large", 100.0, 0.5)])
+def test_a_light_thin_plate_is_stable_in_the_liquid(kind, density, theta):
+    # two fifths of a spacing thick, free in the liquid that is up to a thousand times heavier
     scene = tank(1.0)
-    scene.add(block((0.2, 0.3), (0.6, 0.02), (12, 1), young=1e4, density=1.0, name="plate"))
+    scene.add(block((0.2, 0.3), (0.6, 0.02), (12, 1), kind, young=1e6, density=density, name="plate"))
     scene.add(cn.fluid([(0, 0), (1, 0.6)], 0.05, **FLUID))
     scene.interact("*", "*", None)
     scene.interact("fluid", "*", cn.FreeSlip())
-    sim = cn.Simulation(scene, dt=4e-3)
+    sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(theta=theta))
     for _ in range(100):
         sim.step()
         assert sim.info["status"] == "converged"
-        assert np.abs(sim.nodes.velocity).max() < 3.0
+        assert np.abs(sim.nodes.velocity).max() < 0.6
 
 
-def test_a_body_with_contacts_lies_on_the_bed():
-    points_of = block((0.35, 0.01), (0.3, 0.2), (6, 4)).body.points
-    del points_of
+def touching(low, size, many, density, young, name):
+    points, cells = grid(low, size, many)
+    body = cn.ElasticBody(points, cells, young=young, poisson=0.3, density=density)
+    return cn.deformable(body, rubber, name=name, contact="boundary", edges="boundary")
+
+
+@pytest.mark.filterwarnings("ignore:.*gaps under its spacing")
+def test_a_rigid_body_on_two_deformable_ones_on_the_bed():
+    # a rigid block on a deformable one on the bed, under water: none moves on, and none overlaps
+    scene = tank(1.2)
+    scene.add(touching((0.3, 0.0), (0.6, 0.15), (8, 2), 1500.0, 1e7, "lower"))
+    scene.add(touching((0.4, 0.15), (0.4, 0.15), (6, 2), 2000.0, 1e7, "upper"))
+    corners = 0.1 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    scene.add(cn.polygons(corners, cn.Material("stone", density=2500.0), position=[[0.6, 0.4]]))
+    scene.add(cn.fluid([(0, 0), (1.2, 0.6)], 0.05, **FLUID))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    scene.interact("fluid", "*", cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(theta=0.6))
+    for _ in range(60):
+        sim.step()
+        assert sim.info["status"] == "converged" and sim.fluid.info["misfit"] <= 1e-3
+    assert np.abs(sim.nodes.velocity).max() < 0.02 and np.abs(sim.bodies.velocity).max() < 0.02
+    assert abs(sim.bodies.position[-1, 1] - 0.4) < 2e-3
+    assert sim.nodes.position[:, 1].min() > -1e-4
+
+
+@pytest.mark.filterwarnings("ignore:.*gaps under its spacing")
+@pytest.mark.parametrize("kind", ["linear", "large"])
+def test_a_light_body_presses_on_what_holds_it_down(kind):
+    # a tenth of the density of the liquid: passes of pressure and contacts alone would need some 50
+    scene = tank(1.2)
+    corners = 0.15 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    scene.add(cn.polygons(corners, rock, position=[[0.6, 0.9]], driven=("vx", "vy", "w")))
+    points, cells = grid((0.45, 0.45), (0.3, 0.3), (4, 4))
+    if kind == "linear":
+        body = cn.ElasticBody(points, cells, young=1e8, poisson=0.3, density=100.0)
+    else:
+        body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e7, poisson=0.3), density=100.0)
+    scene.add(cn.deformable(body, rubber, name="block", contact="boundary", edges="boundary"))
+    scene.add(cn.fluid([(0, 0), (1.2, 1.2)], 0.05, **FLUID))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    scene.interact("fluid", "*", cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(theta=0.6))
+    passes, borne, lift = [], [], []
+    for _ in range(20):
+        sim.step()
+        assert sim.info["status"] == "converged" and sim.fluid.info["misfit"] <= 1e-3
+        passes.append(sim.fluid.info["passes"])
+        borne.append(np.abs(sim.contacts.impulse[:, 1]).sum() / 5e-3)
+        lift.append(sim.fluid.forces_on_mesh("block")[:, 1].sum() - 100.0 * 9.81 * 0.09)
+    assert np.mean(passes) < 15
+    assert np.abs(np.asarray(sim.nodes.velocity).mean(axis=0)).max() < 2e-3 * 9.81
+    assert np.mean(lift) > 500 and abs(np.mean(borne[5:]) / np.mean(lift[5:]) - 1) < 0.03
+
+
+@pytest.mark.parametrize(("level", "stands"), [(0.7, True), (0.95, False)])
+def test_a_wall_of_deformable_bricks_turns_over_where_moments_say(level, stands):
+    # weight times half the width against the moment of the water about the toe: 0.84 m
+    blocks, wide = Blocks(2), 0.3
+    blocks.add_box([1.0, -0.2], [1.5, 0.0], "support")
+    for k in range(4):
+        cuts = (0, 0.5, 1) if k % 2 else (0, 1)
+        for a, b in zip(cuts, cuts[1:]):
+            blocks.add_box([1 + wide * a, 0.25 * k], [1 + wide * b, 0.25 * (k + 1)], "brick")
+    meshed = masonry.mesh(blocks, 0.13, young=1e9)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    meshed.add_to(scene, cn.Material("stone", density=2200.0))
+    scene.add(cn.wall((0, 0), (1, 0), rock))
+    floor = 0.5 * np.array([(-1.0, -0.2), (1.0, -0.2), (1.0, 0.2), (-1.0, 0.2)])
+    scene.add(cn.polygons(floor, rock, position=[[0.5, -0.1]], driven=("vx", "vy", "w")))
+    scene.add(cn.fluid([(0, 0), (1, level)], 0.05, **FLUID))
+    scene.interact("*", "*", cn.Coulomb(mu=0.9))
+    scene.interact("fluid", "*", cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=4e-3, strategy=cn.NSCD(theta=0.6))
+    first = np.array(sim.nodes.position)
+    for _ in range(100):
+        sim.step()
+        assert sim.info["status"] == "converged"
+    moved = np.abs(sim.nodes.position - first).max()
+    assert moved < 1e-3 if stands else moved > 1e-2
+
+
+def test_bodies_that_come_and_go_and_a_step_that_fails():
+    scene = tank(1.0)
+    scene.add(block((0.0, 0.2), (0.3, 0.1), (6, 2), young=1e8, name="shelf", fixed=lambda x: x[:, 0] < 1e-9))
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, **FLUID))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", "*", cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=4e-3)
+    for _ in range(3):
+        sim.step()
+    assert np.all(sim.nodes.velocity[np.isin(np.arange(21), sim.meshes[0].body.groups["held"])] == 0)
+    sim.add(*block((0.4, 0.56), (0.2, 0.2), (2, 2), name="raft"))
+    for _ in range(30):
+        sim.step()
+    assert np.abs(sim.fluid.forces_on_mesh("raft")).max() > 0
+    before = np.array(sim.fluid.position), np.array(sim.nodes.position), np.array(sim.fluid.pressure)
+    with pytest.raises(ValueError, match="of its spacing: give a dt"):
+        sim.step(10.0)
+    for a, b in zip(before, (sim.fluid.position, sim.nodes.position, sim.fluid.pressure)):
+        assert np.array_equal(a, b)  # a step that fails moves nothing
 
 
 @pytest.mark.parametrize("kind", ["linear", "large"])
