@@ -202,7 +202,7 @@ class Running:
         for d, _, _ in met:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
             if not first.artificial:
-                warn_of_thin(d.name, table["thickness"], first.spacing, 6)
+                warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, 6)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}

@@ -1,10 +1,13 @@
 """Deformable bodies in the step of an incompressible liquid: weight, added mass, momentum, contacts, restart, extremes."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
 from cairn.pre import masonry
 from cairn.pre.blocks import Blocks
+from cairn.run.fluid_gaps import FluidWarning
 from test_fluid_meshes import block, grid, momentum, rock, rubber
 
 FLUID = {"incompressible": True}
@@ -186,6 +189,46 @@ def test_a_wall_of_deformable_bricks_turns_over_where_moments_say(level, stands)
         assert sim.info["status"] == "converged"
     moved = np.abs(sim.nodes.position - first).max()
     assert moved < 1e-3 if stands else moved > 1e-2
+
+
+def test_units_leave_all_bits():
+    def run(length, mass, time):
+        points, cells = grid((0.0, 0.0), (0.2 * length, 0.4 * length), (4, 8))
+        stress, density = mass / length / time**2, mass / length**3
+        body = cn.ElasticBody(points, cells, young=1e5 * stress, poisson=0.3, density=1200.0 * density, thickness=length)
+        scene = cn.Scene(dim=2, depth=length)
+        scene.add(cn.deformable(body, rubber, name="block"))
+        region = np.array([(-0.2, 0.1), (0.0, 0.3)]) * length
+        velocity = np.array([1.0, 0.3]) * length / time
+        options = {"density": 1000.0 * density, "viscosity": 0.5 * stress * time, **FLUID}
+        scene.add(cn.fluid(region, 0.05 * length, velocity=velocity, pressure=0.0, **options))
+        scene.interact("*", "*", None)
+        sim = cn.Simulation(scene, dt=4e-3 * time)
+        for _ in range(6):
+            sim.step()
+        return np.asarray(sim.fluid.position) / length, np.asarray(sim.nodes.velocity) * time / length
+
+    one, two = run(1.0, 1.0, 1.0), run(4.0, 0.5, 2.0)
+    assert all(np.array_equal(a, b) for a, b in zip(one, two))
+
+
+def test_a_thin_free_edge_is_told_and_one_of_two_spacings_leaves_the_liquid_at_rest():
+    def simulation(thick):
+        scene = tank(1.0)
+        scene.add(block((0.0, 0.2), (0.5, thick), (10, 1), young=1e9, fixed=lambda x: x[:, 0] < 1e-9, rayleigh=(50.0, 0.0)))
+        scene.add(cn.fluid([(0, 0), (1, 0.6)], 0.05, **FLUID))
+        scene.interact("*", "*", None)
+        scene.interact("fluid", "*", cn.FreeSlip())
+        return cn.Simulation(scene, dt=4e-3)
+
+    with pytest.warns(FluidWarning, match="under 2 spacings of the liquid.*give spacing=0.017$"):
+        simulation(0.05)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FluidWarning)
+        sim = simulation(0.1)
+    for _ in range(100):
+        sim.step()
+        assert np.linalg.norm(sim.fluid.velocity, axis=1).max() < 0.15
 
 
 def test_bodies_that_come_and_go_and_a_step_that_fails():
