@@ -336,12 +336,8 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
       for (int c = 0; c < dim_; ++c) whole[c] += w[c];
       const auto body = std::size_t(s.wall_body[std::size_t(k)]);
       double change[6];
-      if (body < bodies_.size())
-        of_bodies += inverse_of_body(body, w, change);
-      else
-        skins_.add_estimated(std::int64_t(body - bodies_.size()), w);
+      if (body < bodies_.size()) of_bodies += inverse_of_body(body, w, change); // of meshes it gains no product
     }
-    if (meets_meshes()) of_bodies += skins_.estimated_work();
     for (const double v : whole) square += v * v;
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
                     filter * 2 * h / settings.density * bent + stiff;

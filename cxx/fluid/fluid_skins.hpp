@@ -69,7 +69,7 @@ public:
   void show_free(double* velocity) const;
   void show_contacts(double* change) const;                              // as last known
   std::vector<double>& changes_by_contacts() { return within_.contact; } // (dofs of all) of velocities [m/s]
-  void show_now(const Scene& scene, double* velocity) const;
+  void show_now(const Scene& scene, double* velocity);
   void respond(const double* impulse, double* change); // of velocities
   // The impulse of pressure, as loads of the bodies in the place of that before.
   void press(Scene& scene, const double* impulse);
@@ -77,9 +77,6 @@ public:
   // to the bodies; they are known then.
   double take_contacts();
   double speed() const; // the greatest of a node that the liquid meets, under pressure
-  // An estimate of the work of an impulse (dim) at points, by the diagonal of A: `add` for each, then the work of all.
-  void add_estimated(std::int64_t point, const double* impulse);
-  double estimated_work();
 
   // Mean forces of the last step on the nodes of a mesh, by the id of its first one (dim, nodes) [N]; none: empty.
   std::vector<double> forces(std::int64_t first_node) const;
@@ -107,12 +104,11 @@ private:
 
   struct Within { // a step of the incompressible form, dofs of all
     double h = 0;
-    std::vector<double> map;                           // (dim, dim, most, n) velocity of a point by that of a node
-    std::vector<double> inverse, estimate;             // of the diagonal of A, 0 at held dofs; impulses of an estimate
-    std::vector<std::int64_t> estimated;               // dofs
-    std::vector<std::int8_t> met;                      // 1: points move with it
-    std::vector<double> free, contact, pressed;        // velocities [m/s]
-    std::vector<double> known, impulse, nodal, change; // [N s], of a product
+    std::vector<double> map;                       // (dim, dim, most, n) velocity of a point by that of a node
+    std::vector<std::int8_t> met;                  // 1: points move with it
+    std::vector<double> free, contact, pressed;    // velocities [m/s]
+    std::vector<double> known, impulse;            // of the liquid, without and of pressure [N s]
+    std::vector<double> nodal, change, now, force; // of a product or a stage
   };
   Within within_;
   void make_maps();

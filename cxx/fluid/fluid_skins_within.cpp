@@ -113,8 +113,7 @@ void FluidSkins::respond_nodes(const std::vector<double>& impulse, std::vector<d
 void FluidSkins::stand(Scene& scene, MeshSet& meshes, double h) {
   Within& w = within_;
   w.h = h;
-  for (auto* v : {&w.inverse, &w.estimate, &w.free, &w.contact, &w.pressed, &w.known, &w.impulse})
-    v->assign(velocity_.size(), 0.0);
+  for (auto* v : {&w.free, &w.contact, &w.pressed, &w.known, &w.impulse}) v->assign(velocity_.size(), 0.0);
   w.met.resize(velocity_.size());
   const auto dim = std::size_t(dim_);
   for (Mesh& m : meshes_) {
@@ -128,8 +127,6 @@ void FluidSkins::stand(Scene& scene, MeshSet& meshes, double h) {
       place_[first + i] = scene.nodes.position.values[row + i];
       velocity_[first + i] = scene.nodes.velocity.values[row + i];
       w.contact[first + i] = h * state.contact[first + i];
-      const double size = m.body->model.held[i] ? 0 : m.body->diagonal(std::int64_t(i));
-      w.inverse[first + i] = size > 0 ? 1 / size : 0;
     }
     MeshLoads& loads = m.body->loads;
     m.begin = loads.begin;
@@ -143,7 +140,7 @@ void FluidSkins::stand(Scene& scene, MeshSet& meshes, double h) {
 
 // They stay with the loads where a free velocity is made anew.
 void FluidSkins::add_loads(Scene& scene, const std::vector<double>& impulse) {
-  std::vector<double> force;
+  std::vector<double>& force = within_.force;
   for (Mesh& m : meshes_) {
     if (!m.body) continue;
     const double* from = &impulse[std::size_t(m.first)];
@@ -177,8 +174,9 @@ void FluidSkins::show_begin(double* velocity) const { to_points(velocity_, veloc
 void FluidSkins::show_free(double* velocity) const { to_points(within_.free, velocity); }
 void FluidSkins::show_contacts(double* change) const { to_points(within_.contact, change); }
 
-void FluidSkins::show_now(const Scene& scene, double* velocity) const {
-  std::vector<double> now(velocity_.size(), 0.0);
+void FluidSkins::show_now(const Scene& scene, double* velocity) {
+  std::vector<double>& now = within_.now;
+  now.assign(velocity_.size(), 0.0);
   for (const Mesh& m : meshes_)
     if (m.body)
       std::copy_n(&scene.nodes.velocity.values[std::size_t(dim_ * m.row)], m.dofs, &now[std::size_t(m.first)]);
@@ -214,29 +212,5 @@ double FluidSkins::take_contacts() {
 }
 
 double FluidSkins::speed() const { return farthest(dim_, within_.pressed, within_.met); }
-
-void FluidSkins::add_estimated(std::int64_t point, const double* impulse) {
-  Within& w = within_;
-  const auto dim = std::size_t(dim_), most = std::size_t(points_.most), p = std::size_t(point);
-  const std::size_t first = std::size_t(meshes_[std::size_t(points_.mesh[p])].first);
-  for (std::size_t e = most * p; e < most * (p + 1); ++e)
-    for (std::size_t k = 0; k < dim; ++k) {
-      const std::size_t dof = first + dim * std::size_t(points_.node[e]) + k;
-      for (std::size_t r = 0; r < dim; ++r) w.estimate[dof] += w.map[dim * (dim * e + r) + k] * impulse[r];
-      w.estimated.push_back(std::int64_t(dof));
-    }
-}
-
-double FluidSkins::estimated_work() {
-  Within& w = within_;
-  double work = 0;
-  for (const std::int64_t dof : w.estimated) {
-    const auto i = std::size_t(dof);
-    work += w.estimate[i] * w.inverse[i] * w.estimate[i];
-    w.estimate[i] = 0;
-  }
-  w.estimated.clear();
-  return work;
-}
 
 } // namespace cairn

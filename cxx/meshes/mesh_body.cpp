@@ -141,11 +141,6 @@ void MeshBody::add_load(const double* force, std::int64_t n, Nodes& nodes) {
   step_.scatter(step_.free.data(), nodes.velocity_free);
 }
 
-double MeshBody::diagonal(std::int64_t dof) const {
-  const std::vector<double>& value = factors_.now->value;
-  return matrices_.on_diagonal(value.empty() ? model.mass.value : value, dof);
-}
-
 void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
   const bool turns = !linear() && model.ties.rigid_parts_turn();

@@ -5,7 +5,7 @@ Antoci, Gallati & Sibilla (2007) measured how far the free end of a gate opens: 
 
 Run it:  python elastic_gate.py              2,240 particles, a minute
          python elastic_gate.py --full       8,960 particles
-         python elastic_gate.py --incompressible    less than half the time
+         python elastic_gate.py --incompressible    half the time
 """
 
 from __future__ import annotations
