@@ -12,8 +12,9 @@ from pathlib import Path
 
 import cairn as cn
 import fluid_cases_bodies as bodies
+import fluid_cases_meshes as meshes
 import numpy as np
-from fluid_scenes import ROCK, advanced, tank
+from fluid_scenes import ROCK, advanced, images_of_walls, tank
 
 
 def hydrostatics(dx, **form):
@@ -99,12 +100,6 @@ def dam_break(dx, **form):
     return out, cpu, work
 
 
-def _images_of_walls():
-    """Added mass of a cylinder in the middle of a tank of 8 radii over that in endless liquid: images of its dipole in the floor,
-    the walls and the free surface. Rows of images above and below add less than 1e-5."""
-    return 1 + 2 * np.pi**2 / 3 / 8**2
-
-
 def release(dx, share=0.1, **form):
     """Acceleration of a cylinder of radius 0.5 m, held for 0.4 s, then let go in a tank of eight radii: over 0.1 s, against
     that in endless liquid and that with images of the walls, and that of the first step of the incompressible form."""
@@ -125,7 +120,7 @@ def release(dx, share=0.1, **form):
     cpu += time.process_time() - start
     at = step * np.arange(1, 26)
     slope = np.sum(at * speed) / np.sum(at * at)
-    endless, walled = ((1 - share) / (added + share) * 9.81 for added in (1.0, _images_of_walls()))
+    endless, walled = ((1 - share) / (added + share) * 9.81 for added in (1.0, images_of_walls()))
     out = {f"s = {share:g}": slope / endless - 1, f"s = {share:g}, images of the walls": slope / walled - 1}
     if form:
         out[f"s = {share:g}, images of the walls, first step"] = speed[0] / step / walled - 1
@@ -174,52 +169,6 @@ def incompressible(case):
     return lambda dx: case(dx, incompressible=True)
 
 
-def _grid8(low, size, many):
-    """Points and quad8 cells of a block."""
-    (nx, ny), number, points = many, {}, []
-    for j in range(2 * ny + 1):
-        for i in range(2 * nx + 1):
-            if not (i % 2 and j % 2):
-                number[i, j] = len(points)
-                points.append((low[0] + size[0] * i / (2 * nx), low[1] + size[1] * j / (2 * ny)))
-    corners = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
-    cells = [[number[2 * a + i, 2 * b + j] for i, j in corners] for b in range(ny) for a in range(nx)]
-    return np.array(points), {"quad8": np.array(cells)}
-
-
-def elastic_plate(dx):
-    """2 m of water on a clamped plate of aluminium, 1 m x 0.05 m: sag of its middle against the same load on the plate alone, and
-    against the slender beam, rho g H L^4 / (384 E' I)."""
-    points, cells = _grid8((0.0, -0.05), (1.0, 0.05), (20, 2))
-    ends = np.flatnonzero((points[:, 0] < 1e-9) | (points[:, 0] > 1 - 1e-9))
-    middle = int(np.argmin(np.abs(points - [0.5, 0.0]).sum(axis=1)))
-    metal = cn.Material("metal", density=2700.0)
-    elastic = {"young": 67.5e9, "poisson": 0.34, "density": 2700.0, "groups": {"ends": ends}}
-    sag = {}
-    for what in ("own", "load"):
-        options = {"pressure": {"top": 1000 * 9.81 * 2.0}} if what == "load" else {}
-        elastic["groups"]["top"] = np.flatnonzero(points[:, 1] > -1e-9)
-        alone = cn.Scene(dim=2, gravity=(0.0, -9.81 if what == "own" else 0.0))
-        alone.add(cn.deformable(cn.ElasticBody(points, cells, **elastic), metal, fixed={"ends": "xy"}, **options))
-        still = cn.Simulation(alone, dt=10.0, strategy=cn.NSCD(theta=1.0))
-        for _ in range(3):
-            still.step()
-        sag[what] = -still.nodes.position[middle, 1]
-    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
-    body = cn.ElasticBody(points, cells, rayleigh=(60.0, 0.0), **elastic)
-    scene.add(cn.deformable(body, metal, fixed={"ends": "xy"}, name="plate"))
-    scene.add(cn.wall((0, 0), (1, 0), ROCK), cn.wall((1, 0), (-1, 0), ROCK))
-    scene.add(cn.fluid([(0, 0), (1, 2)], dx, artificial=0.1))
-    scene.interact("*", "*", None)
-    scene.interact("fluid", "*", cn.FreeSlip())
-    look = lambda sim: (sim.nodes.position[middle, 1], sim.fluid.forces_on_mesh("plate")[:, 1].sum())  # noqa: E731
-    _, seen, cpu, work = advanced(scene, 1e-3, 0.6, look)
-    place, force = np.mean(seen[len(seen) // 2 :], axis=0)
-    water = -place - sag["own"]
-    out = {"weight": abs(force / (-1000 * 9.81 * 2) - 1), "sag": abs(water / sag["load"] - 1)}
-    return out | {"sag, slender beam": abs(water / 6.427e-5 - 1)}, cpu, work
-
-
 CASES = {
     "hydrostatics": (hydrostatics, (0.1, 0.05, 0.025)),
     "Poiseuille": (poiseuille, (0.1, 0.05, 0.025)),
@@ -245,7 +194,11 @@ CASES = {
     "floating block, incompressible": (incompressible(floating_block), (0.06, 0.05, 0.03)),
     "circular patch, incompressible": (incompressible(patch), (0.1, 0.05, 0.025)),
     "dam break, incompressible": (incompressible(dam_break), (0.1, 0.05, 0.025)),
-    "elastic plate": (elastic_plate, (0.1, 0.05, 0.025)),
+    "elastic plate": (meshes.elastic_plate, (0.1, 0.05, 0.025)),
+    "elastic plate, incompressible": (incompressible(meshes.elastic_plate), (0.1, 0.05, 0.025)),
+    "release of an elastic cylinder, s = .001, incompressible": (meshes.released(0.001), (0.125, 0.0625, 0.03125)),
+    "release of an elastic cylinder, s = .1, incompressible": (meshes.released(0.1), (0.125, 0.0625, 0.03125)),
+    "release of an elastic cylinder, s = 10, incompressible": (meshes.released(10.0), (0.125, 0.0625, 0.03125)),
     "hydrostatics in space": (bodies.hydrostatics_in_space, (0.1, 0.05, 0.025)),
     "hydrostatics in space, incompressible": (incompressible(bodies.hydrostatics_in_space), (0.1, 0.05, 0.025)),
     "array of spheres": (bodies.hasimoto, (1 / 12, 1 / 16, 1 / 24)),
@@ -253,6 +206,7 @@ CASES = {
     "wedge": (bodies.wedge, (0.05, 0.025, 0.0125)),
     "wedge, incompressible": (incompressible(bodies.wedge), (0.05, 0.025, 0.0125)),
     "gate": (bodies.gate, (0.005, 0.0025, 0.00125)),
+    "gate, incompressible": (incompressible(bodies.gate), (0.005, 0.0025, 0.00125)),
     "collapse in water": (bodies.collapse, (0.0432, 0.0216, 0.0108)),
     "SPHERIC 2": (bodies.spheric_2, (0.55 / 10, 0.55 / 15, 0.55 / 20)),
     **{f"settling sphere, {which}": (bodies.ten_cate(which), (0.005, 0.004, 0.0025)) for which in bodies.TEN_CATE},

@@ -146,10 +146,11 @@ def _example(name):
     return importlib.import_module(name)
 
 
-def gate(dx):
+def gate(dx, incompressible=False):
     """The gate of `examples/elastic_gate` (Antoci, Gallati & Sibilla 2007): the greatest way of its free end."""
     elastic = _example("elastic_gate")
-    sim, tip = elastic.build(elastic.options_from(["--spacing", str(dx), "--cells", "12"]))
+    form = ["--incompressible"] if incompressible else []
+    sim, tip = elastic.build(elastic.options_from(["--spacing", str(dx), "--cells", "12", *form]))
     first, ways, work, start = np.array(sim.nodes.position[tip]), [], 0, time.process_time()
     while sim.time < 0.2:
         sim.step()

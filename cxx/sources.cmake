@@ -181,7 +181,10 @@ set(CAIRN_CXX_SOURCES
   fluid/fluid_grains.cpp
   fluid/fluid_implicit.cpp
   fluid/fluid_skins.cpp
+  fluid/fluid_skins_within.cpp
   fluid/fluid_surface.cpp
+  fluid/fluid_viscosity.cpp
+  fluid/pass_mixing.cpp
   fluid/pressure_solver.cpp
   fluid/particle_list.cpp
   networks/multigrid.cpp

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
@@ -502,6 +503,7 @@ void Fluid::restore_before() {
 }
 
 void Fluid::undo(Scene& scene) {
+  if (settings.incompressible && !std::exchange(within_, false)) return; // the step failed before the liquid moved
   restore_before();
   put_forces_back(scene);
 }

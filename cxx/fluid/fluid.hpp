@@ -90,7 +90,7 @@ public:
   void set_particles(std::span<const double> position, std::span<const double> velocity,
                      std::span<const double> pressure);
   void set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains grains = {});
-  // Sides of deformable bodies, for the weakly compressible form; size: (n) measure of each at the start.
+  // Sides of deformable bodies; size: (n) measure of each at the start.
   void set_skins(FluidSkin points, std::vector<double> size);
   bool meets_meshes() const { return !skins_.empty(); }
   template <class F>
@@ -123,9 +123,10 @@ public:
   // passes converge; takes the velocities that contacts left, and says by how much they differ from those that the
   // pressure saw; gives bodies the sum of both impulses; goes on to the end of the step.
   bool incompressible() const { return settings.incompressible; }
-  void predict(Scene& scene, double h, double ahead);
-  void press(Scene& scene);
-  double misfit(const Scene& scene, const Array<double>& velocity); // (dofs, bodies of the scene)
+  void predict(Scene& scene, double h, double ahead, MeshSet& meshes);
+  void press(Scene& scene, bool other_matrices = false); // of meshes than in the pass before
+  // velocity: (dofs, bodies of the scene); meshes have the impulses of contacts.
+  double misfit(const Scene& scene, const Array<double>& velocity);
   void settle(Scene& scene);
   void finish(Scene& scene);
 
@@ -263,6 +264,11 @@ private:
   void push(const std::vector<double>& p);
   double inverse_of_body(std::size_t body, const double* impulse, double* change) const;
   double scale_of_speed(const Scene& scene) const;
+  std::size_t sides() const; // bodies, and points of meshes behind them
+  double* tail(std::vector<double>& of_sides) const;
+  void velocities_begin(std::vector<double>& out) const;
+  void free_skins(const Scene& scene);
+  void mix_contacts(bool other_matrices);
 
   void measure_volume(const Scene& scene); // see fluid_surface.cpp
   void pull_surface(const Scene& scene);
@@ -326,6 +332,7 @@ private:
   double raised_ = 0;                   // of all pressures where there is no free surface [Pa]
   bool closed_ = false;                 // no particle is at a free surface
   bool known_ = false, list_known_ = false, added_ = false;
+  bool within_ = false; // a step of the incompressible form
 
   struct Before { // of a step that may be undone
     std::vector<double> position, velocity, density, acceleration, listed, force, pose, pressure, norm, mass, solid;

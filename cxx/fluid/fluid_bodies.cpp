@@ -69,9 +69,6 @@ void Fluid::load_bodies(const Scene& scene, double h) {
 }
 
 void Fluid::set_skins(FluidSkin points, std::vector<double> size) {
-  if (settings.incompressible && points.count() > 0)
-    throw Error(
-        "the incompressible fluid meets rigid bodies alone: leave out incompressible, or the deformable bodies");
   skins_.set(dim_, std::move(points), std::move(size));
   burden_step_ = 0;
   list_known_ = false;

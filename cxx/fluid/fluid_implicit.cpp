@@ -8,15 +8,13 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "../base/threads.hpp"
-#include "fluid.hpp"
-#include "pressure_solver.hpp"
+#include "fluid_implicit.hpp"
 
 namespace cairn {
 
 namespace {
 constexpr double loose = 0.9;        // fill below which particles at a free surface may come nearer
 constexpr double most_way = 2;       // of a particle in a step, over the spacing
-constexpr double most_shears = 1000; // sub-steps of viscosity
 
 // Particles whose sums this process makes: the first one, and the one behind the last.
 std::array<std::int64_t, 2> own_particles(const TileShares& shares, const ParticleShares* ranks) {
@@ -25,22 +23,6 @@ std::array<std::int64_t, 2> own_particles(const TileShares& shares, const Partic
 }
 } // namespace
 
-struct Fluid::Implicit {
-  PressureSolver solver;
-  std::vector<std::int64_t> first_wall, wall_of_ranks;
-  std::vector<std::int32_t> used, near, used_wall, wall_body;
-  std::vector<float> pair;
-  std::vector<double> wall, centre, shape, load;
-  double h = 0, ahead = 0;
-  std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
-  std::vector<std::int8_t> filtered;
-  // Velocities of bodies (6, n): without pressure and contacts, changes by contacts, with pressure, those that contacts
-  // begin from. Impulses on them: before pressure, of it. Velocities that contacts left.
-  std::vector<double> free, contact, pressed, given, known, impulse, left;
-  std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
-  Array<double> inverse_mass, inverse_inertia;
-};
-
 Fluid::Fluid(int dim, const FluidSettings& given) : settings(given), dim_(dim) {}
 Fluid::~Fluid() = default;
 
@@ -48,7 +30,7 @@ cairn_fluid_rows Fluid::rows() const {
   Implicit& s = *implicit_;
   cairn_fluid_rows r{};
   r.dim = dim_;
-  r.bodies = std::int32_t(bodies_.size());
+  r.bodies = std::int32_t(sides());
   r.step = s.h;
   r.density = settings.density;
   r.volume = std::pow(settings.spacing, dim_);
@@ -60,12 +42,14 @@ cairn_fluid_rows Fluid::rows() const {
   r.used_wall = s.used_wall.data();
   r.wall_body = s.wall_body.data();
   r.wall = s.wall.data();
-  r.body_of_point = body_of_point_.data();
+  r.body_of_point = s.body_of_point.data();
   r.body_of_plane = body_of_plane_.data();
   r.centre = s.centre.data();
   r.shape = s.shape.data();
   return r;
 }
+
+std::size_t Fluid::sides() const { return std::max<std::size_t>(1, bodies_.size() + std::size_t(skins_.count())); }
 
 // Rows where the liquid and bodies stand, and which particles are at a free surface.
 void Fluid::lay_rows(const Scene& scene) {
@@ -76,11 +60,18 @@ void Fluid::lay_rows(const Scene& scene) {
   s.near.resize(list_.neighbour.size());
   s.pair.resize(std::size_t(dim_ + 1) * list_.neighbour.size());
   s.first_wall.assign(std::size_t(n + 1), 0);
+  s.body_of_point = body_of_point_;
+  s.centre.resize(3 * sides());
+  for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].position, 3, &s.centre[3 * k]);
+  for (std::size_t p = 0; p < std::size_t(skins_.count()); ++p) { // they have no arm, and no spin
+    s.body_of_point.push_back(std::int32_t(bodies_.size() + p));
+    std::copy_n(skin_records() + cairn_fluid_surface_record * p, 3, &s.centre[3 * (bodies_.size() + p)]);
+  }
   for (std::int64_t i = 0; i < n; ++i) { // bodies beside it at most
     std::int64_t most = 0;
     std::int32_t last = -1;
     for (std::int64_t k = list_.first_point[std::size_t(i)]; k < list_.first_point[std::size_t(i + 1)]; ++k) {
-      const std::int32_t body = body_of_point_[std::size_t(list_.point[std::size_t(k)])];
+      const std::int32_t body = s.body_of_point[std::size_t(list_.point[std::size_t(k)])];
       most += body != last;
       last = body;
     }
@@ -94,8 +85,6 @@ void Fluid::lay_rows(const Scene& scene) {
   }
   s.wall_body.resize(std::size_t(s.first_wall.back()));
   s.wall.resize(std::size_t(cairn_fluid_wall_record * s.first_wall.back()));
-  s.centre.resize(3 * bodies_.size());
-  for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].position, 3, &s.centre[3 * k]);
   s.shape.resize(std::size_t(3 * (dim_ - 1) * n));
   s.load.resize(s.shape.size());
   open_new_.resize(std::size_t(n));
@@ -142,7 +131,7 @@ void Fluid::push(const std::vector<double>& p) {
 // In the order of particles.
 void Fluid::impulses_on_bodies(const std::vector<double>& p, std::vector<double>& out) const {
   const Implicit& s = *implicit_;
-  out.assign(6 * std::max<std::size_t>(1, bodies_.size()), 0.0);
+  out.assign(6 * sides(), 0.0);
   for (std::size_t i = 0; i < p.size(); ++i)
     for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k)
       for (std::size_t c = 0; c < 6; ++c)
@@ -163,80 +152,32 @@ double Fluid::inverse_of_body(std::size_t body, const double* impulse, double* c
   return work;
 }
 
-// Viscosity, explicit, in as many parts as it needs, of the liquid and the bodies that it holds.
-void Fluid::shear(double h) {
-  Implicit& s = *implicit_;
-  const double length = settings.smoothing * settings.spacing;
-  const double parts = std::max(1.0, std::ceil(h * settings.viscosity / (0.125 * length * length * settings.density)));
-  if (!(parts <= most_shears))
-    throw Error("a step of " + number_text(h) + " s takes the viscosity of the fluid " + number_text(parts) +
-                " parts: give a smaller dt or viscosity, or a larger spacing");
-  const double dt = h / parts, volume = std::pow(settings.spacing, dim_) * settings.depth;
-  const cairn_fluid_rows r = rows();
-  for (int part = 0; part < int(parts); ++part) {
-    of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
-      cairn_fluid_viscous(&r, settings.viscosity, first, last, s.star.data(), s.free.data(), s.change.data());
-    });
-    tell(s.change, 3, of_particles_.first());
-    std::fill(s.impulse.begin(), s.impulse.end(), 0.0);
-    for (std::size_t i = 0; i < s.used_wall.size(); ++i)
-      for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k) {
-        const double *w = &s.wall[std::size_t(16 * k)], *v = &s.star[3 * i];
-        const std::size_t body = std::size_t(s.wall_body[std::size_t(k)]);
-        const double *u = &s.free[6 * body], *a = w + 13, *spin = u + 3;
-        const double there[3] = {u[0] + spin[1] * a[2] - spin[2] * a[1], u[1] + spin[2] * a[0] - spin[0] * a[2],
-                                 u[2] + spin[0] * a[1] - spin[1] * a[0]};
-        double f[3];
-        for (int c = 0; c < 3; ++c) f[c] = dt * volume * w[12] * (v[c] - there[c]);
-        double* to = &s.impulse[6 * body];
-        for (int c = 0; c < 3; ++c) to[c] += f[c];
-        if (w[12] > 0) add_turning(spin, w, dt * volume * settings.viscosity, f, f);
-        to[3] += a[1] * f[2] - a[2] * f[1];
-        to[4] += a[2] * f[0] - a[0] * f[2];
-        to[5] += a[0] * f[1] - a[1] * f[0];
-      }
-    for (std::size_t i = 0; i < s.star.size(); ++i) s.star[i] += dt * s.change[i];
-    for (std::size_t k = 0; k < bodies_.size(); ++k) {
-      double change[6];
-      inverse_of_body(k, &s.impulse[6 * k], change);
-      for (std::size_t c = 0; c < 6; ++c) {
-        s.free[6 * k + c] += change[c];
-        s.known[6 * k + c] += s.impulse[6 * k + c];
-      }
-    }
-  }
+// The part of points of meshes in an array over sides.
+double* Fluid::tail(std::vector<double>& of_sides) const { return of_sides.data() + 6 * bodies_.size(); }
+
+void Fluid::velocities_begin(std::vector<double>& out) const {
+  for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].velocity, 6, &out[6 * k]);
+  if (meets_meshes()) skins_.show_begin(tail(out));
 }
 
-// Viscosity at the middle of what drives the liquid along periodic axes, and bodies, whose pressure and contacts are
-// taken as they were last. Before the rest, which pressure balances: a liquid at rest feels none.
-void Fluid::shear_at_middle(const Scene& scene, const std::vector<double>& rest) {
+// Free velocities of points of meshes, with the impulses that are known.
+void Fluid::free_skins(const Scene& scene) {
+  if (!meets_meshes()) return;
   Implicit& s = *implicit_;
-  const std::size_t n = s.star.size();
-  double half[3]; // of the step's change along periodic axes [m/s]
-  for (std::size_t c = 0; c < 3; ++c) half[c] = period_[c] > 0 ? 0.5 * s.h * scene.gravity[c] : 0;
-  for (std::size_t i = 0; i < n; ++i) s.star[i] += half[i % 3];
-  std::vector<double> later(s.free.size(), 0.0);
-  impulses_on_bodies(pressure_, s.impulse);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    if (bodies_[k].at < 0) continue;
-    double change[6];
-    inverse_of_body(k, &s.impulse[6 * k], change);
-    for (std::size_t c = 0; c < 6; ++c) {
-      const double all = s.free[6 * k + c] - bodies_[k].velocity[c] + s.contact[6 * k + c] + change[c];
-      later[6 * k + c] = s.free[6 * k + c] - bodies_[k].velocity[c] - 0.5 * all;
-      s.free[6 * k + c] -= later[6 * k + c];
-    }
-  }
-  shear(s.h);
-  for (std::size_t i = 0; i < n; ++i) s.star[i] += rest[i] - half[i % 3];
-  for (std::size_t i = 0; i < later.size(); ++i) s.free[i] += later[i];
+  skins_.renew_free(scene);
+  s.of_change.resize(6 * sides());
+  skins_.show_free(tail(s.free));
+  skins_.respond(tail(s.known), tail(s.of_change));
+  for (std::size_t i = 6 * bodies_.size(); i < s.free.size(); ++i) s.free[i] += s.of_change[i];
 }
 
-void Fluid::predict(Scene& scene, double h, double ahead) {
+void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
   check(scene);
   const Threads threads(settings.threads, 40 * count());
   keep_before();
+  within_ = true;
   load_bodies(scene, h);
+  if (meets_meshes()) skins_.stand(scene, meshes, h);
   if (!implicit_) implicit_ = std::make_unique<Implicit>();
   Implicit& s = *implicit_;
   s.h = h;
@@ -253,7 +194,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
   lay_rows(scene);
   measure_volume(scene);
   known_ = true;
-  const std::size_t n = std::size_t(count()), bodies = std::max<std::size_t>(1, bodies_.size());
+  const std::size_t n = std::size_t(count()), bodies = sides();
   closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
   s.change.resize(3 * n);
   s.bent.resize(n);
@@ -293,10 +234,10 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
       s.contact[6 * k + c] = h * contact_[6 * k + c];
     }
   }
-  if (settings.viscosity > 0)
-    shear_at_middle(scene, rest);
-  else
-    for (std::size_t i = 0; i < 3 * n; ++i) s.star[i] += rest[i];
+  free_skins(scene);
+  if (settings.viscosity > 0) shear_at_middle(scene, rest);
+  for (std::size_t i = 0; i < 3 * n && !(settings.viscosity > 0); ++i) s.star[i] += rest[i];
+  if (meets_meshes()) skins_.take_known(scene, tail(s.known));
   begin_rows(rest, level);
   add_mass();
   report.passes = report.products = 0;
@@ -306,7 +247,7 @@ void Fluid::predict(Scene& scene, double h, double ahead) {
 // rest, whose change of velocity is rest [m/s] and whose pressure is level [Pa].
 void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& level) {
   Implicit& s = *implicit_;
-  const std::size_t n = std::size_t(count()), bodies = std::max<std::size_t>(1, bodies_.size());
+  const std::size_t n = std::size_t(count()), bodies = sides();
   const double h = s.h, filter = settings.filter, volume = std::pow(settings.spacing, dim_) * settings.depth;
   push(level);
   const std::vector<double> still(6 * bodies, 0.0);
@@ -338,8 +279,9 @@ void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& lev
     for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k) {
       const double* w = &s.wall[std::size_t(16 * k)];
       for (int c = 0; c < dim_; ++c) whole[c] += w[c];
+      const auto body = std::size_t(s.wall_body[std::size_t(k)]);
       double change[6];
-      of_bodies += inverse_of_body(std::size_t(s.wall_body[std::size_t(k)]), w, change);
+      if (body < bodies_.size()) of_bodies += inverse_of_body(body, w, change); // of meshes it gains no product
     }
     for (const double v : whole) square += v * v;
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
@@ -377,15 +319,42 @@ void Fluid::add_mass() {
   }
 }
 
-void Fluid::press(Scene& scene) {
+// A mesh lighter than the liquid about it is pressed on contacts by the mass of the liquid, of which these know
+// nothing: passes alone would converge by the ratio of that mass to the sum of both.
+void Fluid::mix_contacts(bool other_matrices) {
+  Implicit& s = *implicit_;
+  const std::size_t nodes = skins_.changes_by_contacts().size(), of_bodies = 6 * bodies_.size();
+  s.mixed.resize(nodes + of_bodies);
+  std::copy_n(skins_.changes_by_contacts().data(), nodes, s.mixed.data());
+  std::copy_n(s.contact.data(), of_bodies, s.mixed.data() + nodes);
+  if (report.passes == 0 || other_matrices) {
+    s.mixing.forget();
+  } else {
+    s.mixed_weight.assign(s.mixed.size(), 1.0);
+    for (std::size_t i = 0; i < of_bodies; ++i)
+      if (i % 6 >= 3) s.mixed_weight[nodes + i] = bodies_[i / 6].reach * bodies_[i / 6].reach;
+    s.mixing.next(s.mixed_weight, s.mixed_from, s.mixed);
+    std::copy_n(s.mixed.data(), nodes, skins_.changes_by_contacts().data());
+    std::copy_n(s.mixed.data() + nodes, of_bodies, s.contact.data());
+  }
+  s.mixed_from = s.mixed;
+}
+
+void Fluid::press(Scene& scene, bool other_matrices) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
   const std::size_t n = std::size_t(count());
+  if (meets_meshes()) {
+    mix_contacts(other_matrices);
+    skins_.renew_free(scene);
+    skins_.show_free(tail(s.free));
+    skins_.show_contacts(tail(s.contact));
+  }
   std::vector<double> now = s.free;
   for (std::size_t i = 0; i < now.size(); ++i) now[i] += s.contact[i];
   divergence(s.star, now, s.constant);
   std::vector<double> begin(now.size(), 0.0);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].velocity, 6, &begin[6 * k]);
+  velocities_begin(begin);
   divergence(s.star, begin, s.divergence);
   for (std::size_t i = 0; i < n; ++i) {
     s.constant[i] += s.beside[i];
@@ -403,6 +372,10 @@ void Fluid::press(Scene& scene) {
       for (std::size_t c = 0; c < 6; ++c)
         s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
     }
+    if (meets_meshes()) {
+      skins_.respond(tail(s.of_change), tail(s.of_change));
+      for (std::size_t i = 6 * bodies_.size(); i < s.of_change.size(); ++i) s.of_change[i] /= 1 - filter;
+    }
     divergence(s.change, s.of_change, out);
     for (std::size_t i = 0; i < n; ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
   };
@@ -419,6 +392,7 @@ void Fluid::press(Scene& scene) {
       throw Error("the pressure of particle " + std::to_string(number_[i]) +
                   " of the fluid is not finite: give a smaller dt");
   impulses_on_bodies(pressure_, s.impulse);
+  if (meets_meshes()) skins_.press(scene, tail(s.impulse));
   s.pressed = now;
   s.given.assign(now.size(), 0.0);
   Bodies& all = scene.bodies;
@@ -455,13 +429,14 @@ double Fluid::scale_of_speed(const Scene& scene) const {
     for (std::size_t c = 0; c < 3; ++c) square += s.pressed[6 * k + c] * s.pressed[6 * k + c];
     most = std::max(most, square);
   }
-  return std::sqrt(pull) * s.h + std::max(fastest_, std::sqrt(most));
+  const double of_meshes = meets_meshes() ? skins_.speed() : 0;
+  return std::sqrt(pull) * s.h + std::max({fastest_, std::sqrt(most), of_meshes});
 }
 
 double Fluid::misfit(const Scene& scene, const Array<double>& velocity) {
   Implicit& s = *implicit_;
   const int nd = scene.bodies.dofs();
-  double most = 0;
+  double most = meets_meshes() ? skins_.take_contacts() : 0;
   s.left = s.pressed;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
@@ -498,6 +473,7 @@ void Fluid::settle(Scene& scene) {
     for (int c = 0; c < all.dofs(); ++c)
       all.velocity[b.at][c] = s.pressed[6 * k + std::size_t(dim_ == 2 && c == 2 ? 5 : c)];
   }
+  if (meets_meshes()) skins_.show_now(scene, tail(s.pressed));
   all.inverse_mass.values = s.inverse_mass;
   if (all.inverse_inertia.active) all.inverse_inertia.values = s.inverse_inertia;
   give_forces(scene, s.h);
@@ -526,13 +502,13 @@ void Fluid::finish(Scene& scene) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
   put_forces_back(scene);
+  within_ = false;
   const std::size_t n = std::size_t(count());
   push(pressure_);
-  std::vector<double> begin(6 * std::max<std::size_t>(1, bodies_.size()), 0.0), of_begin;
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    std::copy_n(bodies_[k].velocity, 6, &begin[6 * k]);
-    for (std::size_t c = 0; c < 6; ++c) contact_[6 * k + c] = s.contact[6 * k + c] / s.h;
-  }
+  std::vector<double> begin(6 * sides(), 0.0), of_begin;
+  velocities_begin(begin);
+  for (std::size_t i = 0; i < contact_.size(); ++i) contact_[i] = s.contact[i] / s.h;
+  skins_.end(scene, s.h);
   divergence(velocity_, begin, of_begin);
   for (std::size_t i = 0; i < 3 * n; ++i) velocity_[i] = s.star[i] + s.change[i];
   divergence(velocity_, s.pressed, s.divergence);

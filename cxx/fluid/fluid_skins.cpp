@@ -332,6 +332,7 @@ double FluidSkins::burden(double density, double layer, double spacing, double t
 
 void FluidSkins::give(double h) {
   for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] = impulse_[i] / h;
+  if (given_) return; // within the step of an incompressible liquid
   for (Mesh& m : meshes_) {
     if (!m.body) continue;
     MeshLoads& loads = m.body->loads;
@@ -401,7 +402,7 @@ std::int64_t FluidSkins::bytes() const {
   std::int64_t sum = std::int64_t(4 * (points_.mesh.capacity() + points_.node.capacity()));
   for (const auto* v : {&points_.weight, &points_.along, &points_.across, &points_.depth, &points_.volume,
                         &points_.behind, &size_, &place_, &velocity_, &constant_, &kept_, &answer_, &impulse_, &mean_,
-                        &state.force, &state.contact, &state.contact_before, &state.listed})
+                        &state.force, &state.contact, &state.contact_before, &state.listed, &within_.map})
     sum += std::int64_t(8 * v->capacity());
   return sum;
 }

@@ -57,6 +57,27 @@ public:
   void show_listed(double* records) const;
   double way(const double* records) const; // the farthest of a point since then [m]
 
+  // The incompressible form, see fluid_skins_within.cpp. Points have six components, as bodies have; spins and moments
+  // are 0.
+  // Bodies where contacts are detected, whose free velocities are known.
+  void stand(Scene& scene, MeshSet& meshes, double h);
+  // The impulse of the liquid without pressure, as loads of the bodies (6, n) [N s].
+  void take_known(Scene& scene, const double* impulse);
+  // Velocities without pressure and contacts, after a pass of Newton's method as well.
+  void renew_free(const Scene& scene);
+  void show_begin(double* velocity) const;
+  void show_free(double* velocity) const;
+  void show_contacts(double* change) const;                              // as last known
+  std::vector<double>& changes_by_contacts() { return within_.contact; } // (dofs of all) of velocities [m/s]
+  void show_now(const Scene& scene, double* velocity);
+  void respond(const double* impulse, double* change); // of velocities
+  // The impulse of pressure, as loads of the bodies in the place of that before.
+  void press(Scene& scene, const double* impulse);
+  // The greatest velocity of a node by which contacts differ from what the pressure saw, once their impulses are given
+  // to the bodies; they are known then.
+  double take_contacts();
+  double speed() const; // the greatest of a node that the liquid meets, under pressure
+
   // Mean forces of the last step on the nodes of a mesh, by the id of its first one (dim, nodes) [N]; none: empty.
   std::vector<double> forces(std::int64_t first_node) const;
   std::int64_t bytes() const;
@@ -80,6 +101,21 @@ private:
   std::vector<double> size_; // (n) of the base of a side at the start, |g1 x g2|
   std::vector<Mesh> meshes_;
   std::vector<double> place_, velocity_, constant_, kept_, answer_, impulse_, mean_; // (dofs of all)
+
+  struct Within { // a step of the incompressible form, dofs of all
+    double h = 0;
+    std::vector<double> map;                       // (dim, dim, most, n) velocity of a point by that of a node
+    std::vector<std::int8_t> met;                  // 1: points move with it
+    std::vector<double> free, contact, pressed;    // velocities [m/s]
+    std::vector<double> known, impulse;            // of the liquid, without and of pressure [N s]
+    std::vector<double> nodal, change, now, force; // of a product or a stage
+  };
+  Within within_;
+  void make_maps();
+  void to_points(const std::vector<double>& of_nodes, double* of_points) const;
+  void to_nodes(const double* of_points, std::vector<double>& of_nodes) const;
+  void respond_nodes(const std::vector<double>& impulse, std::vector<double>& change);
+  void add_loads(Scene& scene, const std::vector<double>& impulse);
   bool given_ = false;
 };
 

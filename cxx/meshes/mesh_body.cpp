@@ -129,6 +129,18 @@ void MeshBody::answer(const double* force, std::int64_t n, double* change) {
   std::copy_n(all.begin(), n, change);
 }
 
+void MeshBody::add_load(const double* force, std::int64_t n, Nodes& nodes) {
+  std::vector<double>& change = step_.a;
+  std::fill(change.begin(), change.end(), 0.0);
+  for (std::int64_t i = 0; i < n; ++i) {
+    step_.f[i] += force[i];
+    change[i] = model.held[i] ? 0 : step_.scheme.impulse * force[i];
+  }
+  factors_.respond(change.data());
+  for (std::int64_t i = 0; i < model.dofs(); ++i) step_.free[i] += change[i];
+  step_.scatter(step_.free.data(), nodes.velocity_free);
+}
+
 void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
   const bool turns = !linear() && model.ties.rigid_parts_turn();

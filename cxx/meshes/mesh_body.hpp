@@ -106,6 +106,9 @@ public:
   void push(Nodes& nodes);
   // Changes of the velocities of the first n dofs, zero at held ones, by forces on these over 1 s.
   void answer(const double* force, std::int64_t n, double* change);
+  // Adds forces (n) on the first n dofs to the loads of the step at hand, and what they change to its free velocity;
+  // held dofs bear them.
+  void add_load(const double* force, std::int64_t n, Nodes& nodes);
   // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.
   void account(Nodes& nodes, const double* gravity);
   std::int64_t bytes() const;

@@ -5,6 +5,7 @@ Antoci, Gallati & Sibilla (2007) measured how far the free end of a gate opens: 
 
 Run it:  python elastic_gate.py              2,240 particles, a minute
          python elastic_gate.py --full       8,960 particles
+         python elastic_gate.py --incompressible    half the time
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ def options_from(arguments):
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--spacing", type=float, default=0.0025, help="of the particles [m]")
     parser.add_argument("--full", action="store_true", help="half the spacing")
+    parser.add_argument("--incompressible", action="store_true", help="pressure in the step of the gate, without sub-steps")
     parser.add_argument("--young", type=float, default=7.8e6, help="modulus of the gate [Pa]")
     parser.add_argument("--cells", type=int, default=16, help="along the gate")
     parser.add_argument("--seconds", type=float, default=0.4)
@@ -63,7 +65,7 @@ def build(options):
     middle = [[WIDE + THICK / 2, HIGH + 0.05]]
     scene.add(cn.wall((0, 0), (0, 1), steel), cn.wall((0, 0), (1, 0), steel))
     scene.add(cn.polygons(plate, steel, position=middle, driven=("vx", "vy", "w")))
-    scene.add(cn.fluid([(0, 0), (WIDE, DEEP)], options.spacing, WATER))
+    scene.add(cn.fluid([(0, 0), (WIDE, DEEP)], options.spacing, WATER, incompressible=options.incompressible))
     scene.interact("*", "*", None)
     scene.interact("fluid", "*", cn.FreeSlip())
     return cn.Simulation(scene, dt=options.dt), int(np.argmin(np.abs(points - [WIDE + THICK, 0]).sum(axis=1)))

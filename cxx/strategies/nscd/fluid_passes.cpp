@@ -21,6 +21,7 @@ class OwnContacts final : public ContactsBesideFluid {
 public:
   OwnContacts(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s) {}
   const Array<double>& velocities() override {
+    if (s_.fluid->meets_meshes()) s_.interactions.give_meshes();
     const Bodies& b = s_.scene.bodies;
     const ContactSystem& system = s_.interactions.system();
     if (system.batches.empty()) return b.velocity_free.values;
@@ -48,7 +49,7 @@ private:
 } // namespace
 
 void Nscd::press_fluid(Simulation& s) {
-  s.fluid->predict(s.scene, step_.h, step_.ahead);
+  s.fluid->predict(s.scene, step_.h, step_.ahead, s.meshes);
   s.fluid->press(s.scene);
 }
 
@@ -77,11 +78,15 @@ void Nscd::fluid_passes(Simulation& s, ContactsBesideFluid& contacts) {
   if (misfit <= enough && solved) return;
   if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::iteration_limit;
   if (!s.report.solve.hint.empty()) return;
-  s.report.solve.hint = solved ? "pressure of the fluid and contacts differ by " + number_text(misfit) +
-                                     " of the velocity after " + std::to_string(s.fluid->report.passes) +
-                                     " passes: give a smaller dt"
-                               : "the pressure of the fluid leaves " + number_text(s.fluid->report.residual) +
-                                     " of the divergence: give a smaller dt";
+  s.report.solve.hint =
+      solved ? "pressure of the fluid and contacts differ by " + number_text(misfit) + " of the velocity after " +
+                   std::to_string(s.fluid->report.passes) + " passes: give a smaller dt" +
+                   (s.fluid->meets_meshes()
+                        ? ", or where a deformable body far lighter than the liquid bears on others, a "
+                          "heavier or a rigid one"
+                        : "")
+             : "the pressure of the fluid leaves " + number_text(s.fluid->report.residual) +
+                   " of the divergence: give a smaller dt";
 }
 
 } // namespace cairn

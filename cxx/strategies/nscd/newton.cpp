@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "../../base/call.hpp"
+#include "../../fluid/fluid.hpp"
 #include "newton.hpp"
 
 namespace cairn {
@@ -56,9 +57,12 @@ public:
   OwnPasses(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s), at_begin_(s.interactions.memory()) {}
   void give() override { s_.interactions.give_meshes(); }
   void again(const SolverOptions&) override {
+    const bool liquid = s_.fluid && s_.fluid->incompressible() && s_.fluid->meets_meshes();
+    if (liquid) s_.fluid->press(s_.scene, true);
     s_.interactions.keep_impulses();
     nscd_.prepare_contacts(s_);
     nscd_.solve_contacts(s_);
+    if (liquid) nscd_.fluid_passes(s_);
   }
   void end() override { s_.interactions.restore(at_begin_); }
 

@@ -166,11 +166,6 @@ class Running:
         moved_by = strategy if type(strategy).__name__ != "NSCD" else strategy.integrator
         for d, _, slip in self._met_meshes(sets):
             name, remedy = d.name, f"; or Scene.interact(fluid, {d.name!r}, None), and it flows through"
-            if self.fluids[0].incompressible:
-                raise ValueError(
-                    f"the incompressible fluid meets rigid bodies alone, and {name!r} is deformable: leave out incompressible"
-                    + remedy
-                )
             if moved_by is not None:
                 raise ValueError(
                     f"{name!r} moves beside the fluid by the theta-method of NSCD, and {type(moved_by).__name__} moves this "
@@ -207,7 +202,7 @@ class Running:
         for d, _, _ in met:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
             if not first.artificial:
-                warn_of_thin(d.name, table["thickness"], first.spacing, 6)
+                warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, 6)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}

@@ -14,6 +14,7 @@ class FluidWarning(UserWarning):
 
 
 THIN = 3.0  # spacings: free edges of plates of 1 and 2 stir the liquid twenty times as much as those of 4
+THIN_IMPLICIT = 2.0  # the same, of the incompressible form
 NEAR = 2.0  # distance of particles from a gap that they wet, over the spacing
 
 
@@ -107,7 +108,7 @@ def _surface(body, spacing):
 DENSE, WIDE = 0.4, 2.0  # share of space that grains take, and length of the kernel over the spacing from which it is enough
 
 
-def warn_of_thin(name, thickness, spacing, above):
+def warn_of_thin(name, thickness, spacing, incompressible, above):
     """Warns of a deformable body so thin that points below its free edges stir a liquid at rest.
 
     Parameters
@@ -118,13 +119,17 @@ def warn_of_thin(name, thickness, spacing, above):
         Its least thickness [m].
     spacing : float
         Distance of the particles [m].
+    incompressible : bool
+        True for the incompressible form, which bears thinner bodies.
     above : int
         Frames above the caller to which the warning points.
     """
-    if thickness < THIN * spacing:
+    least = THIN_IMPLICIT if incompressible else THIN
+    if thickness < least * spacing:
+        damped = "" if incompressible else ", or artificial=0.1, with a tenth less pressure"
         warnings.warn(
-            f"deformable body {name!r} is {thickness:g} m thick, under {THIN:g} spacings of the liquid: an edge of it that ends "
-            f"in the liquid stirs it from rest; give spacing={thickness / 4:.2g}, or artificial=0.1, with a tenth less pressure",
+            f"deformable body {name!r} is {thickness:g} m thick, under {least:g} spacings of the liquid: an edge of it that ends "
+            f"in the liquid stirs it from rest; give spacing={thickness / (least + 1):.2g}{damped}",
             FluidWarning,
             stacklevel=above,
         )

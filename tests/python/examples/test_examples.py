@@ -370,6 +370,14 @@ def test_elastic_gate(tmp_path):
     assert figures["flowed out"] > 0.02
 
 
+def test_elastic_gate_in_the_incompressible_liquid(tmp_path):
+    size = ["--spacing", "0.005", "--seconds", "0.12", "--dt", "0.002", "--cells", "8", "--frames", "6", "--incompressible"]
+    figures = example("elastic_gate").main(["--output", str(tmp_path), *size])
+    assert figures["sub-steps of the last step"][0] == 1
+    assert figures["free end moves by at most"][0] == pytest.approx(40, abs=3)
+    assert figures["flowed out"][0] > 0.02
+
+
 def test_wall_under_water(tmp_path):
     size = ["--spacing", "0.1", "--speed", "0.3", "--dt", "0.004", "--seconds", "2.8", "--frames", "10"]
     figures = ran("wall_under_water", tmp_path, *size, endings=(".vtkhdf", ".png"))

@@ -323,8 +323,6 @@ def test_errors_name_the_body_and_the_remedy():
     def sets(**options):
         return block((0.0, 0.0), (0.2, 0.2), (2, 2), **options)
 
-    with pytest.raises(ValueError, match="leave out incompressible"):
-        cn.Simulation(scene_with(sets(), incompressible=True), dt=1e-3)
     with pytest.raises(ValueError, match="theta-method of NSCD, and Newmark"):
         cn.Simulation(scene_with(sets()), dt=1e-3, strategy=cn.NSCD(integrator=cn.Newmark()))
     with pytest.raises(ValueError, match="2 m thick"):

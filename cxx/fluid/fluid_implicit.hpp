@@ -1,0 +1,33 @@
+// What the incompressible form keeps of a step.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "../base/field.hpp"
+#include "fluid.hpp"
+#include "pass_mixing.hpp"
+#include "pressure_solver.hpp"
+
+namespace cairn {
+
+struct Fluid::Implicit {
+  PressureSolver solver;
+  std::vector<std::int64_t> first_wall, wall_of_ranks;
+  std::vector<std::int32_t> used, near, used_wall, wall_body;
+  std::vector<std::int32_t> body_of_point; // that of bodies; behind bodies, each point of a mesh is one of its own
+  std::vector<float> pair;
+  std::vector<double> wall, centre, shape, load;
+  double h = 0, ahead = 0;
+  std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change, shown;
+  std::vector<std::int8_t> filtered;
+  // Velocities of bodies, and behind them of points of meshes (6, n): without pressure and contacts, changes by
+  // contacts, with pressure, those that contacts begin from. Impulses on them: before pressure, of it. Velocities that
+  // contacts left.
+  std::vector<double> free, contact, pressed, given, known, impulse, left;
+  std::vector<double> share; // mass and inertia of a body over those with the liquid about it (2, n)
+  Array<double> inverse_mass, inverse_inertia;
+  PassMixing mixing; // beside meshes: changes by contacts of nodes, then of bodies
+  std::vector<double> mixed_from, mixed, mixed_weight;
+};
+
+} // namespace cairn
