@@ -121,7 +121,7 @@ private:
       const auto at = std::lower_bound(by_id.begin(), by_id.end(), told[i].body,
                                        [&](std::int32_t b, std::int64_t id) { return s.id[std::size_t(b)] < id; });
       if (at == by_id.end() || s.id[std::size_t(*at)] != told[i].body)
-        throw Error("ranks disagree about body " + std::to_string(told[i].body));
+        throw Disagreement("ranks disagree about body " + std::to_string(told[i].body));
       std::vector<std::int32_t> ranks = {s.owner[std::size_t(*at)]};
       for (end = i; end < told.size() && told[end].body == told[i].body; ++end) {
         const Told& t = told[end];
@@ -217,7 +217,7 @@ public:
         const auto at = std::lower_bound(s_.others.begin(), s_.others.end(), place,
                                          [](const auto& o, const auto& p) { return std::pair(o.rank, o.number) < p; });
         if (at == s_.others.end() || std::pair(at->rank, at->number) != place)
-          throw Error("ranks disagree about the contacts of a body that they share");
+          throw Disagreement("ranks disagree about the contacts of a body that they share");
         at->colour = told[k + 1];
       }
     }

@@ -2,6 +2,7 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 
@@ -88,22 +89,21 @@ public:
     check(calls_.largest(values.data(), std::int64_t(values.size())));
   }
 
-  std::vector<Bytes> gather(const Bytes& mine) override {
+  Gathered gather(Bytes mine) override {
     ++traffic.sums;
     std::vector<std::int64_t> counts(std::size_t(ranks_), 0);
     counts[std::size_t(local_[0])] = std::int64_t(mine.size());
     check(calls_.sum(counts.data(), ranks_));
     std::int64_t total = 0;
     for (const std::int64_t n : counts) total += n;
-    Bytes all(static_cast<std::size_t>(total));
-    check(calls_.gather(mine.data(), std::int64_t(mine.size()), counts.data(), all.data()));
-    std::vector<Bytes> out;
-    auto at = all.begin();
+    Gathered found{Bytes(static_cast<std::size_t>(total)), {}};
+    check(calls_.gather(mine.data(), std::int64_t(mine.size()), counts.data(), found.all.data()));
+    const std::byte* at = found.all.data();
     for (const std::int64_t n : counts) {
-      out.emplace_back(at, at + n);
+      found.pieces.emplace_back(at, std::size_t(n));
       at += n;
     }
-    return out;
+    return found;
   }
 
   bool meet(std::string_view call, bool value) override {
@@ -116,6 +116,13 @@ public:
     Meetings::all().ask(number_, wish);
   }
 
+  void lose(std::string_view error) override {
+    if (ranks_ == 1) return;
+    std::fprintf(stderr,
+                 "rank %d of %d: %.*s: it happened on this rank alone while all were at work together, and ends all\n",
+                 local_[0], ranks_, int(error.size()), error.data());
+    abort(1);
+  }
   [[noreturn]] void abort(int code) override {
     calls_.abort(code);
     std::_Exit(code);
@@ -123,7 +130,7 @@ public:
 
 private:
   static void check(std::int32_t code) {
-    if (code != 0) throw Error("a call of MPI failed with code " + std::to_string(code));
+    if (code != 0) throw Disagreement("a call of MPI failed with code " + std::to_string(code));
   }
   void count(std::int64_t bytes) {
     ++traffic.messages;

@@ -18,6 +18,7 @@ public:
   void check_scene(const Simulation& s) const override;
 
 private:
+  const StepReport& step_of_all(Simulation& s, double h);
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
   static Nscd& of(Part& part) { return static_cast<Nscd&>(*part.strategy); }
   bool attempt(Simulation& s, double h);

@@ -79,6 +79,10 @@ double RankedSmooth::next_way(const Part& part, std::int64_t body, double h) con
 }
 
 const StepReport& RankedSmooth::step(Simulation& s, double h) {
+  return exchange_->together([&]() -> const StepReport& { return step_of_all(s, h); });
+}
+
+const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, 0.5, settings().renumber_every);
   s.scene.activate(Need::smooth);

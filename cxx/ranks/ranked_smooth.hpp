@@ -25,6 +25,7 @@ public:
   double stable_step(Simulation& s) override { return s.report.stable_step; }
 
 private:
+  const StepReport& step_of_all(Simulation& s, double h);
   // Order in which forces of the pairs of a list are added up.
   struct Order {
     std::int64_t list = -1;          // that this is of

@@ -143,6 +143,7 @@ def checked_sets(dim, given, materials=None, periodic=None):
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree, give Scene({s.dim})")
     known = one_of_a_name(flat, materials or {})
     probe, meshes = _core.Scene(dim), {}
+    probe.leave_numbers(periodic is None)  # they are checked, and not kept
     if periodic is not None:
         probe.set_cell(*periodic.arrays(dim))
     for s in flat:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import _core
+from ..base.errors import FileError
 from ..base.given_ranks import VARIABLE
 from ..options.solvers import NLGS, TOL, Default
 from ..options.strategies import NSCD
@@ -155,6 +156,37 @@ class Ranks:
                 raise told from error
             raise
 
+    @contextlib.contextmanager
+    def failing_alike(self, path):
+        """Makes an error within the `with` block, in what each process does with a file, one of all ranks; all ranks enter it.
+
+        Parameters
+        ----------
+        path : path-like
+            The file that it reads or writes.
+
+        Raises
+        ------
+        FileError
+            On every rank, if it failed on one: the error of that rank there, and one that names it on the others.
+        """
+        try:
+            yield
+        except Exception as error:
+            if self.kind == "mpi" and not _is_of_all(error):
+                with contextlib.suppress(ValueError):  # the same, as the others raise it
+                    self._exchange.fail(f"{type(error).__name__}: {error}")
+                error.is_of_all_ranks = True
+            raise
+        try:
+            self._exchange.meet("the end of its work with a file")  # until then it gives others what they read
+        except ValueError as error:
+            if _fails_elsewhere(error):
+                alike = FileError(path, str(error))
+                alike.is_of_all_ranks = True
+                raise alike from None
+            raise
+
     def any(self, value, of="ranks.any"):
         """Gives whether a value is true on any rank. All ranks call it.
 
@@ -192,9 +224,16 @@ _exchange = None  # of the ranks of MPI that this process is one of
 _TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
 
 
+def _fails_elsewhere(error):
+    """True for the error of another rank."""
+    told = _TOLD.search(str(error))
+    return told is not None and told[2] == ":"
+
+
 def _is_of_all(error):
     """True for an error that all ranks raise."""
-    return _TOLD.match(str(error)) is not None or str(error).startswith("ranks were given unlike")
+    alike = getattr(error, "is_of_all_ranks", False) or str(error).startswith("ranks were given unlike")
+    return alike or _TOLD.match(str(error)) is not None
 
 
 def _end_all_by_errors(exchange):
@@ -221,7 +260,7 @@ def ended_by(kind, error, trace):
     if _exchange is None:
         return
     me, count = _exchange.local[0], _exchange.ranks
-    told_by = _TOLD.match(str(error))
+    told_by = _TOLD.search(str(error)) if _is_of_all(error) else None
     everywhere = told_by is not None and told_by[2] == ":"
     if everywhere and me != int(told_by[1]):
         time.sleep(5)  # the rank that it names tells it and ends all

@@ -84,9 +84,14 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self._species, numbers = scene.species(), {}
         core = _core.Scene(scene.dim)
         core.origin = three(scene.origin)
+        bare = ranks is not None and overlap == "ignore" and not isinstance(dt, str)  # no step is made of the whole
+        if bare:
+            _core.release_workspace(core)
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=numbers)) for s in scene.sets]
+        if bare:
+            _core.release_workspace(core)
         self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())
