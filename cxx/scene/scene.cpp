@@ -108,25 +108,28 @@ bool leaves(const Field<T>&, bool numbers) {
 
 // Vectors of arrays grow by a sixteenth where they have to, and are not doubled by a few items.
 template <class Holder>
-void Scene::make_room(Holder& holder, std::int64_t count) const {
+void Scene::make_room(Holder& holder, std::int64_t count, std::int64_t room) const {
   holder.for_each_field([&](auto& field) {
     if (!field.active || leaves(field, leaves_numbers_)) return;
     const auto due = std::size_t(count) * std::size_t(field.components);
-    if (due > field.values.capacity()) field.values.reserve(due + field.values.capacity() / 16);
+    const auto known = std::size_t(room) * std::size_t(field.components);
+    if (due > field.values.capacity()) field.values.reserve(std::max(known, due + field.values.capacity() / 16));
     field.values.resize(due);
   });
 }
 
 void Scene::activate(Need need) {
   if (has(need)) return;
-  auto open = [&](auto& field, std::int64_t count) {
+  auto open = [&](auto& field, std::int64_t count, std::int64_t room) {
     if (field.need != need) return;
     field.active = true;
-    if (!leaves(field, leaves_numbers_)) field.resize(count);
+    if (leaves(field, leaves_numbers_)) return;
+    field.values.reserve(std::size_t(std::max(room, count)) * std::size_t(field.components));
+    field.resize(count);
   };
-  bodies.for_each_field([&](auto& field) { open(field, bodies.count); });
-  nodes.for_each_field([&](auto& field) { open(field, nodes.count); });
-  contactors.for_each_field([&](auto& field) { open(field, contactors.count); });
+  bodies.for_each_field([&](auto& field) { open(field, bodies.count, room_[0]); });
+  nodes.for_each_field([&](auto& field) { open(field, nodes.count, 0); });
+  contactors.for_each_field([&](auto& field) { open(field, contactors.count, room_[1]); });
   if (need == Need::rotation && dim == 3 && !leaves_numbers_)
     for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
   if (need == Need::hull) std::fill(contactors.hull.values.begin(), contactors.hull.values.end(), -1);
@@ -166,7 +169,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (anisotropic) activate(Need::anisotropic);
 
   const std::int64_t first = next_body_id, old = bodies.count;
-  make_room(bodies, old + b.count);
+  make_room(bodies, old + b.count, room_[0]);
   append(bodies.position, old, b.count, b.position, 0);
   for (std::int64_t i = 0; i < b.count * dim && !leaves_numbers_; ++i) bodies.position[old][i] -= origin[i % dim];
   append(bodies.rotation, old, b.count, unit, 0);
@@ -245,7 +248,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   if (!direction.empty()) activate(Need::direction);
 
   const std::int64_t first = next_contactor_id, old = contactors.count;
-  make_room(contactors, old + b.count);
+  make_room(contactors, old + b.count, room_[1]);
   append(contactors.radius, old, b.count, radius, 0);
   append(contactors.offset, old, b.count, b.offset, 0);
   append(contactors.direction, old, b.count, direction, 0);
@@ -272,7 +275,7 @@ std::int64_t Scene::add_nodes(std::int32_t mesh, std::span<const double> positio
   check_speed("velocity", velocity, dim);
   check_positive("mass", mass, 1, false, false);
   const std::int64_t first = next_body_id, old = nodes.count;
-  make_room(nodes, old + n);
+  make_room(nodes, old + n, 0);
   append(nodes.position, old, n, position, 0);
   for (std::int64_t i = 0; i < n * dim && !leaves_numbers_; ++i) nodes.position[old][i] -= origin[i % dim];
   append(nodes.velocity, old, n, velocity, 0);

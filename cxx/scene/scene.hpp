@@ -100,6 +100,8 @@ public:
   void state_assigned();                                        // after velocity or rotation was written from outside
   void activate(Need need);                                     // makes the arrays of a need exist
   bool has(Need need) const;
+  // Room for so many bodies and contactors, so that arrays are not copied while these come.
+  void reserve(std::int64_t bodies, std::int64_t contactors) { room_ = {bodies, contactors}; }
   // true: numbers (all arrays of doubles) of bodies that come are checked, and left to others, which hold them: only
   // ids, shapes and materials are kept. Arrays that have numbers already stay as they are.
   void leave_numbers(bool leave) { leaves_numbers_ = leave; }
@@ -118,8 +120,9 @@ private:
   void refresh_orders();
   void append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor);
   template <class Holder>
-  void make_room(Holder& holder, std::int64_t count) const;
+  void make_room(Holder& holder, std::int64_t count, std::int64_t room) const;
   bool leaves_numbers_ = false;
+  std::array<std::int64_t, 2> room_{}; // of bodies, of contactors
   std::int64_t order_version_ = 0;
   std::int32_t meshes_ = 0;
   std::vector<MeshParts> parts_;

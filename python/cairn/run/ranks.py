@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
 import os
-import re
 import sys
-import time
-import traceback
 from dataclasses import replace
 from pathlib import Path
 
 from .. import _core
-from ..base.errors import FileError
 from ..base.given_ranks import VARIABLE
+from ..base.open_ranks import failing_alike, is_of_all, library, opened
 from ..options.solvers import NLGS, TOL, Default
 from ..options.strategies import NSCD
 from .compared import call_of
@@ -28,11 +24,6 @@ def solved_by_sweeps(strategy):
         of = strategy.solver
         return replace(strategy, solver=NLGS(tol=of.tol or TOL, min_iter=of.min_iter, max_iter=of.max_iter))
     return strategy
-
-
-def library():
-    """Path of the library cairn_mpi: beside the compiled module, or what the variable CAIRN_MPI names."""
-    return os.environ.get("CAIRN_MPI") or str(Path(_core.__file__).with_name("libcairn_mpi.so"))
 
 
 class Ranks:
@@ -52,11 +43,7 @@ class Ranks:
 
     def __init__(self, simulation, ranks, exchange):
         self._simulation = simulation
-        if ranks == "mpi" or hasattr(ranks, "py2f"):
-            self._exchange = _core.mpi_ranks(library(), None if ranks == "mpi" else ranks.py2f())
-            _end_all_by_errors(self._exchange)
-        else:
-            self._exchange = _core.virtual_ranks(ranks)
+        self._exchange = opened(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
         simulation._stage.ranks = self._exchange
@@ -148,7 +135,7 @@ class Ranks:
         try:
             yield
         except Exception as error:
-            if self.kind != "mpi" or _is_of_all(error):
+            if self.kind != "mpi" or is_of_all(error):
                 raise
             try:
                 self._exchange.fail(f"{type(error).__name__}: {error}")
@@ -156,7 +143,6 @@ class Ranks:
                 raise told from error
             raise
 
-    @contextlib.contextmanager
     def failing_alike(self, path):
         """Makes an error within the `with` block, in what each process does with a file, one of all ranks; all ranks enter it.
 
@@ -170,22 +156,7 @@ class Ranks:
         FileError
             On every rank, if it failed on one: the error of that rank there, and one that names it on the others.
         """
-        try:
-            yield
-        except Exception as error:
-            if self.kind == "mpi" and not _is_of_all(error):
-                with contextlib.suppress(ValueError):  # the same, as the others raise it
-                    self._exchange.fail(f"{type(error).__name__}: {error}")
-                error.is_of_all_ranks = True
-            raise
-        try:
-            self._exchange.meet("the end of its work with a file")  # until then it gives others what they read
-        except ValueError as error:
-            if _fails_elsewhere(error):
-                alike = FileError(path, str(error))
-                alike.is_of_all_ranks = True
-                raise alike from None
-            raise
+        return failing_alike(self._exchange, path)
 
     def any(self, value, of="ranks.any"):
         """Gives whether a value is true on any rank. All ranks call it.
@@ -218,56 +189,6 @@ class Ranks:
 
     def __repr__(self):
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
-
-
-_exchange = None  # of the ranks of MPI that this process is one of
-_TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
-
-
-def _fails_elsewhere(error):
-    """True for the error of another rank."""
-    told = _TOLD.search(str(error))
-    return told is not None and told[2] == ":"
-
-
-def _is_of_all(error):
-    """True for an error that all ranks raise."""
-    alike = getattr(error, "is_of_all_ranks", False) or str(error).startswith("ranks were given unlike")
-    return alike or _TOLD.match(str(error)) is not None
-
-
-def _end_all_by_errors(exchange):
-    """Makes errors that nobody catches end all processes."""
-    global _exchange
-    if _exchange is None:
-        sys.excepthook = ended_by
-        atexit.register(_core.end_ranks)  # while simulations still serve what others read
-    _exchange = exchange
-
-
-def ended_by(kind, error, trace):
-    """Prints an error with the number of the rank, and ends all processes of MPI; returns if there are none.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the error.
-    error : BaseException
-        The error.
-    trace : traceback
-        Where it was raised.
-    """
-    if _exchange is None:
-        return
-    me, count = _exchange.local[0], _exchange.ranks
-    told_by = _TOLD.search(str(error)) if _is_of_all(error) else None
-    everywhere = told_by is not None and told_by[2] == ":"
-    if everywhere and me != int(told_by[1]):
-        time.sleep(5)  # the rank that it names tells it and ends all
-    sys.stdout.flush()
-    text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
-    print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)
-    _exchange.abort(1)
 
 
 def launch(count, arguments):
