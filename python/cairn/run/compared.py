@@ -101,5 +101,8 @@ def _shown(value):
         return f"{' x '.join(map(str, value.shape))} numbers ({mark})"
     if isinstance(getattr(value, "given", None), dict):
         return f"{type(value).__name__} ({mark})"
-    text = " ".join(repr(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value).split())
+    if isinstance(value, dict):
+        text = "{" + ", ".join(f"{key!r}: {_shown(part)}" for key, part in value.items()) + "}"
+    else:
+        text = " ".join(repr(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value).split())
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}... ({mark})"
