@@ -1,6 +1,6 @@
 """Memory of a process that shares a scene from a file with others, beside one that has it alone.
 
-    script/bench ranks_memory [--bodies 200000] [--steps 3] [--processes 1 2 4 8] [--csv benchmarks/results/ranks_memory.csv]
+    script/bench ranks_memory [--bodies 20000 200000] [--steps 3] [--processes 1 2 4 8] [--csv results/ranks_memory.csv]
 
 A row for each way to load (whole, or arrays that stay in the file) and number of processes: memory of its own [bytes a body of
 the scene] that the largest process has after Scene.load, after Simulation, at most until the end of the run, and at the end; what
@@ -81,7 +81,7 @@ def row(path, way, processes, bodies, steps):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bodies", type=int, default=200_000)
+    parser.add_argument("--bodies", type=int, nargs="+", default=[20_000, 200_000])
     parser.add_argument("--steps", type=int, default=3)
     parser.add_argument("--processes", type=int, nargs="+", default=[1, 2, 4, 8])
     parser.add_argument("--csv", default=str(Path(__file__).parent / "results" / "ranks_memory.csv"))
@@ -91,14 +91,15 @@ def main():
         return measured(options.measure[0], options.measure[1], options.steps, options.measure[2])
     with tempfile.TemporaryDirectory() as folder, open(options.csv, "w", newline="") as file:
         path = str(Path(folder, "box.scene.h5"))
-        bodies = written(path, options.bodies)
         table = csv.DictWriter(file, COLUMNS)
         table.writeheader()
-        for way, processes in [("alone", 1)] + [(way, p) for p in options.processes for way in ("whole", "share")]:
-            of = row(path, way, processes, bodies, options.steps)
-            table.writerow(of)
-            file.flush()
-            print(", ".join(f"{name} {value}" for name, value in of.items()), flush=True)
+        for asked in options.bodies:
+            bodies = written(path, asked)
+            for way, processes in [("alone", 1)] + [(way, p) for p in options.processes for way in ("whole", "share")]:
+                of = row(path, way, processes, bodies, options.steps)
+                table.writerow(of)
+                file.flush()
+                print(", ".join(f"{name} {value}" for name, value in of.items()), flush=True)
 
 
 if __name__ == "__main__":

@@ -178,7 +178,9 @@ void bind_scene(py::module_& m) {
            })
       .def("set_cell", &set_cell)
       .def("get_cell", &get_cell)
-      .def("renumber", &Scene::renumber)
+      .def("renumber", py::overload_cast<>(&Scene::renumber))
+      .def("reserve", &Scene::reserve) // bodies, contactors
+      .def("leave_numbers", &Scene::leave_numbers)
       .def_property_readonly("body_count", [](const Scene& s) { return s.bodies.count; })
       .def_property_readonly("node_count", [](const Scene& s) { return s.nodes.count; })
       .def_property_readonly("contactor_count", [](const Scene& s) { return s.contactors.count; })

@@ -342,8 +342,8 @@ void bind_simulation(py::module_& m) {
   m.def("strategy_options", &described);
   py::class_<Simulation> simulation(m, "Simulation");
   simulation
-      .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
-        auto s = std::make_unique<Simulation>(scene, laws, strategy_of(strategy));
+      .def(py::init([](cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) { // takes the scene
+        auto s = std::make_unique<Simulation>(std::move(scene), laws, strategy_of(strategy));
         s->strategy().check_laws(*s);
         return s;
       }))

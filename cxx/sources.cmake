@@ -275,6 +275,7 @@ set(CAIRN_CXX_SOURCES
   ranks/over_ranks_partition.cpp
   ranks/over_ranks_state.cpp
   ranks/over_ranks_views.cpp
+  ranks/rows_between_ranks.cpp
   ranks/ranked_smooth.cpp
   ranks/ranked_light.cpp
   ranks/ranked_sweeps.cpp

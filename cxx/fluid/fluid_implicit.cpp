@@ -13,8 +13,8 @@
 namespace cairn {
 
 namespace {
-constexpr double loose = 0.9;        // fill below which particles at a free surface may come nearer
-constexpr double most_way = 2;       // of a particle in a step, over the spacing
+constexpr double loose = 0.9;  // fill below which particles at a free surface may come nearer
+constexpr double most_way = 2; // of a particle in a step, over the spacing
 
 // Particles whose sums this process makes: the first one, and the one behind the last.
 std::array<std::int64_t, 2> own_particles(const TileShares& shares, const ParticleShares* ranks) {

@@ -78,8 +78,7 @@ void Fluid::shear_at_middle(const Scene& scene, const std::vector<double>& rest)
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     double change[6];
     inverse_of_body(k, &s.impulse[6 * k], change);
-    for (std::size_t c = 0; c < 6; ++c)
-      later[6 * k + c] -= 0.5 * (later[6 * k + c] + s.contact[6 * k + c] + change[c]);
+    for (std::size_t c = 0; c < 6; ++c) later[6 * k + c] -= 0.5 * (later[6 * k + c] + s.contact[6 * k + c] + change[c]);
   }
   for (std::size_t i = 0; i < later.size(); ++i) s.free[i] -= later[i];
   shear(s.h);

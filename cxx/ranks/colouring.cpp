@@ -73,7 +73,7 @@ std::int32_t body_of(const ColourShare& s, std::int64_t id) {
   const auto at = std::lower_bound(s.by_id.begin(), s.by_id.end(), id,
                                    [&](std::int32_t b, std::int64_t other) { return s.id[std::size_t(b)] < other; });
   if (at == s.by_id.end() || s.id[std::size_t(*at)] != id)
-    throw Error("ranks disagree about body " + std::to_string(id));
+    throw Disagreement("ranks disagree about body " + std::to_string(id));
   return *at;
 }
 
@@ -225,7 +225,7 @@ public:
         const auto at = std::lower_bound(s_.others.begin(), s_.others.end(), place,
                                          [](const auto& o, const auto& p) { return std::pair(o.rank, o.number) < p; });
         if (at == s_.others.end() || std::pair(at->rank, at->number) != place)
-          throw Error("ranks disagree about the contacts of a body that they share");
+          throw Disagreement("ranks disagree about the contacts of a body that they share");
         at->colour = told[k + 1];
       }
     }

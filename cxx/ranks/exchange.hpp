@@ -8,13 +8,17 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "../base/call.hpp"
+
 namespace cairn {
 
 using Bytes = std::vector<std::byte>;
+using Piece = std::span<const std::byte>; // of what was received
 
 // Bytes for a rank, or from one.
 struct Parcel {
@@ -32,6 +36,14 @@ struct Link {
 };
 using Links = std::vector<std::vector<Link>>; // of each rank that the process makes, by rising rank
 
+// What all processes gave, in one array, and the piece of each, by rising rank.
+struct Gathered {
+  Bytes all;
+  std::vector<Piece> pieces;
+  auto begin() const { return pieces.begin(); }
+  auto end() const { return pieces.end(); }
+};
+
 struct Traffic {
   std::int64_t messages = 0, bytes = 0; // from rank to rank
   std::int64_t sums = 0;                // over all ranks
@@ -44,6 +56,12 @@ struct Traffic {
   Traffic operator-(const Traffic& less) const {
     return {messages - less.messages, bytes - less.bytes, sums - less.sums};
   }
+};
+
+// An error of one rank within work that all of them do together: the others wait for it, and cannot be told.
+class Disagreement : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
 };
 
 class Exchange {
@@ -64,7 +82,7 @@ public:
   // Items of `size` bytes, of which rank r knows those from first[r] to first[r + 1]: all become known to each.
   virtual void share(void* items, std::size_t size, std::span<const std::int64_t> first) = 0;
   // Gathers the bytes of all processes on each, by rising rank.
-  virtual std::vector<Bytes> gather(const Bytes& mine) = 0;
+  virtual Gathered gather(Bytes mine) = 0;
 
   // A meeting of all ranks, with which each call that all of them make begins. `call`: its name; arguments that have to
   // be the same on all ranks, as messages show them, in a second line, and their digest in a third one. If a rank makes
@@ -82,6 +100,19 @@ public:
   virtual void ask(Wish wish) { serve(wish); }
   std::function<void(int wish)> serve;
 
+  // Work of all ranks together, within a call. Errors that all of them throw pass. One that this process has alone,
+  // memory that is missing or a Disagreement, ends all processes with a message: others wait for it in their work.
+  template <class F>
+  decltype(auto) together(F&& work) {
+    try {
+      return work();
+    } catch (const Error&) { throw; } catch (const std::exception& e) {
+      lose(e.what());
+      throw;
+    }
+  }
+  // This process cannot go on with the others. Returns where there is one process.
+  virtual void lose(std::string_view error) { (void)error; }
   // Ends all processes at once.
   [[noreturn]] virtual void abort(int code) = 0;
 
@@ -116,7 +147,7 @@ public:
 };
 class Unpacker {
 public:
-  explicit Unpacker(const Bytes& from) : from_(from) {}
+  explicit Unpacker(Piece from) : from_(from) {}
   bool more() const { return at_ < from_.size(); }
   template <class T>
   T get() {
@@ -141,7 +172,7 @@ public:
   }
 
 private:
-  const Bytes& from_;
+  Piece from_;
   std::size_t at_ = 0;
 };
 

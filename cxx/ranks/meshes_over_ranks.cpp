@@ -120,7 +120,7 @@ void OverRanks::share_touched(Simulation& s) const {
   const bool knows = std::ranges::binary_search(exchange_->local(), mesh_rank_);
   for (std::size_t m = 0; m < s.meshes.meshes.size() && knows; ++m)
     mine.put_all(std::span<const double>(s.meshes.meshes[m].touched()));
-  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
     if (bytes.empty() || knows) continue;
     Unpacker from(bytes);
     for (MeshBody& mesh : s.meshes.meshes)
@@ -160,7 +160,7 @@ void RankedNscd::give_meshes() {
   if (exchange_->whole()) return;
   Packer mine;
   for (std::size_t m = 0; m < meshes.size() && knows; ++m) mine.put_all(std::span<const double>(meshes[m].impulse));
-  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
     if (bytes.empty() || knows) continue;
     Unpacker from(bytes);
     for (MeshBody& mesh : meshes) {
@@ -257,7 +257,7 @@ void RankedNscd::collect_meshes(Simulation& s) {
       for (const std::string* text : {&report.mesh_hint, &report.mesh_within})
         mine.put_all(std::span<const char>(text->data(), text->size()));
     }
-    for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+    for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
       if (bytes.empty()) continue;
       Unpacker from(bytes);
       report.mesh_depth = from.get<double>();

@@ -2,6 +2,7 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 
@@ -98,23 +99,23 @@ public:
     check(calls_.gather(nullptr, mine, counts_.data(), static_cast<std::byte*>(items) + std::int64_t(size) * first[0]));
   }
 
-  std::vector<Bytes> gather(const Bytes& mine) override {
+  Gathered gather(Bytes mine) override {
     ++traffic.sums;
     std::vector<std::int64_t> counts(std::size_t(ranks_), 0);
     counts[std::size_t(local_[0])] = std::int64_t(mine.size());
     check(calls_.sum(counts.data(), ranks_));
     std::int64_t total = 0;
     for (const std::int64_t n : counts) total += n;
-    Bytes all(static_cast<std::size_t>(total));
+    Gathered found{Bytes(static_cast<std::size_t>(total)), {}};
     const std::byte none{};
-    check(calls_.gather(mine.empty() ? &none : mine.data(), std::int64_t(mine.size()), counts.data(), all.data()));
-    std::vector<Bytes> out;
-    auto at = all.begin();
+    const std::byte* from = mine.empty() ? &none : mine.data();
+    check(calls_.gather(from, std::int64_t(mine.size()), counts.data(), found.all.data()));
+    const std::byte* at = found.all.data();
     for (const std::int64_t n : counts) {
-      out.emplace_back(at, at + n);
+      found.pieces.emplace_back(at, std::size_t(n));
       at += n;
     }
-    return out;
+    return found;
   }
 
   bool meet(std::string_view call, bool value) override {
@@ -127,6 +128,13 @@ public:
     Meetings::all().ask(number_, wish);
   }
 
+  void lose(std::string_view error) override {
+    if (ranks_ == 1) return;
+    std::fprintf(stderr,
+                 "rank %d of %d: %.*s: it happened on this rank alone while all were at work together, and ends all\n",
+                 local_[0], ranks_, int(error.size()), error.data());
+    abort(1);
+  }
   [[noreturn]] void abort(int code) override {
     calls_.abort(code);
     std::_Exit(code);
@@ -134,7 +142,7 @@ public:
 
 private:
   static void check(std::int32_t code) {
-    if (code != 0) throw Error("a call of MPI failed with code " + std::to_string(code));
+    if (code != 0) throw Disagreement("a call of MPI failed with code " + std::to_string(code));
   }
   void count(std::int64_t bytes) {
     ++traffic.messages;

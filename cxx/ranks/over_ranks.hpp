@@ -126,6 +126,21 @@ protected:
   Traffic before_, last_; // of the last step
 
 private:
+  // What a cut sees of all bodies, in the order of the whole.
+  struct Outline {
+    const double* position;     // (dim, bodies) [m]
+    std::vector<double> radius; // (bodies) of balls about centres that hold contactors, infinite: without bound [m]
+    std::vector<std::uint8_t> fixed; // (bodies) 1: contacts do not move it
+    std::vector<double> places;      // positions that the whole does not have
+  };
+  Outline outline(const Simulation& s) const;
+  double fastest_square(const Simulation& s) const; // of bodies that are not everywhere [m2/s2]
+  // True if the whole has no numbers of bodies: a cut passes them from part to part.
+  bool numbers_are_apart(const Simulation& s) const { return !known_ && !parts_.empty() && s.scene.nodes.count == 0; }
+  void renumber(Simulation& s);
+  // Rows of bodies for new parts, from the parts of those who owned them. wanted: bodies of each local rank, rising.
+  std::vector<Arrived> pass_rows(Simulation& s, const std::vector<std::int32_t>& owner_before,
+                                 const std::vector<std::vector<std::int32_t>>& wanted) const;
   std::vector<std::int64_t> costs(const Simulation& s) const;
   int heir(const Simulation& s, const ContactKey& key) const;
   void give_memory(const Simulation& s, const std::vector<ContactMemory>& memory);
@@ -141,8 +156,8 @@ private:
   static MeshBalls balls_of_meshes(const Simulation& s);
   void choose_owners(Simulation& s, const std::vector<double>& radius);
   double choose_reach(const Simulation& s, const std::vector<double>& radius, const MeshBalls& meshes, double margin);
-  void make_parts(Simulation& s, const std::vector<double>& radius,
-                  const std::vector<std::vector<std::int32_t>>& ghosts);
+  void make_parts(Simulation& s, const std::vector<double>& radius, std::vector<std::vector<std::int32_t>>& bodies,
+                  std::vector<Arrived> arrived);
   std::int64_t body_beside_meshes(const Simulation& s) const; // -1: none that roams
   void choose_mesh_rank(Simulation& s, std::int64_t beside);
   // Ghosts of local ranks, of bodies near meshes too: these count as owned by their rank.
@@ -179,6 +194,11 @@ private:
   bool all_shown_ = false; // also those of other processes
   bool serves_ = false;    // what another rank asks for alone
 };
+
+// Radius of a ball about the centre of each body that holds its contactors; infinite where one has no bound [m].
+std::vector<double> radii_of(const Simulation& s);
+// 1: contacts do not move the body in any way.
+std::vector<std::uint8_t> fixed_bodies(const Simulation& s);
 
 // The strategy over ranks; throws Error naming it if it does not run over them.
 std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange,

@@ -13,42 +13,6 @@
 namespace cairn {
 namespace {
 
-// Radius of a ball about the centre of each body that holds its contactors; infinite where one has no bound [m].
-std::vector<double> radii_of(const Simulation& s) {
-  std::vector<double> radius(std::size_t(s.scene.bodies.count), 0);
-  const Contactors& c = s.scene.contactors;
-  const int dim = s.scene.dim;
-  for (std::int64_t k = 0; k < c.count; ++k) {
-    const Shape shape = Shape(*c.shape[k]);
-    double size = info(shape).bounded ? *c.radius[k] : std::numeric_limits<double>::infinity();
-    if (shape == Shape::segment) size += c.direction[k][dim];
-    double square = 0;
-    for (int d = 0; d < dim && c.offset.active; ++d) square += c.offset[k][d] * c.offset[k][d];
-    if (*c.body[k] < 0) continue; // of a mesh
-    double& of_body = radius[std::size_t(*c.body[k])];
-    of_body = std::max(of_body, size + std::sqrt(square));
-  }
-  return radius;
-}
-
-// 1: contacts do not move the body in any way.
-std::vector<std::uint8_t> fixed_bodies(const Simulation& s) {
-  const Bodies& b = s.scene.bodies;
-  std::vector<std::uint8_t> fixed(std::size_t(b.count), 0);
-  for (std::int64_t i = 0; i < b.count; ++i) {
-    const unsigned driven = b.driven.active ? *b.driven[i] : 0;
-    bool moves = false;
-    for (int k = 0; k < b.dofs(); ++k) {
-      if (driven >> k & 1) continue;
-      const bool turns = k >= s.scene.dim;
-      const double inertia = turns ? b.inertia[i][b.inertia.components == 1 ? 0 : k - s.scene.dim] : *b.mass[i];
-      moves = moves || std::isfinite(inertia);
-    }
-    fixed[std::size_t(i)] = !moves;
-  }
-  return fixed;
-}
-
 // True if the scene needs neighbours of ghosts too: detection leaves out contacts of faces by their other neighbours.
 // Those of meshes are left out by other parts of the mesh, or by rigid faces.
 bool asks_for_neighbours(const Simulation& s, const std::vector<std::uint8_t>& everywhere) {
@@ -133,7 +97,7 @@ void pack(const ContactMemory& m, Packer& packer) {
   packer.put_all(std::span<const Anchor>(m.anchors));
 }
 
-void add_packed(const Bytes& bytes, ContactMemory& to) {
+void add_packed(Piece bytes, ContactMemory& to) {
   Unpacker from(bytes);
   const auto append = [](auto& all, const auto& some) { all.insert(all.end(), some.begin(), some.end()); };
   while (from.more()) {
@@ -149,7 +113,7 @@ void add_packed(const Bytes& bytes, ContactMemory& to) {
     if (to.keys.empty()) to.impulse_components = impulses, to.state_components = states;
     if (keys.empty()) continue;
     if (impulses != to.impulse_components || states != to.state_components)
-      throw Error("ranks disagree about what contacts remember");
+      throw Disagreement("ranks disagree about what contacts remember");
     const bool anchored = !to.anchors.empty() || !anchors.empty(); // ranks without a bond have none
     if (anchored) to.anchors.resize(to.keys.size());
     append(to.keys, keys);
@@ -203,29 +167,38 @@ std::vector<std::int64_t> OverRanks::costs(const Simulation& s) const {
 }
 
 void OverRanks::partition(Simulation& s, double margin) {
-  fetch(s);
+  const bool apart = numbers_are_apart(s);
+  if (!apart) fetch(s);
   if (partitions_ == 0) return_freed_memory(); // of the insertion of bodies, which parts would come on top of
-  const std::vector<double> radius = radii_of(s);
-  choose_owners(s, radius);
+  Outline all = outline(s);
+  const std::vector<std::int32_t> owner_before = std::move(owner_);
+  fixed_ = std::move(all.fixed);
+  choose_owners(s, all.radius);
   const MeshBalls meshes = balls_of_meshes(s);
-  const double widest = choose_reach(s, radius, meshes, margin);
+  const double widest = choose_reach(s, all.radius, meshes, margin);
 
   Surroundings around;
   around.dim = s.scene.dim;
   around.count = s.scene.bodies.count;
-  around.position = s.scene.bodies.position.values.data();
-  around.radius = radius.data();
+  around.position = all.position;
+  around.radius = all.radius.data();
   around.everywhere = everywhere_.data();
   around.owner = owner_.data();
   around.cell = s.scene.cell;
   around.reach = asks_for_neighbours(s, everywhere_) ? 2 * (reach_ + widest) : reach_;
-  auto ghosts = exchange_->ranks() > 1 ? ghosts_of(around, meshes) : std::vector<std::vector<std::int32_t>>(1);
+  auto bodies = exchange_->ranks() > 1 ? ghosts_of(around, meshes) : std::vector<std::vector<std::int32_t>>(1);
 
   std::vector<ContactMemory> memory;
   for (const Part& part : parts_) memory.push_back(own_memory(part));
-  add_held(s, around, memory, ghosts);
-  make_parts(s, radius, ghosts);
-  release_workspace(s);
+  add_held(s, around, memory, bodies);
+  for (std::size_t l = 0; l < bodies.size(); ++l) { // beside ghosts those of the ranks
+    for (std::int64_t i = 0; i < s.scene.bodies.count; ++i)
+      if (owner_[std::size_t(i)] == exchange_->local()[l] || everywhere_[std::size_t(i)])
+        bodies[l].push_back(std::int32_t(i));
+    std::sort(bodies[l].begin(), bodies[l].end());
+  }
+  make_parts(s, all.radius, bodies, apart ? pass_rows(s, owner_before, bodies) : std::vector<Arrived>{});
+  release_workspace(s.scene);
   workspace_known_ = false;
   give_memory(s, memory);
   link_ghosts();
@@ -237,12 +210,16 @@ void OverRanks::partition(Simulation& s, double margin) {
   cell_then_ = s.scene.cell;
   since_partition_ = 0;
   imbalance_ = 1;
+  if (partitions_ == 0 && !apart && !reads_state(s) && !held_) { // nobody is to read it before the end of the step
+    release(s, s.controls != nullptr || loads_written_);
+    known_ = false;
+    unread_ = true;
+  }
   ++partitions_;
 }
 
 // Owners of bodies by the curve and counted costs, the ranks of joints and of meshes.
 void OverRanks::choose_owners(Simulation& s, const std::vector<double>& radius) {
-  fixed_ = fixed_bodies(s);
   std::vector<std::int64_t> cost = costs(s);
   const std::int64_t of_meshes = cost.back();
   cost.pop_back();
@@ -259,18 +236,15 @@ void OverRanks::choose_owners(Simulation& s, const std::vector<double>& radius) 
 // Gap up to which bodies are ghosts of each other, by their sizes and speeds; returns the largest radius [m].
 double OverRanks::choose_reach(const Simulation& s, const std::vector<double>& radius, const MeshBalls& meshes,
                                double margin) {
-  const Bodies& b = s.scene.bodies;
-  double widest = 0, fastest = meshes.fastest, middle = 0;
+  double widest = 0, middle = 0;
   std::int64_t roaming = 0;
-  for (std::int64_t i = 0; i < b.count; ++i) {
+  for (std::int64_t i = 0; i < s.scene.bodies.count; ++i) {
     if (everywhere_[std::size_t(i)]) continue;
-    double square = 0;
-    for (int k = 0; k < s.scene.dim; ++k) square += b.velocity[i][k] * b.velocity[i][k];
     widest = std::max(widest, radius[std::size_t(i)]);
     middle += radius[std::size_t(i)];
-    fastest = std::max(fastest, square);
     ++roaming;
   }
+  const double fastest = std::max(meshes.fastest, fastest_square(s));
   const double h = s.report.h > 0 ? s.report.h : 0;
   const double size = std::max(widest, meshes.widest); // margins are shares of it
   reach_ = 2 * (margin + 0.05 * size +
@@ -278,17 +252,16 @@ double OverRanks::choose_reach(const Simulation& s, const std::vector<double>& r
   return widest;
 }
 
+// arrived: rows of the bodies of each part, where they came from other ranks; else empty.
 void OverRanks::make_parts(Simulation& s, const std::vector<double>& radius,
-                           const std::vector<std::vector<std::int32_t>>& ghosts) {
+                           std::vector<std::vector<std::int32_t>>& bodies, std::vector<Arrived> arrived) {
   parts_.clear();
   taken_ = false;
   for (std::size_t l = 0; l < exchange_->local().size(); ++l) {
     const int rank = exchange_->local()[l];
-    std::vector<std::int32_t> bodies = ghosts[l];
-    for (std::int64_t i = 0; i < s.scene.bodies.count; ++i)
-      if (owner_[std::size_t(i)] == rank || everywhere_[std::size_t(i)]) bodies.push_back(std::int32_t(i));
-    std::sort(bodies.begin(), bodies.end());
-    Part& part = parts_.emplace_back(make_part(s, *model_, rank, std::move(bodies), share_of_meshes(l)));
+    Part& part = parts_.emplace_back(
+        make_part(s, *model_, rank, std::move(bodies[l]), share_of_meshes(l), arrived.empty() ? nullptr : &arrived[l]));
+    if (!arrived.empty()) arrived[l] = {};
     for (const std::int32_t body : part.bodies) {
       part.own.push_back(owner_[std::size_t(body)] == rank);
       part.owner.push_back(owner_[std::size_t(body)]);
@@ -354,7 +327,7 @@ void OverRanks::add_held(const Simulation& s, const Surroundings& around, const 
   Packer mine;
   mine.put_all(std::span<const std::array<std::int64_t, 2>>(apart));
   apart.clear();
-  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
     Unpacker from(bytes);
     const auto some = from.get_all<std::array<std::int64_t, 2>>();
     apart.insert(apart.end(), some.begin(), some.end());
@@ -515,12 +488,14 @@ ContactMemory OverRanks::memory(const Simulation& s) const {
   const_cast<OverRanks*>(this)->fetch(const_cast<Simulation&>(s), true);
   if (parts_.empty() || has_pending_) return pending_;
   share_touched(const_cast<Simulation&>(s)); // a file is written next, by the first process
-  Packer mine;
-  for (const Part& part : parts_) pack(own_memory(part), mine);
-  ContactMemory all;
-  for (const Bytes& bytes : exchange_->gather(mine.bytes)) add_packed(bytes, all);
-  put_in_order(all);
-  return all;
+  return exchange_->together([&] {
+    Packer mine;
+    for (const Part& part : parts_) pack(own_memory(part), mine);
+    ContactMemory all;
+    for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) add_packed(bytes, all);
+    put_in_order(all);
+    return all;
+  });
 }
 
 void OverRanks::restore(Simulation& s, ContactMemory memory) {

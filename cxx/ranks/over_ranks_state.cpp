@@ -20,8 +20,10 @@ OverRanks::~OverRanks() {
 
 // All ranks call it together.
 void OverRanks::serve(Simulation& s, int wish) {
-  gather_state(s, wish == Exchange::workspace);
-  if (wish == Exchange::contacts) gather_contacts(s);
+  exchange_->together([&] {
+    gather_state(s, wish == Exchange::workspace);
+    if (wish == Exchange::contacts) gather_contacts(s);
+  });
 }
 
 void OverRanks::ask(Simulation& s, Exchange::Wish wish) {
@@ -55,7 +57,7 @@ void OverRanks::gather_state(Simulation& s, bool workspace) {
     const auto pass = [&](const Arrays& arrays) {
       Packer mine;
       for (const Part& part : parts_) pack_own(part, s, arrays, mine);
-      for (const Bytes& bytes : exchange_->gather(mine.bytes)) take_packed(bytes, s, arrays);
+      for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) take_packed(bytes, s, arrays);
     };
     if (unread_) {
       Arrays one(all.size(), 0);
@@ -76,7 +78,7 @@ void OverRanks::gather_state(Simulation& s, bool workspace) {
 }
 
 void OverRanks::collect(Simulation& s) {
-  if (workspace_known_) release_workspace(s);
+  if (workspace_known_) release_workspace(s.scene);
   known_ = workspace_known_ = false;
   s.scene.cell = parts_[0].simulation->scene.cell;
   std::vector<std::int64_t> load(std::size_t(exchange_->ranks()) + 1, 0);

@@ -108,10 +108,7 @@ void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_ev
   all_shown_ = false;
   s.contacts_known = false;
   s.candidates.count = 0;
-  if (s.steps > 0 && s.steps % renumber_every == 0) {
-    fetch(s);
-    s.scene.renumber();
-  }
+  if (s.steps > 0 && s.steps % renumber_every == 0) renumber(s);
 }
 
 void OverRanks::end_by_fault(const std::vector<std::string>& fault) {
@@ -258,7 +255,7 @@ void OverRanks::show(Simulation& s) {
 void OverRanks::gather(Simulation& s) {
   exchange_->meet("gather");
   fetch(s);
-  gather_contacts(s);
+  exchange_->together([&] { gather_contacts(s); });
 }
 
 // Makes the contacts of all ranks readable on each.
@@ -278,7 +275,7 @@ void OverRanks::gather_contacts(Simulation& s) {
   shown_->each_numbers(s.scene.dim, [&](auto& numbers, int) { mine.put_all(std::span<const double>(numbers)); });
   auto all = std::make_shared<Shown>();
   all->networks = shown_->networks;
-  for (const Bytes& bytes : exchange_->gather(mine.bytes)) {
+  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
     Unpacker from(bytes);
     const auto append = [](auto& to, const auto& some) { to.insert(to.end(), some.begin(), some.end()); };
     append(all->key, from.get_all<ContactKey>());

@@ -140,29 +140,80 @@ void keep_hulls(const Hulls& all, Contactors& contactors) {
 
 } // namespace
 
-Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,
-               MeshShare meshes) {
-  auto& from = const_cast<Simulation&>(whole); // fields are gone through, and not changed
+namespace {
+
+// An empty part, with a strategy of the settings of the model and all of the whole that is no array.
+Part part_without_bodies(const Simulation& whole, Scene scene, const Strategy& model, int rank) {
   Part part;
   part.rank = rank;
-  part.bodies = std::move(bodies);
   auto strategy = model.fresh();
   part.strategy = strategy.get();
   for (const Option& option : strategy->options()) // the whole is renumbered, and parts with it
     if (option.info.name == "renumber_every") *std::get<int*>(option.member) = std::numeric_limits<int>::max();
-  part.simulation = std::make_unique<Simulation>(Scene(whole.scene.dim), whole.laws, std::move(strategy));
-  Scene& scene = part.simulation->scene;
   scene.gravity = whole.scene.gravity;
   scene.origin = whole.scene.origin;
   scene.cell = whole.scene.cell;
   scene.next_body_id = whole.scene.next_body_id;
   scene.next_contactor_id = whole.scene.next_contactor_id;
+  part.simulation = std::make_unique<Simulation>(std::move(scene), whole.laws, std::move(strategy));
+  return part;
+}
+
+// Rows of packed bodies and contactors to a holder of both. body(place), contactor(place): their rows there.
+template <class OfBody, class OfContactor>
+void take_rows(Piece bytes, Scene& to, const Arrays& arrays, OfBody&& body, OfContactor&& contactor) {
+  Unpacker from(bytes);
+  while (from.more()) {
+    std::size_t k = 0;
+    std::vector<std::int32_t> rows;
+    const auto take = [&](auto& field) {
+      using T = typename std::decay_t<decltype(field)>::value_type;
+      if (!arrays[k++]) return;
+      std::size_t numbers = 0;
+      const std::byte* first = from.pass_over(sizeof(T), numbers);
+      const std::size_t size = std::size_t(field.components) * sizeof(T);
+      for (std::size_t i = 0; i < rows.size() && numbers > 0; ++i) std::memcpy(field[rows[i]], first + i * size, size);
+    };
+    for (const std::int32_t place : from.get_all<std::int32_t>()) rows.push_back(body(place));
+    to.bodies.for_each_field(take);
+    rows.clear();
+    for (const std::int32_t place : from.get_all<std::int32_t>()) rows.push_back(contactor(place));
+    to.contactors.for_each_field(take);
+  }
+}
+
+// Items `rows` of the whole to a part, but for arrays that arrive; k: number of the first array.
+template <class Holder>
+void copy_items(Holder& from, const std::vector<std::int32_t>& rows, const Arrived* arrived, std::size_t k,
+                Holder& to) {
+  each_pair(from, to, [&](auto& of_whole, auto& own) {
+    const bool arrives = arrived && arrived->arrays[k];
+    ++k;
+    if (made_in_step(own.name)) return;
+    if (!arrives) return copy_rows(of_whole, rows, own);
+    own.activate(std::int64_t(rows.size()));
+  });
+}
+
+template <class Holder>
+std::size_t number_of_arrays(Holder& holder) {
+  std::size_t n = 0;
+  holder.for_each_field([&](auto&) { ++n; });
+  return n;
+}
+
+} // namespace
+
+Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,
+               MeshShare meshes, const Arrived* arrived) {
+  auto& from = const_cast<Simulation&>(whole); // fields are gone through, and not changed
+  Part part = part_without_bodies(whole, Scene(whole.scene.dim), model, rank);
+  part.bodies = std::move(bodies);
+  Scene& scene = part.simulation->scene;
   scene.bodies.count = std::int64_t(part.bodies.size());
-  each_pair(from.scene.bodies, scene.bodies, [&](auto& of_whole, auto& own) {
-    if (made_in_step(own.name))
-      make_room(scene, own);
-    else
-      copy_rows(of_whole, part.bodies, own);
+  copy_items(from.scene.bodies, part.bodies, arrived, 0, scene.bodies);
+  scene.bodies.for_each_field([&](auto& own) {
+    if (made_in_step(own.name)) make_room(scene, own);
   });
   std::vector<std::int32_t> local(std::size_t(whole.scene.bodies.count), -1), contactors;
   for (std::size_t i = 0; i < part.bodies.size(); ++i) local[std::size_t(part.bodies[i])] = std::int32_t(i);
@@ -170,8 +221,14 @@ Part make_part(const Simulation& whole, const Strategy& model, int rank, std::ve
   for (std::int64_t k = 0; k < c.count; ++k)
     if (*c.body[k] < 0 ? meshes == MeshShare::all : local[std::size_t(*c.body[k])] >= 0)
       contactors.push_back(std::int32_t(k));
-  each_pair(from.scene.contactors, scene.contactors,
-            [&](auto& of_whole, auto& own) { copy_rows(of_whole, contactors, own); });
+  copy_items(from.scene.contactors, contactors, arrived, number_of_arrays(from.scene.bodies), scene.contactors);
+  const auto row_of = [&](std::int32_t contactor) {
+    return std::int32_t(std::lower_bound(contactors.begin(), contactors.end(), contactor) - contactors.begin());
+  };
+  for (std::size_t i = 0; arrived && i < arrived->rows.size(); ++i)
+    take_rows(
+        arrived->rows[i].bytes, scene, arrived->arrays, [&](std::int32_t body) { return local[std::size_t(body)]; },
+        row_of);
   for (std::int32_t& body : scene.contactors.body.values)
     if (body >= 0) body = local[std::size_t(body)];
   keep_hulls(c.hulls, scene.contactors);
@@ -243,6 +300,17 @@ void take_nodes(const Part& part, Simulation& whole) {
   });
 }
 
+Arrays arrays_of_parts(Simulation& whole) {
+  Arrays arrays;
+  const auto look = [&](auto& field, std::int64_t count, bool of_state) {
+    arrays.push_back(field.active && (of_state || is_released(field, count)) && !made_in_step(field.name));
+  };
+  whole.scene.bodies.for_each_field(
+      [&](auto& field) { look(field, whole.scene.bodies.count, left_by_step(field.name, field.stage)); });
+  whole.scene.contactors.for_each_field([&](auto& field) { look(field, whole.scene.contactors.count, false); });
+  return arrays;
+}
+
 Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace) {
   Arrays arrays;
   const auto look = [&](auto& field, std::int64_t count, bool of_state) {
@@ -259,21 +327,21 @@ Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace) {
 
 namespace {
 
-// Rows of contactors on own bodies, in the part and in the whole.
-std::vector<std::array<std::int32_t, 2>> own_contactors(const Part& part, const Simulation& whole) {
+// Rows of contactors on bodies of the part that are marked, in the part and in the whole.
+std::vector<std::array<std::int32_t, 2>> contactors_on(const std::vector<std::uint8_t>& marked, const Part& part,
+                                                       const Simulation& whole) {
   std::vector<std::array<std::int32_t, 2>> rows;
   const Contactors& c = part.simulation->scene.contactors;
   rows.reserve(std::size_t(c.count));
   for (std::int64_t k = 0; k < c.count; ++k)
-    if (*c.body[k] >= 0 && part.own[std::size_t(*c.body[k])])
+    if (*c.body[k] >= 0 && marked[std::size_t(*c.body[k])])
       rows.push_back({std::int32_t(k), whole.contactor(*c.id[k])});
   return rows;
 }
 
 // True if arrays of contactors are among them, which stand behind those of bodies.
 bool has_contactors(const Scene& scene, const Arrays& arrays) {
-  std::size_t bodies = 0;
-  const_cast<Bodies&>(scene.bodies).for_each_field([&](auto&) { ++bodies; });
+  const std::size_t bodies = number_of_arrays(const_cast<Bodies&>(scene.bodies));
   return std::find(arrays.begin() + std::ptrdiff_t(bodies), arrays.end(), 1) != arrays.end();
 }
 
@@ -286,16 +354,17 @@ void take(const Part& part, Simulation& whole, const Arrays& arrays) {
     if (arrays[k++] && own.active) copy_runs(own, part.own_runs, false, of_whole);
   });
   if (!has_contactors(to, arrays)) return;
-  const auto rows = own_contactors(part, whole);
+  const auto rows = contactors_on(part.own, part, whole);
   each_pair(from.contactors, to.contactors, [&](auto& own, auto& of_whole) {
     if (!arrays[k++] || !own.active) return;
     for (const auto& [row, place] : rows) std::copy_n(own[row], own.components, of_whole[place]);
   });
 }
 
-void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, Packer& packer) {
+void pack_rows(const Part& part, const std::vector<std::int32_t>& bodies, const Simulation& whole, const Arrays& arrays,
+               Packer& packer) {
   Scene& from = part.simulation->scene;
-  std::vector<std::int32_t> rows, places;
+  std::vector<std::int32_t> rows = bodies, places;
   std::size_t k = 0;
   const auto pack = [&](auto& field) {
     using T = typename std::decay_t<decltype(field)>::value_type;
@@ -306,17 +375,17 @@ void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, P
       if (field.active) numbers.insert(numbers.end(), field[row], field[row] + field.components);
     packer.put_all(std::span<const T>(numbers));
   };
-  for (std::size_t i = 0; i < part.bodies.size(); ++i)
-    if (part.own[i]) {
-      rows.push_back(std::int32_t(i));
-      places.push_back(part.bodies[i]);
-    }
+  std::vector<std::uint8_t> marked(part.bodies.size(), 0);
+  for (const std::int32_t row : rows) {
+    places.push_back(part.bodies[std::size_t(row)]);
+    marked[std::size_t(row)] = 1;
+  }
   packer.put_all(std::span<const std::int32_t>(places));
   from.bodies.for_each_field(pack);
   rows.clear();
   places.clear();
   if (has_contactors(whole.scene, arrays))
-    for (const auto& [row, place] : own_contactors(part, whole)) {
+    for (const auto& [row, place] : contactors_on(marked, part, whole)) {
       rows.push_back(row);
       places.push_back(place);
     }
@@ -324,24 +393,16 @@ void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, P
   from.contactors.for_each_field(pack);
 }
 
-void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays) {
-  Unpacker from(bytes);
-  while (from.more()) {
-    std::vector<std::int32_t> places = from.get_all<std::int32_t>();
-    std::size_t k = 0;
-    const auto take = [&](auto& field) {
-      using T = typename std::decay_t<decltype(field)>::value_type;
-      if (!arrays[k++]) return;
-      std::size_t numbers = 0;
-      const std::byte* first = from.pass_over(sizeof(T), numbers);
-      const std::size_t row = std::size_t(field.components) * sizeof(T);
-      for (std::size_t i = 0; i < places.size() && numbers > 0; ++i)
-        std::memcpy(field[places[i]], first + i * row, row);
-    };
-    whole.scene.bodies.for_each_field(take);
-    places = from.get_all<std::int32_t>();
-    whole.scene.contactors.for_each_field(take);
-  }
+void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, Packer& packer) {
+  std::vector<std::int32_t> own;
+  for (std::size_t i = 0; i < part.bodies.size(); ++i)
+    if (part.own[i]) own.push_back(std::int32_t(i));
+  pack_rows(part, own, whole, arrays, packer);
+}
+
+void take_packed(Piece bytes, Simulation& whole, const Arrays& arrays) {
+  const auto as_it_is = [](std::int32_t place) { return place; };
+  take_rows(bytes, whole.scene, arrays, as_it_is, as_it_is);
 }
 
 void release(Simulation& whole, bool loads) {
@@ -365,8 +426,8 @@ void return_freed_memory() {
 #endif
 }
 
-void release_workspace(Simulation& whole) {
-  whole.scene.bodies.for_each_field([&](auto& field) {
+void release_workspace(Scene& whole) {
+  whole.bodies.for_each_field([&](auto& field) {
     using T = typename std::decay_t<decltype(field)>::value_type;
     if (!made_in_step(field.name)) return;
     field.active = false;

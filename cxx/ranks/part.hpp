@@ -32,9 +32,17 @@ struct Part {
 
 // Deformable bodies in a part: none, their nodes, or nodes and contactors.
 enum class MeshShare { none, nodes, all };
-// Part of the bodies of `whole`, which are named by internal numbers, with a strategy of the same settings.
+// Arrays of the whole that its parts hold or fill, one number for each array of bodies, then of contactors.
+using Arrays = std::vector<std::uint8_t>;
+// Rows of bodies of a new part, from the parts of their owners.
+struct Arrived {
+  Arrays arrays; // that they have
+  std::vector<Parcel> rows;
+};
+// Part of the bodies of `whole`, which are named by internal numbers, with a strategy of the same settings. arrived:
+// what the whole does not have of them; null: it has all.
 Part make_part(const Simulation& whole, const Strategy& model, int rank, std::vector<std::int32_t> bodies,
-               MeshShare meshes = MeshShare::none);
+               MeshShare meshes = MeshShare::none, const Arrived* arrived = nullptr);
 // To be called when it is known which bodies are its own.
 void find_runs(Part& part);
 // State of nodes to the whole; the part has meshes.
@@ -49,8 +57,8 @@ enum class Known {
 // State, loads and drives of bodies of the whole to those of the part.
 void bring(const Simulation& whole, Part& part, Known known);
 
-// Arrays of the whole that are filled from its parts, one number for each array of bodies, then of contactors.
-using Arrays = std::vector<std::uint8_t>;
+// Arrays that are with the parts alone, or newer there.
+Arrays arrays_of_parts(Simulation& whole);
 // Released arrays, with `state` those of the state, with `workspace` those of the workspace, too. The whole has room
 // for them afterwards.
 Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace);
@@ -58,13 +66,16 @@ Arrays arrays_to_fill(Simulation& whole, bool state, bool workspace);
 void take(const Part& part, Simulation& whole, const Arrays& arrays);
 // The same over processes: what take() would read, as bytes, and back.
 void pack_own(const Part& part, const Simulation& whole, const Arrays& arrays, Packer& packer);
-void take_packed(const Bytes& bytes, Simulation& whole, const Arrays& arrays);
+void take_packed(Piece bytes, Simulation& whole, const Arrays& arrays);
+// The same of bodies of the part in any order, with their contactors: for make_part().
+void pack_rows(const Part& part, const std::vector<std::int32_t>& bodies, const Simulation& whole, const Arrays& arrays,
+               Packer& packer);
 // Frees numbers of the whole that its parts hold too, and gives their memory back to the operating system. loads:
 // somebody writes loads and drives of the whole, which stay.
 void release(Simulation& whole, bool loads);
 // Gives memory that was freed back to the operating system.
 void return_freed_memory();
 // Frees the workspace of the whole, which its parts have for their own bodies.
-void release_workspace(Simulation& whole);
+void release_workspace(Scene& whole);
 
 } // namespace cairn

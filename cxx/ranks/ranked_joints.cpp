@@ -85,7 +85,7 @@ public:
     const std::string own = part_ ? part_->simulation->interactions.joints().name(contact) : std::string();
     if (part_) mine.put_all(std::span<const char>(own.data(), own.size()));
     std::string found;
-    for (const Bytes& bytes : ranks_.exchange_->gather(mine.bytes)) {
+    for (const Piece bytes : ranks_.exchange_->gather(std::move(mine.bytes))) {
       if (bytes.empty()) continue;
       const std::vector<char> text = Unpacker(bytes).get_all<char>();
       found.assign(text.begin(), text.end());

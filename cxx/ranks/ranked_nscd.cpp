@@ -18,6 +18,10 @@
 namespace cairn {
 
 const StepReport& RankedNscd::step(Simulation& s, double h) {
+  return exchange_->together([&]() -> const StepReport& { return step_of_all(s, h); });
+}
+
+const StepReport& RankedNscd::step_of_all(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
   s.place_meshes();

@@ -22,6 +22,7 @@ public:
   std::int64_t body_bytes() const override { return OverRanks::body_bytes() + liquid_.bytes(); }
 
 private:
+  const StepReport& step_of_all(Simulation& s, double h);
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
   static Nscd& of(Part& part) { return static_cast<Nscd&>(*part.strategy); }
   bool attempt(Simulation& s, double h);

@@ -61,6 +61,10 @@ void RankedSmooth::restore(Simulation& s, ContactMemory memory) {
 }
 
 const StepReport& RankedSmooth::step(Simulation& s, double h) {
+  return exchange_->together([&]() -> const StepReport& { return step_of_all(s, h); });
+}
+
+const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   begin(s, h, 0.5, settings().renumber_every);
   s.scene.activate(Need::smooth);

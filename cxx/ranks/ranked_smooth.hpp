@@ -25,6 +25,7 @@ public:
   double stable_step(Simulation& s) override { return s.report.stable_step; }
 
 private:
+  const StepReport& step_of_all(Simulation& s, double h);
   // Pairs of a list that are added up over ranks.
   struct Counted {
     std::int64_t list = -1; // that this is of

@@ -20,7 +20,7 @@ std::string Exchange::agree(const std::vector<std::string>& fault) {
     mine.put_all(std::span<const char>(fault[l].data(), fault[l].size()));
     break;
   }
-  for (const Bytes& of_process : gather(mine.bytes)) {
+  for (const Piece of_process : gather(std::move(mine.bytes))) {
     if (of_process.empty()) continue;
     Unpacker from(of_process);
     const auto rank = from.get<std::int32_t>();
@@ -38,7 +38,7 @@ void Exchange::match(Links& links) const {
       if (other == local_.end() || *other != link.rank) continue;
       const std::vector<Link>& there = links[std::size_t(other - local_.begin())];
       const auto back = std::find_if(there.begin(), there.end(), [&](const Link& b) { return b.rank == local_[l]; });
-      if (back == there.end()) throw Error("ranks disagree about what they tell each other");
+      if (back == there.end()) throw Disagreement("ranks disagree about what they tell each other");
       link.mirror = int(back - there.begin());
     }
 }
@@ -84,7 +84,11 @@ public:
       for (std::size_t other = 1; other < local_.size() && first[rank] < first[rank + 1]; ++other)
         count(std::int64_t(size) * (first[rank + 1] - first[rank]));
   }
-  std::vector<Bytes> gather(const Bytes& mine) override { return {mine}; }
+  Gathered gather(Bytes mine) override {
+    Gathered found{std::move(mine), {}};
+    found.pieces.emplace_back(found.all);
+    return found;
+  }
   [[noreturn]] void abort(int code) override { std::exit(code); }
 
 private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 #include <unordered_set>
 
 #include "../base/call.hpp"
@@ -54,11 +55,11 @@ void check_positive(const char* what, std::span<const double> values, int compon
   }
 }
 
+// Values of new items, for which there is room unless their numbers are left to others.
 template <class T>
 void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::span<const double> values,
             double fallback) {
-  if (!field.active) return;
-  field.resize(old_count + count);
+  if (!field.active || field.values.empty()) return;
   T* out = field[old_count];
   for (std::int64_t i = 0; i < count * field.components; ++i) out[i] = T(values.empty() ? fallback : values[i]);
 }
@@ -95,15 +96,41 @@ bool Scene::has(Need need) const {
   }
 }
 
+namespace {
+
+// True if the numbers of the field are left to others.
+template <class T>
+bool leaves(const Field<T>&, bool numbers) {
+  return numbers && std::is_same_v<T, double>;
+}
+
+} // namespace
+
+// Vectors of arrays grow by a sixteenth where they have to, and are not doubled by a few items.
+template <class Holder>
+void Scene::make_room(Holder& holder, std::int64_t count, std::int64_t room) const {
+  holder.for_each_field([&](auto& field) {
+    if (!field.active || leaves(field, leaves_numbers_)) return;
+    const auto due = std::size_t(count) * std::size_t(field.components);
+    const auto known = std::size_t(room) * std::size_t(field.components);
+    if (due > field.values.capacity()) field.values.reserve(std::max(known, due + field.values.capacity() / 16));
+    field.values.resize(due);
+  });
+}
+
 void Scene::activate(Need need) {
   if (has(need)) return;
-  auto open = [need](auto& field, std::int64_t count) {
-    if (field.need == need) field.activate(count);
+  auto open = [&](auto& field, std::int64_t count, std::int64_t room) {
+    if (field.need != need) return;
+    field.active = true;
+    if (leaves(field, leaves_numbers_)) return;
+    field.values.reserve(std::size_t(std::max(room, count)) * std::size_t(field.components));
+    field.resize(count);
   };
-  bodies.for_each_field([&](auto& field) { open(field, bodies.count); });
-  nodes.for_each_field([&](auto& field) { open(field, nodes.count); });
-  contactors.for_each_field([&](auto& field) { open(field, contactors.count); });
-  if (need == Need::rotation && dim == 3)
+  bodies.for_each_field([&](auto& field) { open(field, bodies.count, room_[0]); });
+  nodes.for_each_field([&](auto& field) { open(field, nodes.count, 0); });
+  contactors.for_each_field([&](auto& field) { open(field, contactors.count, room_[1]); });
+  if (need == Need::rotation && dim == 3 && !leaves_numbers_)
     for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
   if (need == Need::hull) std::fill(contactors.hull.values.begin(), contactors.hull.values.end(), -1);
   if (need == Need::mapped) std::fill(contactors.part.values.begin(), contactors.part.values.end(), -1);
@@ -142,18 +169,18 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (anisotropic) activate(Need::anisotropic);
 
   const std::int64_t first = next_body_id, old = bodies.count;
-  bodies.for_each_field([&](auto& field) { field.resize(old + b.count); });
+  make_room(bodies, old + b.count, room_[0]);
   append(bodies.position, old, b.count, b.position, 0);
-  for (std::int64_t i = 0; i < b.count * dim; ++i) bodies.position[old][i] -= origin[i % dim];
+  for (std::int64_t i = 0; i < b.count * dim && !leaves_numbers_; ++i) bodies.position[old][i] -= origin[i % dim];
   append(bodies.rotation, old, b.count, unit, 0);
-  if (dim == 3 && unit.empty() && bodies.rotation.active)
+  if (dim == 3 && unit.empty() && bodies.rotation.active && !leaves_numbers_)
     for (std::int64_t i = old; i < old + b.count; ++i) bodies.rotation[i][0] = 1;
   append(bodies.velocity, old, b.count, b.velocity, 0);
   append(bodies.mass, old, b.count, b.mass, 0);
   append(bodies.inertia, old, b.count, b.inertia, 0);
   for (std::int64_t i = 0; i < b.count; ++i) *bodies.id[old + i] = next_body_id++;
   bodies.count = old + b.count;
-  if (bodies.angular_momentum.active)
+  if (bodies.angular_momentum.active && !leaves_numbers_)
     cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
                           bodies.velocity[old], bodies.angular_momentum[old], nullptr);
   append_to_orders(old, nodes.count, contactors.count);
@@ -221,7 +248,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   if (!direction.empty()) activate(Need::direction);
 
   const std::int64_t first = next_contactor_id, old = contactors.count;
-  contactors.for_each_field([&](auto& field) { field.resize(old + b.count); });
+  make_room(contactors, old + b.count, room_[1]);
   append(contactors.radius, old, b.count, radius, 0);
   append(contactors.offset, old, b.count, b.offset, 0);
   append(contactors.direction, old, b.count, direction, 0);
@@ -248,9 +275,9 @@ std::int64_t Scene::add_nodes(std::int32_t mesh, std::span<const double> positio
   check_speed("velocity", velocity, dim);
   check_positive("mass", mass, 1, false, false);
   const std::int64_t first = next_body_id, old = nodes.count;
-  nodes.for_each_field([&](auto& field) { field.resize(old + n); });
+  make_room(nodes, old + n, 0);
   append(nodes.position, old, n, position, 0);
-  for (std::int64_t i = 0; i < n * dim; ++i) nodes.position[old][i] -= origin[i % dim];
+  for (std::int64_t i = 0; i < n * dim && !leaves_numbers_; ++i) nodes.position[old][i] -= origin[i % dim];
   append(nodes.velocity, old, n, velocity, 0);
   append(nodes.mass, old, n, mass, 0);
   for (std::int64_t i = old; i < old + n; ++i) {
@@ -321,13 +348,14 @@ void Scene::drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::spa
   activate(Need::driven);
   for (std::size_t k = 0; k < items.size(); ++k) {
     *bodies.driven[items[k]] = mask;
-    for (int c = 0; c < nd; ++c) bodies.driven_velocity[items[k]][c] = velocity.empty() ? 0 : velocity[nd * k + c];
+    for (int c = 0; c < nd && !leaves_numbers_; ++c)
+      bodies.driven_velocity[items[k]][c] = velocity.empty() ? 0 : velocity[nd * k + c];
   }
 }
 
 void Scene::renumber() {
   const std::int64_t n = bodies.count, all = n + nodes.count;
-  if (all < 2) return;
+  if (all < 2 || leaves_numbers_) return; // by places that others hold
   if (nodes.count == 0) return reorder(space_filling_order(dim, n, bodies.position.values.data()), {});
   std::vector<double> place(bodies.position.values.begin(), bodies.position.values.end());
   place.insert(place.end(), nodes.position.values.begin(), nodes.position.values.end());
@@ -340,6 +368,12 @@ void Scene::renumber() {
         node_order.push_back(std::int32_t(k));
   }
   reorder(body_order, node_order);
+}
+
+std::vector<std::int32_t> Scene::renumber(std::span<const double> position) {
+  std::vector<std::int32_t> order = space_filling_order(dim, bodies.count, position.data());
+  reorder(order, {});
+  return order;
 }
 
 namespace {
@@ -405,9 +439,14 @@ void Scene::reorder(const std::vector<std::int32_t>& body_order, const std::vect
   std::stable_sort(contactor_order.begin(), contactor_order.end(), [&](std::int32_t a, std::int32_t b) {
     return place[a] != place[b] ? place[a] < place[b] : *contactors.id[a] < *contactors.id[b];
   });
-  bodies.for_each_field([&](auto& field) { field.reorder(body_order); });
-  nodes.for_each_field([&](auto& field) { field.reorder(node_order); });
-  contactors.for_each_field([&](auto& field) { field.reorder(contactor_order); });
+  const auto put = [](const std::vector<std::int32_t>& order) { // numbers may be with others
+    return [&order](auto& field) {
+      if (!field.values.empty()) field.reorder(order);
+    };
+  };
+  bodies.for_each_field(put(body_order));
+  nodes.for_each_field(put(node_order));
+  contactors.for_each_field(put(contactor_order));
   bodies.count = std::int64_t(body_order.size());
   nodes.count = std::int64_t(node_order.size());
   contactors.count = std::int64_t(contactor_order.size());
@@ -439,7 +478,9 @@ void Scene::refresh_orders() {
 void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor) {
   ++order_version_;
   const auto append_to = [](std::vector<std::int32_t>& order, std::int64_t first, std::int64_t count) {
-    order.resize(std::size_t(count));
+    const auto due = std::size_t(count);
+    if (due > order.capacity()) order.reserve(due + order.capacity() / 16);
+    order.resize(due);
     std::iota(order.begin() + first, order.end(), std::int32_t(first));
   };
   append_to(insertion_order_, first_body, bodies.count);

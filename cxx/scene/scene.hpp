@@ -81,6 +81,9 @@ public:
   // Bodies along a space-filling curve, deformable ones by their first nodes; contactors in the order of their bodies,
   // mapped ones behind. Depends on positions and ids alone.
   void renumber();
+  // The same by places (dim, bodies) [m] of bodies whose numbers others hold; there are no nodes. Returns which body
+  // each new number was.
+  std::vector<std::int32_t> renumber(std::span<const double> position);
   // True if mapped contactors are behind all others, and nodes of a mesh together; put_meshes_in_order() makes it so
   // and keeps the order otherwise.
   bool meshes_in_order() const;
@@ -97,6 +100,11 @@ public:
   void state_assigned();                                        // after velocity or rotation was written from outside
   void activate(Need need);                                     // makes the arrays of a need exist
   bool has(Need need) const;
+  // Room for so many bodies and contactors, so that arrays are not copied while these come.
+  void reserve(std::int64_t bodies, std::int64_t contactors) { room_ = {bodies, contactors}; }
+  // true: numbers (all arrays of doubles) of bodies that come are checked, and left to others, which hold them: only
+  // ids, shapes and materials are kept. Arrays that have numbers already stay as they are.
+  void leave_numbers(bool leave) { leaves_numbers_ = leave; }
 
   // For a checkpoint: after all fields are restored.
   std::int64_t next_body_id = 0, next_contactor_id = 0;
@@ -111,6 +119,10 @@ private:
   std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();
   void append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor);
+  template <class Holder>
+  void make_room(Holder& holder, std::int64_t count, std::int64_t room) const;
+  bool leaves_numbers_ = false;
+  std::array<std::int64_t, 2> room_{}; // of bodies, of contactors
   std::int64_t order_version_ = 0;
   std::int32_t meshes_ = 0;
   std::vector<MeshParts> parts_;

@@ -122,8 +122,8 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        if "cairn.run.ranks" in sys.modules:
-            sys.modules["cairn.run.ranks"].ended_by(type(error), error, error.__traceback__)
+        if "cairn.base.open_ranks" in sys.modules:
+            sys.modules["cairn.base.open_ranks"].ended_by(type(error), error, error.__traceback__)
         place = ""
         if passed_on is not None:
             if not meant_to_be_read(error):  # the script's own trouble: show where

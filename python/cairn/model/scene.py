@@ -445,18 +445,27 @@ class Scene(Spelt):
         ValueError
             If ranks is no number of ranks, "mpi" or communicator.
         """
-        from ..base.errors import FileError
         from ..base.given_ranks import asked
+        from ..base.open_ranks import failing_alike, opened
+
+        if ranks is None:
+            return cls._read(path)
+        ranks = asked(ranks)
+        with failing_alike(opened(ranks), path):
+            scene = cls._read(path, STAYS_IN_FILE)
+        scene.ranks = ranks
+        return scene
+
+    @classmethod
+    def _read(cls, path, stays_from=None):
+        from ..base.errors import FileError
         from ..files.checkpoint import load
 
-        ranks = None if ranks is None else asked(ranks)
-        content = load(path, "a scene", ".scene.h5", None if ranks is None else STAYS_IN_FILE)
+        content = load(path, "a scene", ".scene.h5", stays_from)
         if not isinstance(content.get("kind"), str) or content["kind"] != "scene":
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
         try:
-            scene = cls._made_of(content)
-            scene.ranks = ranks
-            return scene
+            return cls._made_of(content)
         except FileError:
             raise
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError) as error:

@@ -143,6 +143,7 @@ def checked_sets(dim, given, materials=None, periodic=None):
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree, give Scene({s.dim})")
     known = one_of_a_name(flat, materials or {})
     probe, meshes = _core.Scene(dim), {}
+    probe.leave_numbers(periodic is None)  # they are checked, and not kept
     if periodic is not None:
         probe.set_cell(*periodic.arrays(dim))
     for s in flat:
@@ -261,3 +262,35 @@ def insert(core, s, species, time=0.0, meshes=None):
     if s.mask and s.mesh is None:
         core.drive(ids[: len(s)], s.mask, None)
     return ids
+
+
+def in_core(scene, species, workspace=True):
+    """Makes a core scene of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    species : dict
+        {(material, group): number}; missing entries are added.
+    workspace : bool, default True
+        Bodies have the arrays that steps of the whole work with; False: ranks have them, for their own bodies.
+
+    Returns
+    -------
+    tuple
+        The scene of the core, and the sets with the ids of their bodies.
+    """
+    core, numbers = _core.Scene(scene.dim), {}
+    core.origin = [*scene.origin, 0.0][:3]
+    core.reserve(
+        sum(len(s) for s in scene.sets if s.mesh is None), sum(len(c.body) for s in scene.sets for c in s.contactors)
+    )
+    if not workspace:
+        _core.release_workspace(core)
+    if scene.periodic is not None:
+        core.set_cell(*scene.periodic.arrays(scene.dim))
+    sets = [s.with_(ids=insert(core, s, species, meshes=numbers)) for s in scene.sets]
+    if not workspace:
+        _core.release_workspace(core)  # of needs that came with the bodies
+    return core, sets

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -228,9 +229,9 @@ class _Recorder:
         self.ranks = simulation.ranks  # the first of them writes
         if output is not None and self.ranks is not None:
             simulation.gather()
+            simulation.follow_rotations()
             if not self.ranks.first:
                 self.checkpoint_path = Path(output).with_suffix(".checkpoint.h5")
-                simulation.follow_rotations()
                 output = None
         self.probes = Recorded(simulation, probes)
         if output is not None:
@@ -243,7 +244,8 @@ class _Recorder:
                 overwrite = overwrite or (command is not None and command.replaces(output))
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
             scene = simulation.scene
-            simulation.follow_rotations()
+            if self.ranks is None:
+                simulation.follow_rotations()
             self.written = None
             kept, info, self.tells_meshes = 0, scene_info(simulation), None
             if probes:
@@ -488,7 +490,9 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         ranks.check_same("run", {name: str(value) for name, value in given.items()})
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
-    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append, probes)
+    alike = contextlib.nullcontext if ranks is None or output is None else partial(ranks.failing_alike, output)
+    with alike():
+        recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append, probes)
     total = steps
     if total is None and until is not None:
         total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))
@@ -521,7 +525,8 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                     ended = callback is not None and callback(simulation) is False
         failed = False
     finally:
-        recorder.close(failed)
+        with contextlib.nullcontext() if failed else alike():
+            recorder.close(failed)
         log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
     if stop:
         _tell(simulation, stop.signal, output)

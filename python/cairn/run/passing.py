@@ -16,6 +16,7 @@ BEYOND = 0.25  # share of the mover's size by which it is on its way out again a
 FINE = 8192  # largest number of samples of a path
 WITHIN = 0.9  # share of the mover's size below which a sample lies within a body; above it the two touch
 FEW = 1000  # number of bodies up to which speeds are read in every step, for strategies that do not report displacements
+SHEETS = ("segment", "facet")  # shapes that may have no size
 SELDOM = 32  # steps between two readings of more bodies
 
 
@@ -86,6 +87,9 @@ class Flights:
         """True if a body without a size moves by more than the size of the smallest body; one that turns on the spot does not."""
         core = core_of(simulation)
         known = self._of == (core.body_count, core.order_version)
+        sets = [s for s in simulation._sets if s.mesh is None]
+        if not known and not any(c.shape in SHEETS for s in sets for c in s.contactors):
+            return False  # ranks would gather all velocities for it
         thin = self._thin if known else [0]
         if not len(thin):
             return False
@@ -121,7 +125,7 @@ class _Shapes:
         body; `thin`: rows of these."""
         bars = np.flatnonzero(p.shape == "segment")
         np.maximum.at(self.size, p.owner[bars], p.field("radius")[bars] if len(bars) else [])
-        sheets = np.unique(p.owner[np.isin(p.shape, ["segment", "facet"])])
+        sheets = np.unique(p.owner[np.isin(p.shape, SHEETS)])
         self.thin = sheets[self.size[sheets] == 0]
         self.thickness = self.size.copy()
         self.thickness[self.thin] = np.min(self.size[self.size > 0], initial=np.inf)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
 import os
-import re
 import sys
-import time
-import traceback
 from dataclasses import replace
 from pathlib import Path
 
 from .. import _core
 from ..base.given_ranks import VARIABLE
+from ..base.open_ranks import failing_alike, is_of_all, library, opened
 from ..options.solvers import TOL, Default
 from ..options.strategies import NSCD
 from .compared import call_of
@@ -26,11 +23,6 @@ def with_one_tolerance(strategy):
     if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
         return replace(strategy, solver=replace(strategy.solver, tol=strategy.solver.tol or TOL))
     return strategy
-
-
-def library():
-    """Path of the library cairn_mpi: beside the compiled module, or what the variable CAIRN_MPI names."""
-    return os.environ.get("CAIRN_MPI") or str(Path(_core.__file__).with_name("libcairn_mpi.so"))
 
 
 class Ranks:
@@ -50,11 +42,7 @@ class Ranks:
 
     def __init__(self, simulation, ranks, exchange):
         self._simulation = simulation
-        if ranks == "mpi" or hasattr(ranks, "py2f"):
-            self._exchange = _core.mpi_ranks(library(), None if ranks == "mpi" else ranks.py2f())
-            _end_all_by_errors(self._exchange)
-        else:
-            self._exchange = _core.virtual_ranks(ranks)
+        self._exchange = opened(ranks)
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
         simulation._stage.ranks = self._exchange
@@ -147,13 +135,28 @@ class Ranks:
         try:
             yield
         except Exception as error:
-            if self.kind != "mpi" or _is_of_all(error):
+            if self.kind != "mpi" or is_of_all(error):
                 raise
             try:
                 self._exchange.fail(f"{type(error).__name__}: {error}")
             except ValueError as told:
                 raise told from error
             raise
+
+    def failing_alike(self, path):
+        """Makes an error within the `with` block, in what each process does with a file, one of all ranks; all ranks enter it.
+
+        Parameters
+        ----------
+        path : path-like
+            The file that it reads or writes.
+
+        Raises
+        ------
+        FileError
+            On every rank, if it failed on one: the error of that rank there, and one that names it on the others.
+        """
+        return failing_alike(self._exchange, path)
 
     def any(self, value, of="ranks.any"):
         """Gives whether a value is true on any rank. All ranks call it.
@@ -186,49 +189,6 @@ class Ranks:
 
     def __repr__(self):
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
-
-
-_exchange = None  # of the ranks of MPI that this process is one of
-_TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
-
-
-def _is_of_all(error):
-    """True for an error that all ranks raise."""
-    return _TOLD.match(str(error)) is not None or str(error).startswith("ranks were given unlike")
-
-
-def _end_all_by_errors(exchange):
-    """Makes errors that nobody catches end all processes."""
-    global _exchange
-    if _exchange is None:
-        sys.excepthook = ended_by
-        atexit.register(_core.end_ranks)  # while simulations still serve what others read
-    _exchange = exchange
-
-
-def ended_by(kind, error, trace):
-    """Prints an error with the number of the rank, and ends all processes of MPI; returns if there are none.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the error.
-    error : BaseException
-        The error.
-    trace : traceback
-        Where it was raised.
-    """
-    if _exchange is None:
-        return
-    me, count = _exchange.local[0], _exchange.ranks
-    told_by = _TOLD.match(str(error))
-    everywhere = told_by is not None and told_by[2] == ":"
-    if everywhere and me != int(told_by[1]):
-        time.sleep(5)  # the rank that it names tells it and ends all
-    sys.stdout.flush()
-    text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
-    print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)
-    _exchange.abort(1)
 
 
 def launch(count, arguments):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..base import checks
 from ..base.expressions import texts_of
 from . import unit_warnings
+from .compared import arrays_of
 
 
 class Reshaping:
@@ -77,7 +80,7 @@ class Reshaping:
         """
         from .reshape import deform
 
-        self.between_steps("deform", id=id)
+        self.between_steps("deform", id=id, body=body, material=material, options=options)
         return deform(self, id, body, material=material, **options)
 
     def rigidify(self, mesh, shape=None):
@@ -104,7 +107,8 @@ class Reshaping:
         """
         from .reshape import rigidify
 
-        self.between_steps("rigidify")
+        number = mesh if isinstance(mesh, (int, np.integer)) else getattr(getattr(mesh, "_mesh", None), "number", None)
+        self.between_steps("rigidify", mesh=number, **arrays_of([] if shape is None else [shape]))
         return rigidify(self, mesh, shape)
 
     def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
@@ -134,7 +138,8 @@ class Reshaping:
         """
         from .reshape import Watch
 
-        self.between_steps("reshape_when")
+        given = {"force": force, "stress": stress, "back": back, "options": options}
+        self.between_steps("reshape_when", ids=ids, body=body, **given)
         self._watches.append(Watch(checks.body_ids(ids), body, force, stress, back, options))
 
     def join(self, a, b, joint):

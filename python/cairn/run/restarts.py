@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 
 import numpy as np
 
 from ..model.rules import rules_to_dict
 from . import cracks, driven_cell, restored
+from .compared import file_told, state_told
 from .sets import ids_of, later_to_dict
 
 
@@ -32,24 +34,29 @@ class Restarts:
         self.between_steps("checkpoint")
         state = self.get_state()
         opened = {"cracks": state.pop("cracks")} if "cracks" in state else {}
-        if self._ranks is not None and not self._ranks.first:
-            return  # all ranks gave their part of the state
-        save(
-            path,
-            {
-                **(opened | restored.solver_to_dict(self) | driven_cell.to_dict(self._core, self.scene, self._cell)),
-                "kind": "checkpoint",
-                "dim": self.scene.dim,
-                "dt": self._dt,
-                "state": state,
-                "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
-                "rules": rules_to_dict(self._rules),
-                "scene": self._fingerprint(),
-                "core_scene": self._core_scene,  # fingerprint of the scene for programs in C and Fortran
-                "materials": len(self._species),
-                "later": {f"{k:06d}": later_to_dict(s, self._sets) for k, s in enumerate(self._sets[self._sets_seen :])},
-            },
-        )
+        with self._failing_alike(path):
+            if self._ranks is not None and not self._ranks.first:
+                return  # all ranks gave their part of the state
+            save(path, self._checkpointed(state, opened))
+
+    def _checkpointed(self, state, opened):
+        """Content of a checkpoint. opened: entries of cracks, {} without."""
+        return {
+            **(opened | restored.solver_to_dict(self) | driven_cell.to_dict(self._core, self.scene, self._cell)),
+            "kind": "checkpoint",
+            "dim": self.scene.dim,
+            "dt": self._dt,
+            "state": state,
+            "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
+            "rules": rules_to_dict(self._rules),
+            "scene": self._fingerprint(),
+            "core_scene": self._core_scene,  # fingerprint of the scene for programs in C and Fortran
+            "materials": len(self._species),
+            "later": {f"{k:06d}": later_to_dict(s, self._sets) for k, s in enumerate(self._sets[self._sets_seen :])},
+        }
+
+    def _failing_alike(self, path):
+        return contextlib.nullcontext() if self._ranks is None else self._ranks.failing_alike(path)
 
     def get_state(self):
         """Gives the full state besides laws and functions of time: a checkpoint in memory.
@@ -75,7 +82,7 @@ class Restarts:
         ValueError
             If it is none, or bodies were added or removed since.
         """
-        self.between_steps("set_state")
+        self.between_steps("set_state", **({} if self._ranks is None else state_told(state)))
         if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
             raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
         if not np.array_equal(ids_of(state["scene"]), self._present()):
@@ -119,7 +126,7 @@ class Restarts:
         FileError
             If the file is no checkpoint of this scene.
         """
-        self.between_steps("restore")
+        self.between_steps("restore", **({} if self._ranks is None else file_told(path)))
         restored.restore(self, path)
         self._came("checkpoint")
 

@@ -15,6 +15,25 @@ from .views import core_of
 
 def restore(sim, path):
     """See Simulation.restore. The content of the file is checked first; after an error the previous state is restored."""
+    with sim._failing_alike(path):
+        made = _read(sim, path)
+    before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
+    before |= {"state": sim.get_state(), "strategy": sim._strategy}
+    if sim._cell is not None:
+        before["cell"] = sim._cell, core_of(sim).kept_volume
+    try:
+        with sim._failing_alike(path):
+            try:
+                sim._take(**made)
+            except Exception as error:
+                raise _damaged(path, error) from error
+    except FileError:
+        sim._take(**before)
+        raise
+
+
+def _read(sim, path):
+    """Checked content of the checkpoint at a path, as arguments of Simulation._take."""
     content = load(path)
     if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
@@ -22,20 +41,11 @@ def restore(sim, path):
     name, own = ("core_scene", sim._core_scene) if of_program else ("scene", sim._fingerprint())
     if not isinstance(content.get(name), str) or (content[name] != own and not _is_older(sim, content)):
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
-    before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
-    before |= {"state": sim.get_state(), "strategy": sim._strategy}
-    if sim._cell is not None:
-        before["cell"] = sim._cell, core_of(sim).kept_volume
     try:
-        made = _content(sim, path, _completed(sim, content) if of_program else content)
+        return _content(sim, path, _completed(sim, content) if of_program else content)
     except FileError:
         raise
     except DAMAGE as error:
-        raise _damaged(path, error) from error
-    try:
-        sim._take(**made)
-    except Exception as error:
-        sim._take(**before)
         raise _damaged(path, error) from error
 
 

@@ -12,14 +12,14 @@ from ..base.given_ranks import asked
 from ..model import bodies, missing_laws
 from ..model.rules import rule
 from ..model.scene import Scene
-from ..model.scene_sets import checked_sets, insert
+from ..model.scene_sets import checked_sets, in_core, insert
 from ..names import Spelt, meant, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .compared import arrays_of
 from .driven_cell import CellDriving
-from .given_values import GivenValues, three
+from .given_values import GivenValues
 from .own_kernels import OwnKernels
 from .parts import ask_for_parts
 from .reading import Reading
@@ -81,12 +81,9 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
-        self._species, numbers = scene.species(), {}
-        core = _core.Scene(scene.dim)
-        core.origin = three(scene.origin)
-        if scene.periodic is not None:
-            core.set_cell(*scene.periodic.arrays(scene.dim))
-        sets = [s.with_(ids=insert(core, s, self._species, meshes=numbers)) for s in scene.sets]
+        self._species = scene.species()
+        steps = ranks is None or overlap != "ignore" or isinstance(dt, str)  # contacts or the stable step of the whole are sought
+        core, sets = in_core(scene, self._species, workspace=steps)
         self._table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, self._table, self.strategy.settings())

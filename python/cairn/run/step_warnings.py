@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 
+from .. import _core
 from ..options.solvers import Auto
 from ..options.strategies import NSCD
 from .passing import Flights
@@ -80,6 +81,23 @@ def _reach_of(simulation, h):
     if not lightest < np.inf or not np.any(high > low):  # nothing moves, or no extent
         return np.inf, np.inf
     return float(np.linalg.norm(high - low)) + 2 * float(np.max(simulation.radii(), initial=0.0)), lightest
+
+
+def _reach_of_sets(simulation):
+    """The same of all sets as they came in, for ranks, which would gather the state of all bodies for the present one."""
+    low, high, lightest, radius = np.inf, -np.inf, np.inf, 0.0
+    for s in simulation._sets:
+        if s.mass is None or not len(s):  # a drive, of no body of its own
+            continue
+        low, high = np.minimum(low, s.position.min(axis=0)), np.maximum(high, s.position.max(axis=0))
+        lightest = min(lightest, float(np.min(s.mass, where=s.mass > 0, initial=np.inf)))
+        for c in s.contactors:
+            if c.shape in _core.shapes("ball") and len(c.body):
+                offset = 0.0 if c.offset is None else np.linalg.norm(c.offset, axis=1)
+                radius = max(radius, float(np.max(c.radius + offset)))
+    if not lightest < np.inf or not np.any(high > low):
+        return np.inf, np.inf
+    return float(np.linalg.norm(high - low)) + 2 * radius, lightest
 
 
 def _creators(simulation):
@@ -284,7 +302,7 @@ class StepWarnings:
         core = core_of(simulation)
         count = (core.body_count, core.node_count)
         if self._reach[:2] != count:
-            self._reach = (*count, *_reach_of(simulation, h))
+            self._reach = (*count, *(_reach_of(simulation, h) if simulation.ranks is None else _reach_of_sets(simulation)))
         reach, lightest = self._reach[2:]
         kinetic = core.energy().get("kinetic", 0.0)
         if not kinetic > 0 or h * math.sqrt(2 * kinetic / lightest) <= FAR * reach:

@@ -5,7 +5,7 @@ import json
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.run.compared import call_of
+from cairn.run.compared import call_of, file_told, state_told
 from over_mpi import here, needs_mpi, started, text
 
 COMMON = """
@@ -170,6 +170,20 @@ def test_unlike_arguments_are_refused_with_ranks_and_values(tmp_path):
     assert np.array_equal(ends[0], ends[1]) and np.array_equal(ends[0], ends[2])
 
 
+def test_digests_of_states_and_files_differ_where_they_do(tmp_path):
+    state = here(2).get_state()
+    other = {**state, "scene": {**state["scene"], "bodies": dict(state["scene"]["bodies"])}}
+    assert state_told(state) == state_told(other) and state_told(state)["state"] != state_told({})["state"]
+    moved = np.array(state["scene"]["bodies"]["position"])
+    moved.flat[-1] = np.nextafter(moved.flat[-1], 9.0)
+    other["scene"]["bodies"]["position"] = moved
+    assert state_told(state) != state_told(other)
+    for name, content in (("a", b"x" * 10), ("b", b"x" * 10), ("c", b"x" * 9 + b"y")):
+        (tmp_path / name).write_bytes(content)
+    a, b, c, none = (file_told(tmp_path / name) for name in "abcd")
+    assert a == b and a != c and a["bytes"] == c["bytes"] and "FileNotFoundError" in none["file"]
+
+
 def test_texts_of_calls_differ_where_values_do():
     def call(value):
         return call_of("call", {"value": value})
@@ -189,6 +203,41 @@ def test_texts_of_calls_differ_where_values_do():
         assert call(one).split("\n")[2] != call(other).split("\n")[2], (one, other)
     assert all(call(v).count("\n") == 2 for pair in alike for v in pair)
     assert call(np.nan) == call(np.nan) and len(call(np.zeros(10**5))) < 200
+
+
+RESHAPED = """
+from cairn.pre import mesh
+block = np.array([(20.0, 5.0), (21.0, 5.0), (21.0, 6.0), (20.0, 6.0)])
+with_block = cn.Scene(dim=2, gravity=(0.0, -9.81))
+with_block.interact(rock, rock, cn.Coulomb(mu=0.4))
+with_block.add(cn.polygons([block], rock), cn.disks([(0.0, 0.5), (3.0, 0.5)], 0.5, rock), cn.wall((0, 0), (0, 1), rock))
+sim = cn.Simulation(with_block, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-6)), overlap="ignore", ranks="mpi")
+def body(young):
+    return cn.ElasticBody(block, {"quad": [[0, 1, 2, 3]]}, young=young, poisson=0.2, density=2600.0)
+other = rank == 2
+attempt("deform", lambda: sim.deform(0, body(1e9 + other)))
+attempt("options", lambda: sim.deform(0, body(1e9), name="b" if other else "a"))
+attempt("reshape_when", lambda: sim.reshape_when([0], body(1e9), force=1e3 + other))
+attempt("back", lambda: sim.reshape_when([0], {0: body(1e9 + other)}, force=1e3))
+sim.reshape_when([0], body(1e9), force=1e12)  # alike
+view = sim.deform(0, body(1e9))
+sim.step()
+attempt("rigidify", lambda: sim.rigidify(view, cn.polygons([block + 0.1 * other], rock)))
+sim.rigidify(view)
+"""
+
+
+@needs_mpi
+def test_unlike_meshes_and_shapes_are_refused(tmp_path):
+    started(tmp_path, text("mpi", COMMON + RESHAPED + END), processes=3)
+    for told in told_by(tmp_path, 3):
+        assert set(told) == {"deform", "options", "reshape_when", "back", "rigidify"}, told
+        for name, message in told.items():
+            call = {"options": "deform", "back": "reshape_when"}.get(name, name)
+            assert message.startswith(f"ranks were given unlike values for {call} ("), message
+            assert "ranks 0, 1 give " in message and "rank 2 gives " in message
+        assert "body=ElasticBody (" in told["deform"] and "name" in told["options"]
+        assert "force=1001.0" in told["reshape_when"]
 
 
 SPRINGS = """
