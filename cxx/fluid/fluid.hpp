@@ -241,6 +241,7 @@ private:
   double scale_of_speed(const Scene& scene) const;
 
   void measure_volume(const Scene& scene); // see fluid_surface.cpp
+  bool stands_alone(std::size_t i) const;
   void pull_surface(const Scene& scene);
   double color_of_lattice() const;
 
