@@ -1,5 +1,5 @@
-!> A liquid between plates, which comes in with the parabola of Poiseuille's flow and leaves at the other end: particles, masses that
-!> came in and left, and pressures along the middle.
+!> A liquid between plates, which comes in with the parabola of Poiseuille's flow and leaves at the other end: particles, masses
+!> that came in and left, and pressures along the middle.
 program channel
   use, intrinsic :: iso_c_binding, only: c_int64_t
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
