@@ -55,7 +55,7 @@ class Running:
         if ends:
             _core.set_fluid_ends(core, ends)
         self._give_surfaces(bodies, simulation._sets)
-        refuse_squeezed(pressure, settings)
+        refuse_squeezed([f.pressure for f in self.fluids if f.pressure is not None], settings)
         self.watch = FluidWatch(self)
         if self._warn_at_start(bodies, position, gravity, above=6):
             self.watch.knows("gaps")

@@ -43,13 +43,13 @@ def warn_of_depth(sets, held, depth, above):
             return
 
 
-def refuse_squeezed(pressure, settings):
-    """Refuses pressures of the start by which a weakly compressible liquid would change its volume by half.
+def refuse_squeezed(pressures, settings):
+    """Refuses given pressures of the start by which a weakly compressible liquid would change its volume by half.
 
     Parameters
     ----------
-    pressure : ndarray (n,)
-        Pressures [Pa].
+    pressures : list of ndarray (n,)
+        Pressures of each region for which they are given [Pa]; of others the speed of sound is to blame.
     settings : dict
         Those of the liquid.
 
@@ -58,7 +58,9 @@ def refuse_squeezed(pressure, settings):
     ValueError
         If there is such a pressure.
     """
-    density, sound = settings["density"], settings["sound_speed"]
+    if not pressures:
+        return
+    pressure, density, sound = np.concatenate(pressures), settings["density"], settings["sound_speed"]
     most, wrong = SQUEEZED * density * sound**2, int(np.argmax(np.abs(pressure)))
     if abs(pressure[wrong]) >= most and not settings["incompressible"]:
         enough = 10 * math.sqrt(abs(pressure[wrong]) / density)

@@ -96,6 +96,8 @@ def test_a_pressure_of_the_start_is_blamed_itself():
         tank(pressure=1e9)
     with pytest.raises(ValueError, match="pressure of the fluid is -1e"):
         tank(pressure=-1e9)
+    with pytest.raises(ValueError, match="sound speed of 0.5 m/s is too low"):  # with the pressure of rest
+        tank(sound_speed=0.5).run(steps=40, progress=False)
     speed = 10 * np.sqrt(1e9 / 1000)
     assert tank(pressure=1e9, sound_speed=speed).fluid.pressure.max() == pytest.approx(1e9)
 
