@@ -69,3 +69,24 @@ def test_rows_of_joints_beside_contacts():
     rows = sim.contacts.of_joints()
     assert len(sim.contacts) == 5 and list(rows) == [name]
     assert abs(sim.contacts.force[rows[name], 0]) == pytest.approx(10.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_rows_are_found_over_ranks(ranks):
+    scene, squares, joined, names = chain()
+    sim = cn.Simulation(scene, dt=1e-3, ranks=ranks)
+    sim.step()
+    rows = sim.contacts.of_joints()
+    assert list(rows) == joined
+    for k, name in enumerate(names):
+        assert squares[k] in sim.contacts.bodies[rows[name]]
+
+
+def test_a_removed_body_takes_its_joints_along():
+    scene, squares, _, names = chain()
+    sim = cn.Simulation(scene, dt=1e-3)
+    sim.step()
+    sim.remove([squares[3]])
+    assert len(sim.contacts) == 0 and sim.contacts.of_joints() == {}  # contacts are found in the next step
+    sim.step()
+    assert set(sim.contacts.of_joints()) == set(names[:3])
