@@ -23,7 +23,7 @@ def later_to_dict(s, sets):
         if s.surface_origin is not None:
             out["surface_origin"] = s.surface_origin
     for name in FUNCTIONS:
-        value = s.imposed if name == "drive" else getattr(s, name)
+        value = getattr(s, name)
         if value is not None:
             function = callable(value) and not hasattr(value, "to_dict")
             out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)

@@ -67,7 +67,7 @@ def test_bodies_added_in_a_run_keep_it_over_a_restart(tmp_path):
     again = start()
     again.restore(tmp_path / "a.ckpt")
     for one in (sim, again):
-        one.add(cn.disks([[-5, 0]], 0.25, rock))  # after which drives are taken from the sets again
+        one.add(cn.disks([[-5, 0]], 0.25, rock))  # whereupon all drives are gathered anew
         one.run(steps=5, progress=False)
     assert sim.bodies.position[1, 0] == pytest.approx(0.1) and np.array_equal(sim.bodies.position, again.bodies.position)
 
