@@ -176,6 +176,7 @@ set(CAIRN_CXX_SOURCES
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
   fluid/fluid_draft.cpp
+  fluid/fluid_end_draft.cpp
   fluid/fluid_ends.cpp
   fluid/fluid_gauges.cpp
   fluid/fluid_grains.cpp

@@ -7,7 +7,7 @@ module cairn_fluids
   use cairn_simulations, only: cairn_simulation
   implicit none
   private
-  public :: cairn_fluid_settings, set_fluid, set_fluid_rule, add_fluid_points
+  public :: cairn_fluid_settings, set_fluid, set_fluid_rule, add_fluid_points, add_inflow, add_outflow
   public :: particle_count, fluid_field, fluid_number, fluid_force, fluid_pressure, fluid_level
 
   !> Numbers of a liquid; a variable of this type starts with water of no viscosity, without a spacing.
@@ -63,6 +63,23 @@ module cairn_fluids
       type(c_ptr), value :: scene
       integer(c_int64_t), value :: body, n
       real(c_double), intent(in) :: offset(*), normal(*), depth(*), volume(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_add_inflow(scene, low, high, axis, rows, speed, error) bind(c, name="cairn_scene_add_inflow")
+      import
+      type(c_ptr), value :: scene
+      real(c_double), intent(in) :: low(*), high(*), speed(*)
+      integer(c_int32_t), value :: axis
+      integer(c_int64_t), value :: rows
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_add_outflow(scene, low, high, axis, sign, pressure, error) &
+        bind(c, name="cairn_scene_add_outflow")
+      import
+      type(c_ptr), value :: scene
+      real(c_double), intent(in) :: low(*), high(*)
+      integer(c_int32_t), value :: axis, sign
+      real(c_double), value :: pressure
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_fluid_force(simulation, body, force, error) bind(c, name="cairn_simulation_fluid_force")
@@ -126,13 +143,44 @@ contains
                      what, error)
   end subroutine add_fluid_points
 
+  !> A box out of which the liquid comes, at least as long as particles reach; see cairn/fluids.h.
+  subroutine add_inflow(scene, low, high, axis, speed, error)
+    type(cairn_scene), intent(in) :: scene
+    real(dp), intent(in), contiguous :: low(:), high(:)          !< its lowest and highest corner (dim) [m]
+    integer, intent(in) :: axis                                  !< along which it comes, from 1
+    real(dp), intent(in), contiguous :: speed(:)                 !< of each row of particles, or one for all; < 0: down [m/s]
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. has_size("low", size(low), scene%dim, error)) return
+    if (.not. has_size("high", size(high), scene%dim, error)) return
+    call report_back(c_add_inflow(scene%handle, low, high, int(axis - 1, c_int32_t), size(speed, kind=c_int64_t), speed, what), &
+                     what, error)
+  end subroutine add_inflow
+
+  !> A box into which the liquid flows and is gone; see cairn/fluids.h.
+  subroutine add_outflow(scene, low, high, axis, sign, pressure, error)
+    type(cairn_scene), intent(in) :: scene
+    real(dp), intent(in), contiguous :: low(:), high(:)          !< its lowest and highest corner (dim) [m]
+    integer, intent(in) :: axis                                  !< along which it leaves, from 1
+    integer, intent(in) :: sign                                  !< 1: up the axis, -1: down
+    real(dp), intent(in) :: pressure                             !< in the box [Pa]; NaN: that of each particle goes on
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. has_size("low", size(low), scene%dim, error)) return
+    if (.not. has_size("high", size(high), scene%dim, error)) return
+    call report_back(c_add_outflow(scene%handle, low, high, int(axis - 1, c_int32_t), int(sign, c_int32_t), pressure, what), &
+                     what, error)
+  end subroutine add_outflow
+
   integer(c_int64_t) function particle_count(simulation)
     type(cairn_simulation), intent(in) :: simulation
 
     particle_count = c_particles(simulation%handle)
   end function particle_count
 
-  !> Reads a field of the particles ("position", "velocity", "pressure", "density", "mass", "porosity", "open").
+  !> Reads a field of the particles ("position", "velocity", "pressure", "density", "mass", "porosity", "open", "end").
   subroutine fluid_field(simulation, name, values, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name

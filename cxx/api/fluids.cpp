@@ -64,12 +64,32 @@ std::vector<double> field_named(const cairn::Fluid& f, const cairn::Scene& scene
   if (name == "density") return f.density();
   if (name == "porosity") return f.porosity();
   if (name == "open") return numbers(f.at_surface());
+  if (name == "end") return numbers(f.ends());
   if (name != "mass")
     throw Error("a liquid has no field '" + name +
-                "'; it has position, velocity, pressure, density, mass, porosity, open");
+                "'; it has position, velocity, pressure, density, mass, porosity, open, end");
   std::vector<double> masses = f.masses();
   for (double& m : masses) m *= scene.dim == 2 ? f.settings.depth : 1.0;
   return masses;
+}
+
+// A box of an open end along an axis, in a scene of dim dimensions.
+template <class Box>
+void set_box(Box& to, int dim, const double* low, const double* high, std::int32_t axis) {
+  require(low, "low");
+  require(high, "high");
+  check_finite("low", low, dim);
+  check_finite("high", high, dim);
+  for (int c = 0; c < dim; ++c)
+    if (!(low[c] < high[c]))
+      throw Error("high[" + std::to_string(c) +
+                  "] is not above low: give the lowest corner of the box, then its "
+                  "highest one");
+  if (axis < 0 || axis >= dim)
+    throw Error("axis is " + std::to_string(axis) + ": give one of 0 to " + std::to_string(dim - 1));
+  std::copy_n(low, dim, to.low.begin());
+  std::copy_n(high, dim, to.high.begin());
+  to.axis = axis;
 }
 
 // Values (dim, n) as (3, n).
@@ -83,9 +103,14 @@ void append_wide(int dim, std::int64_t n, const double* from, std::vector<double
 namespace cairn::api {
 
 void start_fluid(cairn_simulation& s) {
-  if (s.fluid.position.empty()) return;
+  if (s.fluid.position.empty()) {
+    if (!s.fluid.ends.empty())
+      throw Error("inflows and outflows are ends of a liquid, and the scene has none: call cairn_scene_set_fluid");
+    return;
+  }
   s.simulation.fluid = made_fluid(s.fluid, s.simulation.scene, names_of(s.matter));
   for (auto* values : {&s.fluid.position, &s.fluid.velocity, &s.fluid.pressure}) values->clear(); // rules stay
+  s.fluid.ends = {};
 }
 
 void check_fluid(const cairn_simulation& s, const char* shape, std::int64_t n, const std::int64_t* body,
@@ -188,6 +213,34 @@ int32_t cairn_scene_add_fluid_points(cairn_scene* scene, int64_t body, int64_t n
   });
 }
 
+int32_t cairn_scene_add_inflow(cairn_scene* scene, const double* low, const double* high, int32_t axis, int64_t rows,
+                               const double* speed, cairn_error* error) {
+  return guarded(error, [&] {
+    require(scene, "scene");
+    require(speed, "speed");
+    if (counted(rows) == 0) throw Error("rows is 0: give a speed for each row of particles, or one for all");
+    check_speed("speed", speed, rows);
+    cairn::FluidInflow box;
+    set_box(box, scene->scene.dim, low, high, axis);
+    box.speed.assign(speed, speed + rows);
+    scene->fluid.ends.inflows.push_back(std::move(box));
+  });
+}
+
+int32_t cairn_scene_add_outflow(cairn_scene* scene, const double* low, const double* high, int32_t axis, int32_t sign,
+                                double pressure, cairn_error* error) {
+  return guarded(error, [&] {
+    require(scene, "scene");
+    if (sign != 1 && sign != -1) throw Error("sign is " + std::to_string(sign) + ": give 1, up the axis, or -1");
+    if (std::isinf(pressure)) throw Error("pressure of an outflow is not finite: give a number, or NaN");
+    cairn::FluidOutflow box;
+    set_box(box, scene->scene.dim, low, high, axis);
+    box.sign = sign;
+    box.pressure = pressure;
+    scene->fluid.ends.outflows.push_back(box);
+  });
+}
+
 int64_t cairn_simulation_particles(const cairn_simulation* simulation) {
   return simulation && simulation->simulation.fluid ? simulation->simulation.fluid->count() : 0;
 }
@@ -219,6 +272,9 @@ int32_t cairn_simulation_fluid_number(cairn_simulation* simulation, const char* 
                                                     {"compression", r.compression},
                                                     {"volume", r.volume},
                                                     {"drag_loss", r.drag_loss},
+                                                    {"came_in", f.passed()[0]},
+                                                    {"left", f.passed()[1]},
+                                                    {"back_flow", double(f.back_flow())},
                                                     {"sound_speed", f.settings.sound_speed},
                                                     {"stable_step", f.stable_step(simulation->simulation.scene)}};
     std::string all;

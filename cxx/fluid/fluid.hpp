@@ -271,6 +271,7 @@ private:
   void mix_contacts(bool other_matrices);
 
   void measure_volume(const Scene& scene); // see fluid_surface.cpp
+  bool stands_alone(std::size_t i) const;
   void pull_surface(const Scene& scene);
   double color_of_lattice() const;
 

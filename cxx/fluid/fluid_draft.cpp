@@ -132,10 +132,12 @@ std::int8_t kind_of(const FluidDraft& draft, const FluidMaterials& names, std::i
   return draft.kind_of(names.materials[std::size_t(material)], names.groups[std::size_t(material)]);
 }
 
-void refuse_inside(const FluidDraft& draft, const Scene& scene, const FluidMaterials& names) {
+// position: (dim, n) of the particles [m], absolute.
+void refuse_inside(const FluidDraft& draft, std::span<const double> position, const Scene& scene,
+                   const FluidMaterials& names) {
   const Contactors& all = scene.contactors;
   const int dim = scene.dim;
-  const std::size_t n = draft.position.size() / std::size_t(dim);
+  const std::size_t n = position.size() / std::size_t(dim);
   for (const std::int32_t k : scene.contactor_insertion_order()) {
     const std::int32_t body = all.body[k][0];
     const ShapeInfo& shape = info(Shape(all.shape[k][0]));
@@ -153,7 +155,7 @@ void refuse_inside(const FluidDraft& draft, const Scene& scene, const FluidMater
     for (std::size_t i = 0; i < n; ++i) {
       double along = 0, square = 0;
       for (int c = 0; c < dim; ++c) {
-        const double away = draft.position[std::size_t(dim) * i + std::size_t(c)] - centre[c];
+        const double away = position[std::size_t(dim) * i + std::size_t(c)] - centre[c];
         along += away * out[c];
         square += away * away;
       }
@@ -303,28 +305,57 @@ void check_contactors(const FluidDraft& draft, const FluidMaterials& names, cons
     refuse(draft, *row, body[i], radius ? radius[i] : 0.0, kind_of(draft, names, material[i]));
 }
 
+namespace {
+
+// Gives the liquid its open ends, whose particles follow the others. particles: how many those are.
+void give_ends(Fluid& fluid, const FluidDraft& draft, FluidRows rows, std::size_t particles, const Scene& scene) {
+  if (draft.ends.empty()) return;
+  for (std::size_t k = 0; k < rows.lanes.face.size(); ++k)
+    rows.lanes.face[k] -= rows.lanes.sign[k] * scene.origin[std::size_t(rows.lanes.axis[k])];
+  std::vector<FluidOutflow> outflows = draft.ends.outflows;
+  for (FluidOutflow& o : outflows)
+    for (std::size_t c = 0; c < 3; ++c) {
+      o.low[c] -= scene.origin[c];
+      o.high[c] -= scene.origin[c];
+    }
+  std::vector<std::int32_t> lane(particles, -1);
+  lane.insert(lane.end(), rows.lane.begin(), rows.lane.end());
+  fluid.set_ends(std::move(rows.lanes), std::move(outflows), std::move(lane));
+}
+
+} // namespace
+
 std::unique_ptr<Fluid> made_fluid(const FluidDraft& draft, const Scene& scene, const FluidMaterials& names) {
   const int dim = scene.dim;
   check_settings(draft.settings);
-  refuse_inside(draft, scene, names);
+  std::array<bool, 3> periodic{};
   FluidSettings settings = draft.settings;
   std::vector<double> gravity(scene.gravity.begin(), scene.gravity.begin() + dim);
-  for (int c = 0; c < dim; ++c)
-    if (scene.cell.periodic[std::size_t(c)]) gravity[std::size_t(c)] = 0;
+  for (std::size_t c = 0; c < std::size_t(dim); ++c) {
+    periodic[c] = scene.cell.periodic[c];
+    if (periodic[c]) gravity[c] = 0;
+  }
+  FluidRows rows = rows_of_ends(dim, draft.ends, settings, periodic, draft.position);
+  std::vector<double> position = draft.position, velocity = draft.velocity;
+  velocity.resize(position.size(), 0.0);
+  position.insert(position.end(), rows.position.begin(), rows.position.end());
+  velocity.insert(velocity.end(), rows.velocity.begin(), rows.velocity.end());
+  refuse_inside(draft, position, scene, names);
   if (!settings.incompressible && !(settings.sound_speed > 0)) {
-    settings.sound_speed = natural_sound_speed(dim, settings, draft.position, draft.velocity, gravity);
+    settings.sound_speed = natural_sound_speed(dim, settings, draft.position, velocity, gravity);
     if (!(settings.sound_speed > 0))
       throw Error(
-          "sound_speed of the fluid is 0, and neither gravity across the liquid nor a velocity tells how fast it "
-          "will flow: give ten times the greatest speed [m/s]");
+          "sound_speed of the fluid is 0, and neither gravity across the liquid nor a velocity at the start tells how "
+          "fast it will flow: give ten times the greatest speed [m/s]");
   }
   auto fluid = std::make_unique<Fluid>(dim, settings);
-  const std::vector<double> pressure =
+  std::vector<double> pressure =
       draft.pressure.empty() ? pressure_of_rest(dim, settings, draft.position, gravity) : draft.pressure;
-  std::vector<double> velocity = draft.velocity;
-  velocity.resize(draft.position.size(), 0.0);
-  fluid->set_particles(in_space(dim, draft.position, scene.origin), in_space(dim, velocity, {}), pressure);
+  const std::size_t particles = pressure.size();
+  pressure.resize(position.size() / std::size_t(dim), 0.0);
+  fluid->set_particles(in_space(dim, position, scene.origin), in_space(dim, velocity, {}), pressure);
   give_surfaces(*fluid, draft, scene, names);
+  give_ends(*fluid, draft, std::move(rows), particles, scene);
   return fluid;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fluid.hpp"
+#include "fluid_end_draft.hpp"
 
 namespace cairn {
 
@@ -37,6 +38,7 @@ struct FluidDraft {
   std::vector<double> position, velocity, pressure; // (dim, n) [m], absolute; (dim, n) [m/s]; (n) [Pa], none: of rest
   std::vector<FluidRule> rules;
   FluidSurface points; // of bodies of other shapes, given by the program; slip by the rules
+  FluidEndDraft ends;
 
   // Rules of groups precede those of materials and "*"; the later of two counts. Without one it sticks.
   std::int8_t kind_of(const std::string& material, const std::string& group) const;

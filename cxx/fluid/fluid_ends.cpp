@@ -41,8 +41,8 @@ bool within(const FluidOutflow& o, const double* x, int dim, const std::array<do
 void Fluid::set_ends(FluidLanes lanes, std::vector<FluidOutflow> outflows, std::vector<std::int32_t> lane_of) {
   if (settings.incompressible || granular_)
     throw Error(
-        "open ends are those of the weakly compressible fluid without grains: leave out incompressible, GrainDrag, or "
-        "cn.Inflow and cn.Outflow");
+        "open ends are those of the weakly compressible fluid without grains: leave out incompressible, the drag "
+        "of grains, or inflows and outflows");
   ends_ = std::make_shared<Ends>();
   ends_->lanes = std::move(lanes);
   ends_->outflows = std::move(outflows);

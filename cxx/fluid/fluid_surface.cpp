@@ -8,7 +8,27 @@ namespace cairn {
 
 namespace {
 constexpr double spray = 0.6; // fill below which particles fly apart, or stand in a single row
+// Distance of the nearest other particle over the spacing from which one is spray, even if walls fill the space about
+// it.
+constexpr double apart = 1.4;
 } // namespace
+
+// Whether no other particle is near particle i, as packed last.
+bool Fluid::stands_alone(std::size_t i) const {
+  const double* own = &record_[cairn_fluid_record * i];
+  const double near = apart * settings.spacing;
+  for (std::int64_t k = list_.first[i]; k < list_.first[i + 1]; ++k) {
+    const double* other = &record_[cairn_fluid_record * std::size_t(list_.neighbour[std::size_t(k)])];
+    double square = 0;
+    for (std::size_t c = 0; c < std::size_t(dim_); ++c) {
+      double away = own[c] - other[c];
+      if (period_[c] > 0) away -= period_[c] * std::round(away / period_[c]);
+      square += away * away;
+    }
+    if (square < near * near) return false;
+  }
+  return true;
+}
 
 // The volume of the liquid without spray over that of its mass, for particles as packed last.
 void Fluid::measure_volume(const Scene& scene) {
@@ -21,7 +41,7 @@ void Fluid::measure_volume(const Scene& scene) {
   double volume = 0;
   std::int64_t many = 0;
   for (std::size_t i = 0; i < fill_.size(); ++i) {
-    if (!(fill_[i] > spray) || (ends_ && end_[i] != 0)) continue;
+    if (!(fill_[i] > spray) || (ends_ && end_[i] != 0) || stands_alone(i)) continue;
     volume += 1 / fill_[i];
     ++many;
   }

@@ -18,8 +18,10 @@ void Fluid::shear(double h) {
   const double length = settings.smoothing * settings.spacing;
   const double parts = std::max(1.0, std::ceil(h * settings.viscosity / (0.125 * length * length * settings.density)));
   if (!(parts <= most_shears))
-    throw Error("a step of " + number_text(h) + " s takes the viscosity of the fluid " + number_text(parts) +
-                " parts: give a smaller dt or viscosity, or a larger spacing");
+    throw Error("a step of " + number_text(h) + " s takes " + number_text(parts) +
+                " sub-steps of the viscosity of the incompressible fluid, at most " + number_text(most_shears) +
+                " are made: give a dt of " + number_text(h * most_shears / parts) +
+                " s or less, a smaller viscosity, or a larger spacing");
   const double dt = h / parts, volume = std::pow(settings.spacing, dim_) * settings.depth;
   const cairn_fluid_rows r = rows();
   for (int part = 0; part < int(parts); ++part) {

@@ -1,4 +1,5 @@
 // A liquid by the C API: water at rest weighs what it weighs, drag lets a grain sink, wrong calls are refused by name.
+#include <algorithm>
 #include <filesystem>
 
 #include "c_scene.hpp"
@@ -164,6 +165,87 @@ TEST_F(CFluid, wrong_calls_name_what_is_wrong) {
   start();
   EXPECT_EQ(cairn_simulation_particles(simulation), 0);
   EXPECT_REFUSED(cairn_simulation_fluid_number(simulation, "volume", &value, &error), "no liquid");
+}
+
+// A channel of 1 m x 0.2 m, far from the origin, in which all moves at one speed.
+TEST_F(CFluid, what_comes_in_leaves_and_a_checkpoint_goes_on_to_the_same_bits) {
+  make(2);
+  const double weightless[3] = {0, 0, 0};
+  ASSERT_EQ(cairn_scene_set_gravity(scene, weightless, &error), 0);
+  const double origin[2] = {1e3, -2e3}, speed = 0.5;
+  ASSERT_EQ(cairn_scene_set_origin(scene, origin, &error), 0);
+  std::vector<double> place, velocity;
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 4; ++j) {
+      place.insert(place.end(), {origin[0] + (i + 0.5) * 0.05, origin[1] + (j + 0.5) * 0.05});
+      velocity.insert(velocity.end(), {speed, 0});
+    }
+  water.sound_speed = 10;
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 80, place.data(), velocity.data(), nullptr, &error), 0);
+  const double low[2] = {origin[0] - 0.2, origin[1]}, high[2] = {origin[0], origin[1] + 0.2};
+  const double from[2] = {origin[0] + 1, origin[1]}, to[2] = {origin[0] + 1.2, origin[1] + 0.2};
+  ASSERT_EQ(cairn_scene_add_inflow(scene, low, high, 0, 1, &speed, &error), 0) << error.message;
+  ASSERT_EQ(cairn_scene_add_outflow(scene, from, to, 0, 1, 0.0, &error), 0) << error.message;
+  start();
+  EXPECT_EQ(cairn_simulation_particles(simulation), 80 + 16);
+  steps(100, 0.01); // 0.5 m: ten particles of each row
+  EXPECT_NEAR(number("came_in"), 1000 * 0.5 * 0.2, 1000 * 0.2 * 0.05 * 1.001);
+  EXPECT_NEAR(number("left"), 1000 * 0.3 * 0.2, 1000 * 0.2 * 0.05 * 1.001); // 0.2 m fill the outflow
+  const std::vector<double> end = particle_field("end");
+  EXPECT_GT(*std::max_element(end.begin(), end.end()), 0);
+  EXPECT_LT(*std::min_element(end.begin(), end.end()), 0);
+  EXPECT_EQ(number("back_flow"), 0);
+  const std::string file = (std::filesystem::temp_directory_path() / "cairn_c_ends.checkpoint").string();
+  ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, file.c_str(), &error), 0) << error.message;
+  steps(10, 0.01);
+  const std::vector<double> once = particle_field("position");
+  cairn_simulation_destroy(simulation);
+  simulation = nullptr;
+  start();
+  ASSERT_EQ(cairn_simulation_restart(simulation, file.c_str(), &error), 0) << error.message;
+  steps(10, 0.01);
+  EXPECT_EQ(particle_field("position"), once);
+  std::filesystem::remove(file);
+}
+
+TEST_F(CFluid, wrong_ends_are_refused_by_name) {
+  std::vector<double> place;
+  make(2);
+  water.sound_speed = 10;
+  const double left[2] = {-0.2, 0}, zero[2] = {0, 0.2}, far[2] = {1, 0}, end[2] = {1.2, 0.2}, up = 1, down = -1,
+               none = 0;
+  const double close[2] = {-0.1, 0}, both[4] = {1, -1, 1, 1}, in[2] = {0.2, 0.2};
+  EXPECT_REFUSED(cairn_scene_add_inflow(scene, zero, left, 0, 1, &up, &error), "is not above low");
+  EXPECT_REFUSED(cairn_scene_add_inflow(scene, left, zero, 2, 1, &up, &error), "axis is 2");
+  EXPECT_REFUSED(cairn_scene_add_outflow(scene, far, end, 0, 0, 0, &error), "sign is 0");
+  EXPECT_REFUSED(cairn_scene_add_outflow(scene, far, end, 0, 1, infinite, &error), "pressure");
+  const auto inflow = [&](const double* low, const double* high, int64_t rows, const double* speed, const char* what) {
+    cairn_scene_destroy(scene);
+    make(2);
+    place.clear();
+    for (int i = 0; i < 20; ++i)
+      for (int j = 0; j < 4; ++j) place.insert(place.end(), {(i + 0.5) * 0.05, (j + 0.5) * 0.05});
+    ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 80, place.data(), nullptr, nullptr, &error), 0);
+    ASSERT_EQ(cairn_scene_add_inflow(scene, low, high, 0, rows, speed, &error), 0) << error.message;
+    EXPECT_REFUSED(cairn_simulation_create(scene, nullptr, &simulation, &error), what);
+  };
+  inflow(left, zero, 1, &down, "towards the liquid");
+  inflow(far, end, 1, &up, "behind its box");
+  inflow(left, in, 1, &up, "within its box");
+  inflow(close, zero, 1, &up, "particles reach over");
+  inflow(left, zero, 1, &none, "both ways or nowhere");
+  inflow(left, zero, 4, both, "both ways or nowhere");
+  const double three[3] = {1, 1, 1};
+  inflow(left, zero, 3, three, "4 rows of particles and 3 speeds");
+  for (const int32_t sign : {-1, 1}) {
+    cairn_scene_destroy(scene);
+    make(2);
+    ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 80, place.data(), nullptr, nullptr, &error), 0);
+    ASSERT_EQ(cairn_scene_add_outflow(scene, sign > 0 ? left : far, sign > 0 ? zero : end, 0, sign, 0, &error), 0);
+    EXPECT_REFUSED(cairn_simulation_create(scene, nullptr, &simulation, &error), "finds the way out");
+  }
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 0, nullptr, nullptr, nullptr, &error), 0);
+  EXPECT_REFUSED(cairn_simulation_create(scene, nullptr, &simulation, &error), "the scene has none");
 }
 
 TEST_F(CFluid, contactors_that_it_cannot_meet_leave_the_scene_as_it_was) {

@@ -3,7 +3,7 @@
  *
  * A scene has one liquid; each simulation that is made of the scene has its own copy. Disks, spheres, rings and
  * half-spaces have points below their surfaces by themselves, bodies of other shapes those that the program gives.
- * Deformable bodies, open ends and warnings of the liquid are Python's alone. */
+ * Deformable bodies beside the liquid and its warnings are Python's alone. */
 #ifndef CAIRN_FLUIDS_H
 #define CAIRN_FLUIDS_H
 #include <stdint.h>
@@ -47,14 +47,26 @@ int32_t cairn_scene_add_fluid_points(cairn_scene* scene, int64_t body, int64_t n
                                      const double* normal, const double* depth, const double* volume,
                                      cairn_error* error);
 
+/* Open ends of the weakly compressible form without grains: boxes between low and high (dim) [m], along an axis (from
+ * 0), as long as particles reach or longer. Out of an inflow particles come in rows, which end at the liquid in whole
+ * spacings; speed (rows) [m/s], < 0: down the axis: of each row, in the order of the other axes, the last of them
+ * fastest, or one for all. In an outflow, up its axis (sign 1) or down (-1), particles keep their velocity along it and
+ * are gone at the far end; pressure in it [Pa], NaN: that of each goes on. The number of particles changes. */
+int32_t cairn_scene_add_inflow(cairn_scene* scene, const double* low, const double* high, int32_t axis, int64_t rows,
+                               const double* speed, cairn_error* error);
+int32_t cairn_scene_add_outflow(cairn_scene* scene, const double* low, const double* high, int32_t axis, int32_t sign,
+                                double pressure, cairn_error* error);
+
 int64_t cairn_simulation_particles(const cairn_simulation* simulation); /* 0 without a liquid */
 /* Values (components, n) in the order in which particles were given: "position" (absolute), "velocity", "pressure",
- * "density", "mass" [kg], "porosity", "open" (2 at the free surface, 1 next to it, 0 inside). *count numbers, written
- * if capacity is enough; either pointer may be NULL. */
+ * "density", "mass" [kg], "porosity", "open" (2 at the free surface, 1 next to it, 0 inside), "end" (1 and more: in a
+ * row of an inflow, -1 and less: in an outflow). *count numbers, written if capacity is enough; either pointer may be
+ * NULL. */
 int32_t cairn_simulation_fluid_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
                                      int64_t* count, cairn_error* error);
 /* Of the last step: "sub_steps", "passes" of pressure and contacts, "products" and "residual" of the pressure, "misfit"
  * of the velocities between both; "speed" [m/s], "compression", "volume" over that of the mass, "drag_loss" [J];
+ * "came_in" and "left" by open ends since the start [kg], "back_flow": particles that stand in an inflow;
  * "stable_step" [s] and "sound_speed" [m/s] of now. */
 int32_t cairn_simulation_fluid_number(cairn_simulation* simulation, const char* name, double* value,
                                       cairn_error* error);

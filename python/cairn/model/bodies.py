@@ -103,7 +103,7 @@ class BodySet(Spelt):
     contactors : list of ContactorSet
         Contactors of the bodies.
     velocity : ndarray (n, dofs), optional
-        Initial velocities and spins [m/s, rad/s].
+        Initial velocities and spins [m/s, rad/s]; those of driven dofs stay when `drive` is not given.
     rotation : ndarray (n,) or (n, 4), optional
         Angle [rad], or quaternion (w, x, y, z).
     group : str, optional
@@ -111,7 +111,7 @@ class BodySet(Spelt):
     driven : tuple of str
         Names of dofs whose velocity is imposed.
     drive : ndarray (n, dofs) or callable, optional
-        That velocity, or a function of time that gives it.
+        That velocity, or a function of time that gives it; `velocity`, or 0, when not given.
     force : ndarray (n, dofs) or callable, optional
         Applied forces and torques [N, N m], or a function of time that gives them.
     damping : float or ndarray (n,), optional
@@ -171,6 +171,14 @@ class BodySet(Spelt):
     def mask(self):
         """Driven dofs as bits."""
         return sum(1 << DOFS[self.dim].index(name) for name in self.driven)
+
+    @property
+    def imposed(self):
+        """Velocity of driven dofs, (n, dofs) or a function of time: `drive`, or `velocity` without it; None: zero."""
+        if self.drive is not None or self.velocity is None or not self.driven:
+            return self.drive
+        chosen = np.isin(DOFS[self.dim], self.driven)
+        return np.where(chosen, self.velocity, 0.0) if np.any(self.velocity[:, chosen]) else None
 
     @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh", "parts")
     def with_(self, **changes):

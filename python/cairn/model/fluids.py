@@ -436,7 +436,7 @@ def sound_speed_of(fluids, gravity, periodic, inflow=()):
     speed = _core.natural_sound_speed(first.dim, settings, position, velocity, np.asarray(gravity, float))
     if not speed > 0:
         raise ValueError(
-            "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity tells how fast it will "
-            "flow: give cn.fluid(sound_speed=...), ten times the greatest speed [m/s]"
+            "sound_speed of the fluid is not given, and neither gravity across the liquid nor a velocity at t = 0 tells how fast "
+            "it will flow: give cn.fluid(sound_speed=...), ten times the greatest speed [m/s]"
         )
     return speed

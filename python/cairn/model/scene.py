@@ -287,9 +287,15 @@ class Scene(Spelt):
         Raises
         ------
         ValueError
-            If a rule names neither.
+            If a rule names neither, or a fluid has the name of one.
         """
         names = {"*"} | {n for pair in (self.species() if species is None else species) for n in pair if n}
+        for liquid in self.fluids:
+            if liquid.name in names:
+                raise ValueError(
+                    f"name of a fluid is {liquid.name!r}, and a material or group of the scene has it too, so that rules cannot "
+                    "tell both: give cn.fluid(name=...) another one"
+                )
         for a, b, _ in self.rules if rules is None else rules:
             for word in (a, b):
                 if word not in names:

@@ -196,7 +196,7 @@ def one_of_a_name(sets, known):
 def _velocity_at(s, time):
     """Velocities of a set when it is inserted: driven dofs get their imposed velocity, so that the first step is exact."""
     if s.drive is None or not s.mask:
-        return s.velocity
+        return s.velocity  # that of driven dofs as well, see BodySet.imposed
     drive = bodies.rows("drive", s.drive(time) if callable(s.drive) else s.drive, len(s), s.dim)
     velocity = np.zeros(drive.shape) if s.velocity is None else s.velocity.copy()
     for k, name in enumerate(bodies.DOFS[s.dim]):

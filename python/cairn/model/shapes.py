@@ -298,6 +298,9 @@ def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, d
     if checks.flag("fixed", fixed):
         if options.get("driven") or options.get("drive") is not None:
             raise ValueError("fixed is given with driven or drive: give one of them")
+        if np.any(options.get("velocity")):
+            remedy = f"give driven={DOFS[dim]!r} in place of fixed to move them at it, or leave velocity out"
+            raise ValueError(f"velocity is given to bodies that are fixed: {remedy}")
         options = options | {"driven": DOFS[dim]}
     mass = checks.positive_array("mass", mass)
     return checked(BodySet(dim, place, mass, inertia, [contactors], rotation=rotation, depth=depth, **options))

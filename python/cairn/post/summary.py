@@ -64,6 +64,23 @@ def _describe_checkpoint(path):
     facts = {"file": {"path": os.fspath(path), "size": f"{os.path.getsize(path) / 1e6:.3g} MB", "kind": kind}}
     plain = {k: v for k, v in content.items() if isinstance(v, (str, int, float, np.generic)) and k != "kind"}
     facts["content"] = plain | {k: f"{len(v)} entries" for k, v in content.items() if isinstance(v, dict)}
+    state = content.get("state", {})
+    if {"time", "steps", "scene"} <= set(state):
+        bodies = len(state["scene"]["bodies"]["id"])
+        facts["state"] = {"time": f"{state['time']:.6g} s", "steps": state["steps"], "bodies": bodies}
+    if "fluid" in state:
+        facts["liquid"] = _liquid(state["fluid"])
+    return facts
+
+
+def _liquid(state):
+    """Facts of the particles of a checkpoint."""
+    density, ends = np.asarray(state["density"]), np.asarray(state.get("end", []))
+    facts = {"particles": len(density), "form": "incompressible" if "held_pressure" in state else "weakly compressible"}
+    if len(density):
+        facts["density"] = f"{density.min():.6g} to {density.max():.6g} kg/m3"
+    if len(ends):
+        facts["in open ends"] = int(np.count_nonzero(ends))
     return facts
 
 

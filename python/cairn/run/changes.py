@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .present_joints import joints_present
 from .views import core_of
 
 
@@ -19,9 +20,3 @@ def joint_of(sim, number):
     scene = core_of(sim).scene
     species = np.ravel(scene.contactor("material"))[np.ravel(scene.contactor("body")) == number]
     return next((name for name in joints_present(sim) if sim._species[name, name] in species), None)
-
-
-def joints_present(sim):
-    """Names of the present joints."""
-    gone = {a for a, b, law in sim._rules if law is None and a == b}
-    return [a for a, b, law in sim._rules if law is not None and law.name == "joint" and a not in gone]

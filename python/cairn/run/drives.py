@@ -26,18 +26,19 @@ class Drives:
             gets = left[at] & s.mask
             left[at] &= ~np.uint8(dofs_named(s))
             mask[at] |= gets
-            told[at] |= s.drive is not None or s.mass is None
+            drive = s.imposed
+            told[at] |= drive is not None or s.mass is None
             bits = (gets[:, None] >> np.arange(dofs) & 1).astype(bool)
-            if callable(s.drive) and bits.any():
+            if callable(drive) and bits.any():
                 texts = _compiled(s, dofs)
                 if texts is None:
-                    self._functions.append((s.drive, alive, at, bits))
+                    self._functions.append((drive, alive, at, bits))
                 else:
                     compiled.append((texts, at, bits))
                 if before.size:
                     velocity[at] = np.where(bits, before.reshape(len(present), -1)[at], velocity[at])
-            elif s.drive is not None and not callable(s.drive):
-                velocity[at] = np.where(bits, s.drive[alive], velocity[at])
+            elif drive is not None and not callable(drive):
+                velocity[at] = np.where(bits, drive[alive], velocity[at])
         self._ids, self._velocity = present, velocity
         moving = np.zeros(len(present), bool)
         for _, _, at, bits in self._functions:

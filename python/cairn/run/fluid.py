@@ -6,13 +6,13 @@ import numpy as np
 
 from .. import _core
 from ..base import checks
-from ..base.geometry import turn
 from ..model.bodies import DOFS
 from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
-from .fluid_room import crowd, kept_rows, refuse_liquid_behind
+from .fluid_room import crowd, depth_in_bodies, outside, refuse_crowded, refuse_liquid_behind, refuse_wrong_way_out
+from .fluid_start import refuse_squeezed, warn_of_depth
 from .fluid_watch import FluidWatch
 
 
@@ -29,12 +29,12 @@ class Running:
         across = np.where(periodic, 0.0, gravity)
         bodies = _bodies_of(scene, simulation._sets, first.spacing)
         self.sets_seen = len(simulation._sets)
-        kept = [_outside(f, [*bodies, *self._solids()], scene.dim) for f in self.fluids]
+        kept = [outside(f, [*bodies, *self._solids()], scene.dim) for f in self.fluids]
         position = np.concatenate([place for place, _ in kept])
         velocity = np.concatenate([f.velocity[k] for f, (_, k) in zip(self.fluids, kept)])
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
-        _refuse_crowded(position, first.spacing)
+        refuse_crowded(position, first.spacing)
         ends = self._ends(scene, position, bodies, periodic)
         speed = first.sound_speed or 0.0
         if not (speed or first.incompressible):
@@ -50,24 +50,36 @@ class Running:
         if ends:
             position, velocity = (np.concatenate([a, ends[k]]) for a, k in ((position, "position"), (velocity, "velocity")))
             pressure = np.concatenate([pressure, np.zeros(len(ends["position"]))])
-            _refuse_crowded(position, first.spacing)
+            refuse_crowded(position, first.spacing)
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
         if ends:
             _core.set_fluid_ends(core, ends)
         self._give_surfaces(bodies, simulation._sets)
-        slips = [slip_between(scene, b.material, b.group) for b in bodies]
-        warn_of_tension(settings, above=4)
+        refuse_squeezed([f.pressure for f in self.fluids if f.pressure is not None], settings)
         self.watch = FluidWatch(self)
-        held = _held(simulation._sets, scene.dim)
-        if warn_of_gaps(bodies, slips, position, first.spacing, held, above=4):
+        if self._warn_at_start(bodies, position, gravity, above=6):
             self.watch.knows("gaps")
+
+    def _warn_at_start(self, bodies, position, gravity, above):
+        """Warns of what the liquid does not resolve at the start; True if of gaps."""
+        scene, first = self._simulation.scene, self.fluids[0]
+        held, slips = self.held(), [slip_between(scene, b.material, b.group) for b in bodies]
+        warn_of_tension(self.settings, above)
+        self._warn_of_depth(self._simulation._sets, above)
         small = [b for b, slip in zip(bodies, slips) if slip > FreeSlip.number]
         sizes = [self._grain(b)[0] for b in small]
-        warn_of_beds(small, sizes, first.spacing, first.smoothing, above=4)
+        warn_of_beds(small, sizes, first.spacing, first.smoothing, above)
         free = [k for k, b in enumerate(small) if int(b.ids[0]) not in held]
         density = [scene._materials[small[k].material].density for k in free]
         warn_of_light_beds([small[k] for k in free], [sizes[k] for k in free], density, gravity, position, first.spacing,
-                           first.density, above=4)  # fmt: skip
+                           first.density, above)  # fmt: skip
+        return warn_of_gaps(bodies, slips, position, first.spacing, held, above)
+
+    def _warn_of_depth(self, sets, above):
+        """Warns of moving bodies of sets in 2D whose depth is not that of the liquid."""
+        scene = self._simulation.scene
+        met = [s for s in sets if any(slip_between(scene, c.material.name, s.group) for c in s.contactors if not c.joint)]
+        warn_of_depth(met, _held(met, scene.dim), float(scene.depth), above + 1)
 
     def _ends(self, scene, position, bodies, periodic):
         """Arrays of the core for inflows and outflows, with "position" and "velocity" of the particles in inflows; None: none."""
@@ -82,8 +94,10 @@ class Running:
         tables = [e.lanes(first.spacing, reach) for e in inflows]
         for t in tables:
             refuse_liquid_behind(t, position, first.spacing, reach)
-        outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin)
-                    for e in scene.fluid_ends if not hasattr(e, "velocity")]  # fmt: skip
+        ways_out = [e for e in scene.fluid_ends if not hasattr(e, "velocity")]
+        outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin) for e in ways_out]
+        for e, row in zip(ways_out, outflows):
+            refuse_wrong_way_out(e.region, int(row[6]), float(row[7]), position, first.spacing)
         for axis in [int(t["axis"][0]) for t in tables] + [int(row[6]) for row in outflows]:
             if periodic[axis]:
                 raise ValueError(f"axis {axis} is periodic, and an inflow or outflow leads along it: leave out one of both")
@@ -104,7 +118,7 @@ class Running:
     def _free_rows(self, table, bodies):
         """Rows (n,) of the particles of an inflow that lie outside bodies. Raises ValueError if a body stands in a part of a row,
         which would come in with gaps."""
-        deep, where = _deepest(table["position"], bodies, self._simulation.scene.dim)
+        deep, where = depth_in_bodies(table["position"], bodies, self._simulation.scene.dim)
         free, lane = deep <= 0, table["lane"]
         part = np.bincount(lane[free], minlength=lane.max() + 1) % np.bincount(lane) > 0
         inside = np.flatnonzero(~free & part[lane])
@@ -188,7 +202,7 @@ class Running:
                 )
 
     def _solids(self):
-        """Deformable bodies that the liquid meets where they stand, as `_deepest` takes them."""
+        """Deformable bodies that the liquid meets where they stand, as `depth_in_bodies` takes them."""
         scene, core, out = self._simulation.scene, self._core.scene, []
         for d, first, _ in self._met_meshes():
             row = core.node_row(first)
@@ -256,11 +270,17 @@ class Running:
             )
         return size
 
+    def prepare(self, h):
+        """Prepares a step of h [s]: takes bodies that came since, and warns of many sub-steps."""
+        self.follow()
+        self.watch.before(h, lambda: _core.fluid_report(self._core)["stable_step"])
+
     def follow(self, sets=None):
         """Gives surfaces of bodies that came since to the core. sets: those of a state that is being restored."""
         sets = self._simulation._sets if sets is None else sets
         if len(sets) == self.sets_seen:
             return
+        self._warn_of_depth(sets[self.sets_seen :], above=6)
         self.sets_seen = len(sets)
         self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing), sets)
 
@@ -311,7 +331,7 @@ class Running:
         for a, b, slip in moved:
             if slip > FreeSlip.number:
                 continue
-            before, after = (_deepest(x, [c], scene.dim)[0] for c in (a, b))
+            before, after = (depth_in_bodies(x, [c], scene.dim)[0] for c in (a, b))
             came = np.where(before < 0.5 * spacing, after, -np.inf)
             inside = np.flatnonzero(came > 0.5 * spacing)
             if not len(inside):
@@ -344,10 +364,10 @@ class Running:
         self.refuse_integrator(self._simulation.strategy, sets)
         bodies += [_Solid(-1, _surface_of(d, d.body.points), self.fluids[0].spacing) for d, _, _ in self._met_meshes(sets)]
         spacing = self.fluids[0].spacing
-        depth, _ = _deepest(x, bodies, scene.dim)
+        depth, _ = depth_in_bodies(x, bodies, scene.dim)
         inside = np.flatnonzero(depth > 0.5 * spacing)
         for b in bodies if not len(inside) else ():
-            inside = np.union1d(inside, crowd(_deepest(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
+            inside = np.union1d(inside, crowd(depth_in_bodies(x, [b], scene.dim)[0], b, scene.dim, spacing)).astype(int)
         if len(inside):
             at = tuple(float(v) for v in x[inside[np.argmax(depth[inside])]])
             raise ValueError(
@@ -503,70 +523,6 @@ def _table(rows):
 
 def _three(x):
     return np.ascontiguousarray(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
-
-
-def _deepest(x, bodies, dim):
-    """Depth of places (n, dim) in the body that they are deepest in, < 0 outside, and its id."""
-    deepest, where = np.full(len(x), -np.inf), np.full(len(x), -1)
-    for body in bodies:
-        if not body.plane and not len(body.points):
-            continue
-        own = x - body.position
-        if body.rotation is not None:
-            back = body.rotation * ([1, -1, -1, -1] if dim == 3 else -1)
-            own = turn(np.broadcast_to(back, (len(x), *np.shape(back))), own, dim)
-        solid = getattr(body, "surface", None)
-        depth = depth_in(body.shape, dim, body.form, own) if solid is None else solid.depth(x, body.within)
-        where = np.where(depth > deepest, body.ids[0], where)
-        deepest = np.maximum(deepest, depth)
-    return deepest, where
-
-
-def _refuse_crowded(position, spacing):
-    """Raises ValueError where particles lie nearly on others, as those of two regions that overlap do."""
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(position).query_pairs(0.25 * spacing, output_type="ndarray")
-    if len(pairs):
-        at = tuple(float(v) for v in position[pairs[0, 0]])
-        raise ValueError(
-            f"{len(pairs)} pairs of particles of the fluid are nearer than a quarter of the spacing, the first at {at}: give "
-            "regions that do not overlap"
-        )
-
-
-NEAREST = 0.3  # distance of particles of a region from bodies, over the spacing
-FINE = 4  # points along each axis by which the share of a cell that bodies take is found
-
-
-def _outside(fluid, bodies, dim):
-    """Places (m, dim) of the particles of a fluid that lie outside all bodies, and their rows. Those of a region take the volume
-    that bodies leave. Raises ValueError for given ones that lie in a body."""
-    x, dx = fluid.position, fluid.spacing
-    deepest, where = _deepest(x, bodies, dim)
-    if fluid.given:
-        if np.any(deepest > 0):
-            k = int(np.argmax(deepest))
-            raise ValueError(
-                f"particle {k} of the fluid at {tuple(float(v) for v in x[k])} lies {deepest[k]:g} m deep in body "
-                f"{where[k]}: give places outside bodies and walls"
-            )
-        return x, np.arange(len(x))
-    share = np.where(deepest > 0, 1.0, 0.0)
-    cut = np.flatnonzero(np.abs(deepest) < dx * np.sqrt(dim))
-    if len(cut):
-        at = (np.arange(FINE) + 0.5) / FINE - 0.5
-        steps = np.stack([a.ravel() for a in np.meshgrid(*[at] * dim, indexing="ij")], axis=1) * dx
-        share[cut] = np.mean([_deepest(x[cut] + step, bodies, dim)[0] > 0 for step in steps], axis=0)
-    rows = kept_rows(deepest, int(round(float(share.sum()))), 1e-6 * dx)
-    place = x[rows].copy()
-    near = np.flatnonzero(deepest[rows] > -NEAREST * dx)
-    for _ in range(3 if len(near) else 0):  # edges have two normals
-        depth = _deepest(place[near], bodies, dim)[0]
-        slope = np.stack([_deepest(place[near] + 1e-3 * dx * axis, bodies, dim)[0] - depth for axis in np.eye(dim)], axis=1)
-        slope /= np.maximum(np.linalg.norm(slope, axis=1), 1e-300)[:, None]
-        place[near] -= np.maximum(depth + NEAREST * dx, 0.0)[:, None] * slope
-    return place, rows
 
 
 def _pressure(fluid, gravity):

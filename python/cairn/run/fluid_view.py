@@ -120,7 +120,8 @@ class FluidView:
         Returns
         -------
         ndarray (n,)
-            Pressures, 0 where there is no liquid [Pa].
+            Pressures [Pa]; 0, that of air, where no particle is within reach, so that records of gauges go on; `level_at` is NaN
+            there.
 
         Raises
         ------
@@ -141,7 +142,8 @@ class FluidView:
         Returns
         -------
         ndarray (n,)
-            Heights against gravity, along the last axis without gravity; NaN where there is no liquid [m].
+            Heights against gravity, along the last axis without gravity [m]; NaN where no particle is within reach of the line
+            above and below the place, while `pressure_at` is 0.
 
         Raises
         ------

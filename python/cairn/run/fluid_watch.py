@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 
 from .fluid_gaps import FluidWarning, gaps
+from .fluid_start import warn_of_sub_steps
 
 AT_START = 0.1  # difference of volumes that is told after the first step; edges of small blocks seem some percent larger
 SWELLS, SHRINKS = 0.05, 0.1  # change of volume since then; surfaces that are not flat seem to lose some
@@ -19,6 +20,7 @@ class FluidWatch:
 
     def __init__(self, running):
         self._running, self._told, self._steps = running, set(), 0
+        self._longest = 0.0  # step for which sub-steps were counted [s]
 
     def knows(self, name):
         """Leaves out a warning that was given at the start.
@@ -29,6 +31,22 @@ class FluidWatch:
             "gaps".
         """
         self._told.add(name)
+
+    def before(self, h, stable_step):
+        """Warns once of a step that takes very many sub-steps, before it is made.
+
+        Parameters
+        ----------
+        h : float
+            Length of the step [s].
+        stable_step : callable
+            Gives the longest sub-step [s]; it is asked for steps longer than those before.
+        """
+        if h <= self._longest or "sub-steps" in self._told or self._running.settings["incompressible"]:
+            return
+        self._longest = h
+        if warn_of_sub_steps(self._running.settings, stable_step(), h, above=6):
+            self._told.add("sub-steps")
 
     def look(self, simulation, info):
         """Warns once of a liquid that swells or shrinks or flows back into an inflow, of light bodies, and of gaps that closed.

@@ -8,7 +8,8 @@ from ..base.materials import Material
 from ..model import bodies as sets
 from ..model.joints import ROWS, Cable, JointKind, joined
 from ..model.rules import rule
-from .changes import account, joints_present
+from .changes import account
+from .present_joints import joints_present
 from .views import core_of
 
 

@@ -238,7 +238,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             self._values.apply(self, h)
             _ = [part.load(h) for part in (self._meshes, self._networks) if part]
             if self._fluid:
-                self._fluid.follow()
+                self._fluid.prepare(h)
         return h
 
     def stepped(self, report, h):

@@ -162,7 +162,7 @@ def holds_together(simulation):
 def _walls(simulation, gravity):
     """Text on gravity that pulls bodies away from every wall, where nothing else holds them."""
     held = simulation.scene.fluids or simulation.meshes or holds_together(simulation)
-    moved = any(s.force is not None or callable(s.drive) or np.any(s.drive) for s in simulation._sets)
+    moved = any(s.force is not None or callable(s.imposed) or np.any(s.imposed) for s in simulation._sets)
     given = [np.asarray(s.velocity, float) for s in simulation._sets if s.velocity is not None]
     thrown = any(np.any(velocity[..., : len(gravity)] @ gravity < 0) for velocity in given)
     if held or moved or thrown:

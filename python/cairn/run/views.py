@@ -7,6 +7,7 @@ import numpy as np
 from .. import _core
 from ..base import checks
 from ..names import listed, meant
+from .present_joints import rows_of_joints
 from .shown import shown
 
 # arrays of bodies and of nodes that can be set
@@ -217,6 +218,17 @@ class ContactView(_View):
     def of_laws(self):
         """Arrays of laws that keep their pairs, {name: (n,)}: beta, stored and released [J]; {} in scenes without such laws."""
         return {name: getattr(self, name) for name in ("beta", "stored", "released")} if self._core.laws_keep else {}
+
+    def of_joints(self):
+        """Finds the contacts of joints, whose order follows bodies and changes as contacts come and go.
+
+        Returns
+        -------
+        dict
+            {name of a joint, as `join` gave it: its row in these arrays}, in the order in which they were joined; without those
+            that were removed; empty before the first step.
+        """
+        return rows_of_joints(self._simulation, self._core.scene, self.key)
 
     def releases(self):
         """Energy released by each contact since it began, (n,) [J]; (0,) for smooth contacts, which do not have it."""

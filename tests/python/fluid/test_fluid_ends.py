@@ -231,3 +231,37 @@ def test_an_inflow_that_leads_away_from_the_liquid_is_refused():
         way = "up" if sign > 0 else "down"
         with pytest.raises(ValueError, match=f"velocity of cn.Inflow leads {way} axis 0, away from the liquid"):
             cn.Simulation(scene, dt=0.02)
+
+
+@pytest.mark.parametrize(
+    "way, region, why",
+    [
+        ((-1, 0), [(2, 0), (2.4, 1)], "down axis 0, towards the liquid, at"),
+        ((0, 1), [(2, 0), (2.4, 1)], "up axis 1, along the side"),
+        ((1, 0), [(-0.4, 0), (0, 1)], "up axis 0, towards the liquid, at"),
+        ((0, 1), [(0.5, -0.4), (1, 0)], "up axis 1, towards the liquid, at"),
+        ((1, 0), [(0.5, -0.4), (1, 0)], "up axis 0, along the side"),
+        ((-1, 0), [(3, 0), (3.4, 1)], "down axis 0, towards the liquid, at"),
+    ],
+)
+def test_an_outflow_that_leads_the_wrong_way_is_refused(way, region, why):
+    scene = cn.Scene(dim=2)
+    scene.add(cn.fluid([(0, 0), (2, 1)], 0.1, 1.0, sound_speed=20.0), cn.Outflow(region, direction=way))
+    with pytest.raises(ValueError, match=f"cn.Outflow leads {why}.*give direction away from the liquid"):
+        cn.Simulation(scene, dt=0.02)
+
+
+@pytest.mark.parametrize(
+    "way, region",
+    [
+        ((1, 0), [(2, 0), (2.4, 1)]),
+        ((0, -1), [(2.2, 0), (2.6, 1)]),
+        ((0, -1), [(0.5, -0.4), (1, 0)]),
+        (None, [(1.6, 0), (2.4, 1)]),
+    ],
+)
+def test_an_outflow_that_liquid_can_enter_is_taken(way, region):
+    """Also one that it reaches later from above, and one that holds some of it."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.fluid([(0, 0), (2, 1)], 0.1, 1.0, sound_speed=20.0), cn.Outflow(region, direction=way))
+    assert len(cn.Simulation(scene, dt=0.02).fluid) == 200

@@ -73,6 +73,17 @@ def test_info_tells_the_liquid(runs, capsys):
     assert "of the liquid" not in capsys.readouterr().out
 
 
+def test_info_tells_the_liquid_of_a_checkpoint(tmp_path, capsys):
+    for depth, words in ((0.4, ("particles", "20", "weakly compressible")), (0, ())):
+        sim = box_of_liquid(depth)
+        sim.run(3, progress=False)
+        sim.checkpoint(tmp_path / "a.ckpt")
+        assert main(["info", str(tmp_path / "a.ckpt")]) == 0
+        text = capsys.readouterr().out
+        assert "0.012 s" in text and "steps" in text
+        assert all(word in text for word in words) and ("\nliquid\n" in text) == bool(depth)
+
+
 def test_convert_writes_the_liquid_or_tells_that_it_does_not(runs, tmp_path, capsys):
     run, last = str(runs / "a.vtkhdf"), cn.load(runs / "a.vtkhdf")[-1].fluid
     assert main(["convert", run, str(tmp_path / "b.csv")]) == 0

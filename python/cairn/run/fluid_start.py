@@ -1,0 +1,106 @@
+"""Looks at a liquid before its first step: depths of bodies, pressures of the start, sub-steps of a step."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from .fluid_gaps import FluidWarning
+
+MANY = 2000  # sub-steps of a step from which they are told: such a step takes as long as a usual run
+USUAL = 100  # sub-steps of a step that the remedy names
+SQUEEZED = 0.5  # change of density at the start from which the core refuses the flow
+
+
+def warn_of_depth(sets, held, depth, above):
+    """Warns of moving bodies in 2D whose masses are those of another depth than the one over which the liquid presses.
+
+    Parameters
+    ----------
+    sets : list of BodySet
+        Sets of bodies that the liquid meets, with ids.
+    held : set of int
+        Ids of bodies that do not move freely at all.
+    depth : float
+        That of the scene [m].
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    for s in sets:
+        if s.mesh is not None or s.depth is None or abs(s.depth - depth) <= 1e-9 * depth:
+            continue
+        free = [int(k) for k in s.own_ids if int(k) not in held]
+        if free:
+            warnings.warn(
+                f"depth of body {free[0]} is {s.depth:g} m, from which its mass comes, and that of the scene, over which the "
+                f"liquid presses, {depth:g} m: it floats as if {s.depth / depth:.3g} times as dense; give both the same, "
+                f"cn.Scene(depth={s.depth:g}) or depth={depth:g} of the body",
+                FluidWarning,
+                stacklevel=above + 1,
+            )
+            return
+
+
+def refuse_squeezed(pressures, settings):
+    """Refuses given pressures of the start by which a weakly compressible liquid would change its volume by half.
+
+    Parameters
+    ----------
+    pressures : list of ndarray (n,)
+        Pressures of each region for which they are given [Pa]; of others the speed of sound is to blame.
+    settings : dict
+        Those of the liquid.
+
+    Raises
+    ------
+    ValueError
+        If there is such a pressure.
+    """
+    if not pressures:
+        return
+    pressure, density, sound = np.concatenate(pressures), settings["density"], settings["sound_speed"]
+    most, wrong = SQUEEZED * density * sound**2, int(np.argmax(np.abs(pressure)))
+    if abs(pressure[wrong]) >= most and not settings["incompressible"]:
+        enough = 10 * math.sqrt(abs(pressure[wrong]) / density)
+        raise ValueError(
+            f"pressure of the fluid is {pressure[wrong]:g} Pa at the start, and with its sound speed of {sound:g} m/s {most:.3g} "
+            f"Pa change its volume by half: give a smaller pressure, or cn.fluid(sound_speed={enough:.3g})"
+        )
+
+
+def warn_of_sub_steps(settings, stable_step, h, above):
+    """Warns of a step that takes very many sub-steps of the weakly compressible liquid.
+
+    Parameters
+    ----------
+    settings : dict
+        Those of the liquid.
+    stable_step : float
+        Longest sub-step [s].
+    h : float
+        Length of the step [s].
+    above : int
+        Frames above the caller to which the warning points.
+
+    Returns
+    -------
+    bool
+        True if it does.
+    """
+    many = h / stable_step
+    if many < MANY:
+        return False
+    length, slower = settings["smoothing"] * settings["spacing"], ""
+    if settings["viscosity"] * stable_step >= 0.124 * settings["density"] * length**2:
+        slower = f"a viscosity below {settings['viscosity']:g} Pa s, "
+    elif settings["sound_speed"] * stable_step >= 0.1 * length:
+        slower = f"a sound_speed below {settings['sound_speed']:g} m/s, "
+    warnings.warn(
+        f"a step of {h:g} s takes {math.ceil(many)} sub-steps of the liquid, and the time of as many: give a smaller dt, {slower}"
+        f"or a larger spacing than {settings['spacing']:g} m; dt={h * USUAL / many:.1g} takes some {USUAL}",
+        FluidWarning,
+        stacklevel=above + 1,
+    )
+    return True
