@@ -14,7 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import _core
-from ..base.given_ranks import VARIABLE
 from ..options.solvers import NLGS, TOL, Default
 from ..options.strategies import NSCD
 from .compared import call_of
@@ -189,12 +188,15 @@ class Ranks:
 
 
 _exchange = None  # of the ranks of MPI that this process is one of
-_TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
+# begins of errors that all ranks raise, each with the rank that tells it
+_TOLD = re.compile(r"rank (\d+) of \d+(: | makes the call )")
+_CALLS = re.compile(r"ranks make unlike calls: ranks? (\d+)")
 
 
 def _is_of_all(error):
     """True for an error that all ranks raise."""
-    return _TOLD.match(str(error)) is not None or str(error).startswith("ranks were given unlike")
+    told = str(error)
+    return bool(_TOLD.match(told) or _CALLS.match(told)) or told.startswith("ranks were given unlike")
 
 
 def _end_all_by_errors(exchange):
@@ -220,48 +222,34 @@ def ended_by(kind, error, trace):
     """
     if _exchange is None:
         return
-    me, count = _exchange.local[0], _exchange.ranks
-    told_by = _TOLD.match(str(error))
-    everywhere = told_by is not None and told_by[2] == ":"
-    if everywhere and me != int(told_by[1]):
-        time.sleep(5)  # the rank that it names tells it and ends all
-    sys.stdout.flush()
+    if (teller := teller_of(error)) is not None:
+        leave_to(teller, number_of_process())
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
-    print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)
-    _exchange.abort(1)
+    named = teller is not None and _TOLD.match(str(error))
+    sys.stdout.flush()
+    print(text if named else f"{text}\n(rank {number_of_process()} of {_exchange.ranks})", file=sys.stderr, flush=True)
+    end_all()
 
 
-def launch(count, arguments):
-    """Runs a command of the shell over ranks of MPI, by mpirun; without it, or cairn_mpi, over ranks in one process.
-
-    Parameters
-    ----------
-    count : int
-        Number of ranks.
-    arguments : list of str
-        The arguments of `cairn`.
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
-    import shutil
-    import subprocess
-
-    program = [sys.executable, "-m", "cairn", *arguments]
-    starter = shutil.which("mpirun") or shutil.which("mpiexec")
-    if starter and Path(library()).exists():
-        return subprocess.call([starter, "-n", str(count), *_many_on_few(starter, count), *program],
-                               env={**os.environ, VARIABLE: "mpi"})  # fmt: skip
-    missing = "mpirun" if not starter else "the library cairn_mpi"
-    print(f"cairn: there is no {missing}: {count} ranks take turns in one process", file=sys.stderr)
-    return subprocess.call(program, env={**os.environ, VARIABLE: str(count)})
+def teller_of(error):
+    """Rank that tells an error that all ranks raise; None for an error of this process alone."""
+    told = _TOLD.match(str(error)) or _CALLS.match(str(error))
+    return int(told[1]) if told else 0 if _is_of_all(error) else None
 
 
-def _many_on_few(starter, count):
-    """Options by which Open MPI starts more processes than there are cores."""
-    import subprocess
+def leave_to(teller, me, seconds=5.0):
+    """Waits on ranks but the teller, which tells an error and ends all meanwhile."""
+    sys.stdout.flush()
+    if me != teller:
+        time.sleep(seconds)
 
-    told = subprocess.run([starter, "--version"], capture_output=True, text=True, check=False).stdout
-    return ["--oversubscribe"] if "Open MPI" in told and count > (os.cpu_count() or 1) else []
+
+def end_all():
+    """Ends all processes of MPI, with status 1; returns if there are none."""
+    if _exchange is not None:
+        _exchange.abort(1)
+
+
+def number_of_process():
+    """Rank of this process among those of MPI; None before a simulation runs over these."""
+    return None if _exchange is None else _exchange.local[0]
