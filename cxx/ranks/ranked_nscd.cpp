@@ -41,11 +41,15 @@ void RankedNscd::undo() {
 
 void RankedNscd::check_scene(const Simulation& s) const {
   const NscdOptions& o = settings();
-  if (o.solver.solver != "nlgs") refuse("the contact solver is " + o.solver.solver + ", and not nlgs");
+  if (o.solver.solver != "nlgs")
+    throw Error("the contact solver is " + o.solver.solver +
+                ", and over ranks NLGS solves contacts: give solver=cn.NLGS(tol=...), or leave out ranks");
   if (std::isfinite(o.solver.accuracy)) refuse("accuracy of velocities is asked for");
   if (o.solver.associated_start) refuse("associated_start is asked for");
   if (o.pose.kernel) refuse("the strategy is " + model_->name);
-  if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
+  if (o.integrator.name != "theta")
+    throw Error("the integrator is " + o.integrator.name +
+                ", and over ranks NSCD makes steps by theta: give integrator=cn.Theta(), or leave out ranks");
   if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");

@@ -90,8 +90,8 @@ def _creators(simulation):
     unseen = [f"a heavy body that light ones carry (masses differ by {ratio:.0e})"] if ratio > MASSES_DIFFER else []
     unseen += ["how far a long row of bonds falls that each miss little"] if any(law.bonds for law in laws) else []
     text = f"the error does not see {', nor '.join(unseen)}" if unseen else "that is what the tolerance leaves"
-    auto = "" if isinstance(simulation.strategy.solver, Auto) or not unseen else "solver=cn.Auto(), "
-    text += f"; give {_for(simulation, f'{auto}a smaller tol or accuracy=1e-3 of NSCD', 'a smaller tol')}"
+    auto = "" if isinstance(simulation.strategy.solver, Auto) or not unseen else "solver=cn.Auto() or "
+    text += f"; give {_for(simulation, 'a smaller tol', f'{auto}accuracy=1e-3 of NSCD')}"
     own = any(type(law).__name__ == "Restitution" and law.mu > 0 for law in laws)
     return text + (" (Restitution with friction may do so by its law)" if own else "")
 
@@ -113,14 +113,15 @@ def _rebounds(simulation):
         return None
     return (
         "Restitution with a rebound acts once bodies touch, after they overlapped by up to their speed times dt, and gives none "
-        f"of it back; give {_for(simulation, 'a smaller dt, or project_positions=True of NSCD', 'a smaller dt')}"
+        f"of it back; give {_for(simulation, 'a smaller dt', 'project_positions=True of NSCD')}"
     )
 
 
-def _for(simulation, remedy, over_ranks):
-    """The remedy that a simulation takes; over ranks, which refuse other solvers, accuracy and project_positions, that of ranks,
-    and the way out of them."""
-    return remedy if simulation.ranks is None else f"{over_ranks}; without ranks= also {remedy}"
+def _for(simulation, remedy, more):
+    """A remedy, and one more for runs without ranks: these refuse other solvers, accuracy and project_positions."""
+    if simulation.ranks is None:
+        return f"{remedy}, {more}" if " or " in more else f"{remedy}, or {more}"
+    return f"{remedy}; without ranks= also {more}"
 
 
 class StepWarnings:
@@ -250,7 +251,7 @@ class StepWarnings:
                 OverlapWarning,
                 f"superquadric {rolls} overlaps by {overlap:.2g} of the smaller size in step {simulation.steps}: flat faces of "
                 "superquadrics roll over their edges to first order of the step; give "
-                + _for(simulation, "project_positions=True of NSCD, or a smaller dt", "a smaller dt"),
+                + _for(simulation, "a smaller dt", "project_positions=True of NSCD"),
                 "edges",
             )
         grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
@@ -258,7 +259,7 @@ class StepWarnings:
             return
         before, steps = grown
         adds_up = f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give " + _for(
-            simulation, "a smaller tol, a smaller dt, or project_positions=True of NSCD", "a smaller tol or a smaller dt"
+            simulation, "a smaller tol, a smaller dt", "project_positions=True of NSCD"
         )
         self._tell(
             OverlapWarning,
@@ -300,7 +301,7 @@ class StepWarnings:
                         f"{what} {view.id[k]} moves {way[k]:.1e} m in step {simulation.steps}, and all bodies reach over "
                         f"{reach:.1e} m: this step, which {ENDED.get(info['status'], 'converged')}, or one before it went wrong, "
                         "and what follows has no meaning, though it may converge; give "
-                        + _for(simulation, "a smaller dt, solver=cn.Auto() or softer laws", "a smaller dt or softer laws")
+                        + _for(simulation, "a smaller dt, softer laws", "solver=cn.Auto()")
                         + ", and look at the status of the steps before",
                     )
 
