@@ -209,10 +209,11 @@ void Meetings::refuse(std::string_view call) {
   if (names.size() > 1)
     throw Error("ranks make unlike calls: " + told_by_rank(names, " makes ", " make ") +
                 "; make each call of a simulation on all ranks, but for what reads bodies and contacts");
-  const std::string given = arguments.size() > 1 ? " (" + told_by_rank(arguments, " gives ", " give ") + ")" : "";
+  const std::string given = arguments.size() > 1 ? " (" + told_by_rank(arguments, " gives ", " give ") + ")"
+                                                 : std::string(", or make it of unlike simulations");
   throw Error("ranks were given unlike values for " + name + given +
-              ", or make it of unlike simulations: every process has to run the same script to the same values (give "
-              "seeds to random numbers, take no time of a clock)");
+              ": every process has to run the same script to the same values (give seeds to random numbers, take no "
+              "time of a clock)");
 }
 
 } // namespace cairn

@@ -494,9 +494,10 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
     ranks = simulation.ranks
     if ranks is not None:
-        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every, "output": output}
+        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every}
+        given["output"] = None if output is None else str(output)
         given |= {"while_": while_ is None, "callback": callback is None, "probes": sorted(probes or {})}
-        ranks.check_same("run", {name: str(value) for name, value in given.items()})
+        ranks.check_same("run", given)
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     together = contextlib.nullcontext if ranks is None else ranks.failing_together

@@ -10,7 +10,7 @@ import re
 import sys
 import time
 import traceback
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 from .. import _core
@@ -61,11 +61,11 @@ class Ranks:
         self.check_same(
             "simulation",
             {
-                "bodies": simulation._fingerprint(),
-                "laws": repr(simulation._rules),
-                "gravity": "function" if callable(simulation.scene.gravity) else repr(tuple(simulation.scene.gravity)),
-                "dt": repr(simulation.dt),
-                "strategy": repr(simulation.strategy.settings()),
+                "bodies": f"{core_of(simulation).body_count} of mark {simulation._fingerprint()[:12]}",
+                "laws": simulation._rules,
+                "gravity": "function" if callable(simulation.scene.gravity) else tuple(simulation.scene.gravity),
+                "dt": simulation.dt,
+                "strategy": _Given(simulation.strategy),
             },
         )
         _core.over_ranks(core_of(simulation), self._exchange, exchange == "sweep")
@@ -106,22 +106,21 @@ class Ranks:
         of : str
             Its name in the message.
         told : dict
-            {name: text of a value}.
+            {name: value}.
 
         Raises
         ------
         ValueError
-            On every rank, if ranks have unlike values; it names them.
+            On every rank, if ranks have unlike values; it names these and the ranks.
         """
         self._exchange.meet(of)
-        digest = {name: hashlib.blake2b(text.encode(), digest_size=6).digest() for name, text in told.items()}
-        unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest.values()])
-        names = [name for name, differs in zip(told, unlike) if differs]
-        if names:
-            raise ValueError(
-                f"ranks were given unlike {', '.join(names)} of the {of}: every process has to run the same script to the same "
-                "values (give seeds to random numbers, take no time of a clock)"
-            )
+        digest = [hashlib.blake2b(repr(value).encode(), digest_size=6).digest() for value in told.values()]
+        unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest])
+        differing = {name: value for (name, value), differs in zip(told.items(), unlike) if differs}
+        if differing:
+            self._exchange.meet(call_of(f"the {of}", differing))
+            named = ", ".join(differing)  # where their texts are alike
+            raise ValueError(f"ranks were given unlike {named} of the {of}: every process has to run the same script to the same values")
 
     def check_same_call(self, of, given):
         """Compares the arguments that ranks gave to a call; all ranks call it.
@@ -187,6 +186,28 @@ class Ranks:
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
 
 
+class _Given:
+    """A strategy, which messages show by its options that are not the usual ones; all of its settings are compared."""
+
+    def __init__(self, strategy):
+        self._strategy = strategy
+
+    def to_dict(self):
+        return self._strategy.settings()
+
+    def __repr__(self):
+        mark = hashlib.blake2b(repr(self._strategy.settings()).encode(), digest_size=3).hexdigest()
+        return f"{_unusual(self._strategy)} ({mark})"
+
+
+def _unusual(value):
+    """Text of a value; of an option, those of its fields alone that are not as by default."""
+    if not is_dataclass(value):
+        return repr(value)
+    parts = [f"{f.name}={_unusual(of)}" for f in fields(value) if repr(of := getattr(value, f.name)) != repr(f.default)]
+    return f"{type(value).__name__}({', '.join(parts)})"
+
+
 _exchange = None  # of the ranks of MPI that this process is one of
 # begins of errors that all ranks raise, each with the rank that tells it
 _TOLD = re.compile(r"rank (\d+) of \d+(: | makes the call )")
@@ -225,9 +246,8 @@ def ended_by(kind, error, trace):
     if (teller := teller_of(error)) is not None:
         leave_to(teller, number_of_process())
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
-    named = teller is not None and _TOLD.match(str(error))
     sys.stdout.flush()
-    print(text if named else f"{text}\n(rank {number_of_process()} of {_exchange.ranks})", file=sys.stderr, flush=True)
+    print(text if teller is not None else f"{text}\n(rank {number_of_process()} of {_exchange.ranks})", file=sys.stderr, flush=True)
     end_all()
 
 
