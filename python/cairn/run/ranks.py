@@ -119,8 +119,8 @@ class Ranks:
         differing = {name: value for (name, value), differs in zip(told.items(), unlike) if differs}
         if differing:
             self._exchange.meet(call_of(f"the {of}", differing))
-            named = ", ".join(differing)  # where their texts are alike
-            raise ValueError(f"ranks were given unlike {named} of the {of}: every process has to run the same script to the same values")
+            names = ", ".join(differing)  # where their texts are alike
+            raise ValueError(f"ranks were given unlike {names} of the {of}: run the same script to the same values on all ranks")
 
     def check_same_call(self, of, given):
         """Compares the arguments that ranks gave to a call; all ranks call it.
@@ -247,7 +247,8 @@ def ended_by(kind, error, trace):
         leave_to(teller, number_of_process())
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
     sys.stdout.flush()
-    print(text if teller is not None else f"{text}\n(rank {number_of_process()} of {_exchange.ranks})", file=sys.stderr, flush=True)
+    of_rank = "" if teller is not None else f"\n(rank {number_of_process()} of {_exchange.ranks})"
+    print(text + of_rank, file=sys.stderr, flush=True)
     end_all()
 
 
