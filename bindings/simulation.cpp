@@ -134,7 +134,8 @@ py::dict energy_of(const cairn::Energy& e) {
   return out;
 }
 
-py::dict report_of(const cairn::StepReport& r) {
+py::dict report_of(const Simulation& s) {
+  const cairn::StepReport& r = s.report;
   py::dict out;
   out["step"] = r.step;
   out["time"] = r.time;
@@ -159,7 +160,8 @@ py::dict report_of(const cairn::StepReport& r) {
   if (r.solve.joint_contact >= 0) {
     out["joint_error"] = r.solve.joint_error;
     out["joint_gap"] = r.solve.joint_gap;
-    out["joint_contact"] = r.solve.joint_contact;
+    const bool ranked = dynamic_cast<const cairn::OverRanks*>(&s.strategy()) != nullptr;
+    out["joint_contact"] = ranked ? -1 : r.solve.joint_contact; // of the contacts of a rank, which have another order
   }
   if (!r.solve.joint_hint.empty()) out["joint_hint"] = r.solve.joint_hint;
   out["hint"] = r.solve.hint;
@@ -419,7 +421,7 @@ void bind_simulation(py::module_& m) {
                py::gil_scoped_release release;
                s.step(h);
              }
-             py::dict report = report_of(s.report);
+             py::dict report = report_of(s);
              add_network_reports(report, s);
              return report;
            })
@@ -440,7 +442,7 @@ void bind_simulation(py::module_& m) {
       .def("undo_step", [](Simulation& s) { stages_of(s, "undo_step").undo_step(s); })
       .def("report",
            [](Simulation& s) {
-             py::dict report = report_of(s.report);
+             py::dict report = report_of(s);
              add_network_reports(report, s);
              return report;
            })

@@ -47,12 +47,24 @@ std::string listed(const std::vector<int>& ranks) {
   return told;
 }
 
-// "rank 0 <one> step, ranks 1 to 3 <many> checkpoint" of the ranks by text.
+// "rank 0 <one> step, ranks 1 to 3 <many> checkpoint" of the ranks by text, in the order of their first ones; those
+// whose program has ended come last.
 std::string told_by_rank(const std::map<std::string, std::vector<int>>& ranks, const char* one, const char* many) {
+  std::vector<std::pair<std::vector<int>, std::string>> ordered;
+  for (const auto& [text, of] : ranks)
+    if (text != end_of_program) ordered.emplace_back(of, text);
+  std::ranges::sort(ordered);
   std::string told;
-  for (const auto& [text, of] : ranks) {
-    told += told.empty() ? "" : ", ";
-    told += (of.size() > 1 ? "ranks " : "rank ") + listed(of) + (of.size() > 1 ? many : one) + text;
+  const auto name = [&](const std::vector<int>& of) {
+    told += (told.empty() ? "" : ", ") + std::string(of.size() > 1 ? "ranks " : "rank ") + listed(of);
+  };
+  for (const auto& [of, text] : ordered) {
+    name(of);
+    told += (of.size() > 1 ? many : one) + text;
+  }
+  if (const auto last = ranks.find(std::string(end_of_program)); last != ranks.end()) {
+    name(last->second);
+    told += last->second.size() > 1 ? " end their program" : " ends its program";
   }
   return told;
 }
@@ -195,13 +207,13 @@ void Meetings::refuse(std::string_view call) {
   if (names.count(std::string(end_of_program)) > 0) ended_ = true;
   const std::string name(name_of(call));
   if (names.size() > 1)
-    throw Error("rank " + std::to_string(me_) + " of " + std::to_string(ranks_) + " makes the call " + name +
-                ", where " + told_by_rank(names, " makes ", " make ") +
-                ": all ranks have to make each call of a simulation, but for what reads bodies and contacts");
-  const std::string given = arguments.size() > 1 ? " (" + told_by_rank(arguments, " gives ", " give ") + ")" : "";
+    throw Error("ranks make unlike calls: " + told_by_rank(names, " makes ", " make ") +
+                "; make each call of a simulation on all ranks, but for what reads bodies and contacts");
+  const std::string given = arguments.size() > 1 ? " (" + told_by_rank(arguments, " gives ", " give ") + ")"
+                                                 : std::string(", or make it of unlike simulations");
   throw Error("ranks were given unlike values for " + name + given +
-              ", or make it of unlike simulations: every process has to run the same script to the same values (give "
-              "seeds to random numbers, take no time of a clock)");
+              ": every process has to run the same script to the same values (give seeds to random numbers, take no "
+              "time of a clock)");
 }
 
 } // namespace cairn

@@ -48,7 +48,7 @@ struct OverRanks::Shown {
 };
 
 void OverRanks::refuse(const std::string& what) {
-  throw Error(what + ", which does not run over ranks: leave out ranks, or that");
+  throw Error(what + ", which does not run over ranks: leave that out, or leave out ranks");
 }
 
 OverRanks::OverRanks(std::unique_ptr<Strategy> model, std::shared_ptr<Exchange> exchange, Rhythm rhythm)
@@ -406,7 +406,8 @@ std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::sh
     throw Error("exchange is 'sweep', and the strategy is " + strategy->name + ", which makes no sweeps: give NSCD");
   if (dynamic_cast<SmoothDem*>(strategy.get()))
     return std::make_unique<RankedSmooth>(std::move(strategy), std::move(exchange));
-  throw Error("the strategy is " + strategy->name + ", which does not run over ranks: leave out ranks, or that");
+  throw Error("the strategy is " + strategy->name +
+              ", which does not run over ranks: leave that out, or leave out ranks");
 }
 
 } // namespace cairn

@@ -124,7 +124,6 @@ void RankedNscd::hold_joints(Simulation& s, double h) {
     }
     if (contacts.part()) contacts.part()->simulation->interactions.restore(at_begin);
   }
-  report.joint_contact = -1; // there is no order of the contacts of all ranks
 }
 
 } // namespace cairn

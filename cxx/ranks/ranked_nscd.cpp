@@ -46,7 +46,9 @@ void RankedNscd::check_scene(const Simulation& s) const {
   const NscdOptions& o = settings();
   if (o.solver.associated_start) refuse("associated_start is asked for");
   if (o.pose.kernel) refuse("the strategy is " + model_->name);
-  if (o.integrator.name != "theta") refuse("the integrator is " + o.integrator.name + ", and not theta");
+  if (o.integrator.name != "theta")
+    throw Error("the integrator is " + o.integrator.name +
+                ", and over ranks NSCD makes steps by theta: give integrator=cn.Theta(), or leave out ranks");
   if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");

@@ -194,8 +194,8 @@ void Nscd::restore(Simulation& s, ContactMemory memory) {
 
 Nscd& stages_of(Simulation& s, const std::string& call) {
   if (auto* nscd = dynamic_cast<Nscd*>(&s.strategy())) return *nscd;
-  throw Error(call + " needs the stages of NSCD, which the strategy " + s.strategy().name +
-              " has not: give the scene to a simulation of NSCD, without ranks");
+  throw Error(call + " needs the stages of NSCD, and the strategy is " + s.strategy().name +
+              ": give the scene to a simulation of NSCD, without ranks");
 }
 
 Simulation::Simulation(Scene s, LawTable l, const NscdOptions& options)

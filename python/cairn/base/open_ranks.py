@@ -75,19 +75,22 @@ def failing_alike(exchange, path):
 
 
 _exchange = None  # of the ranks of MPI that this process is one of
-_TOLD = re.compile(r"rank (\d+) of \d+(:| makes the call)")  # begin of errors that all ranks raise
+# begins of errors that all ranks raise, each with the rank that tells it
+_TOLD = re.compile(r"rank (\d+) of \d+(: | makes the call )")
+_CALLS = re.compile(r"ranks make unlike calls: ranks? (\d+)")
 
 
 def _fails_elsewhere(error):
     """True for the error of another rank."""
     told = _TOLD.search(str(error))
-    return told is not None and told[2] == ":"
+    return told is not None and told[2] == ": "
 
 
 def is_of_all(error):
     """True for an error that all ranks raise."""
-    alike = getattr(error, "is_of_all_ranks", False) or str(error).startswith("ranks were given unlike")
-    return alike or _TOLD.match(str(error)) is not None
+    told = str(error)
+    alike = getattr(error, "is_of_all_ranks", False) or told.startswith("ranks were given unlike")
+    return alike or bool(_TOLD.match(told) or _CALLS.match(told))
 
 
 def _end_all_by_errors(exchange):
@@ -113,12 +116,38 @@ def ended_by(kind, error, trace):
     """
     if _exchange is None:
         return
-    me, count = _exchange.local[0], _exchange.ranks
-    told_by = _TOLD.search(str(error)) if is_of_all(error) else None
-    everywhere = told_by is not None and told_by[2] == ":"
-    if everywhere and me != int(told_by[1]):
-        time.sleep(5)  # the rank that it names tells it and ends all
-    sys.stdout.flush()
+    if (teller := teller_of(error)) is not None:
+        leave_to(teller, number_of_process())
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
-    print(text if everywhere else f"{text}\n(rank {me} of {count})", file=sys.stderr, flush=True)
-    _exchange.abort(1)
+    sys.stdout.flush()
+    of_rank = "" if teller is not None else f"\n(rank {number_of_process()} of {_exchange.ranks})"
+    print(text + of_rank, file=sys.stderr, flush=True)
+    end_all()
+
+
+def teller_of(error):
+    """Rank that tells an error that all ranks raise; None for an error of this process alone."""
+    if not is_of_all(error):
+        return None
+    told = _TOLD.search(str(error)) or _CALLS.match(str(error))
+    if told is None and getattr(error, "is_of_all_ranks", False):
+        return number_of_process()  # the error of this rank, which others name
+    return int(told[1]) if told else 0
+
+
+def leave_to(teller, me, seconds=5.0):
+    """Waits on ranks but the teller, which tells an error and ends all meanwhile."""
+    sys.stdout.flush()
+    if me != teller:
+        time.sleep(seconds)
+
+
+def end_all():
+    """Ends all processes of MPI, with status 1; returns if there are none."""
+    if _exchange is not None:
+        _exchange.abort(1)
+
+
+def number_of_process():
+    """Rank of this process among those of MPI; None before a simulation runs over these."""
+    return None if _exchange is None else _exchange.local[0]

@@ -25,7 +25,7 @@ from . import (
     view,
     wrap_law,
 )
-from .errors import in_a_line, interrupted, line_of, meant_to_be_read, show_own
+from .errors import interrupted, told
 from .parser import Parser, add_command
 
 COMMANDS = {
@@ -122,18 +122,7 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        if "cairn.base.open_ranks" in sys.modules:
-            sys.modules["cairn.base.open_ranks"].ended_by(type(error), error, error.__traceback__)
-        place = ""
-        if passed_on is not None:
-            if not meant_to_be_read(error):  # the script's own trouble: show where
-                show_own(error, options.what)
-                return 1
-            place = line_of(error, options.what)
-        elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or meant_to_be_read(error)):
-            raise
-        print(f"cairn: error: {place}{in_a_line(error)}", file=sys.stderr)
-        return 1
+        return told(error, options.what if passed_on is not None else None)
 
 
 def _of_script(arguments):

@@ -57,15 +57,47 @@ def line_of(error, script):
 
 def interrupted(error):
     """Says where the simulation at hand was, if it has not been said, and returns the exit status."""
+    from ..run import launching
     from ..run.loop import Stopped
     from ..run.simulation import Simulation
 
     if isinstance(error, Stopped):  # said when the run ended
         return error.status
+    if not launching.first():
+        return 130
     found = [x for frame, _, _ in _frames(error) for x in frame.f_locals.values() if isinstance(x, Simulation)]
     at = f" at step {found[-1].steps}, t = {found[-1].time:g} s" if found else ""
     print(f"cairn: stopped by Ctrl-C{at}", file=sys.stderr)
     return 130
+
+
+ON_ALL = 3.0  # [s] within which rank 0 tells an error that each rank may have found by itself
+
+
+def told(error, script):
+    """Prints an error of a command, or of the script that it runs; of several ranks one does, and ends the others. Returns the
+    exit status."""
+    ranks, launching = sys.modules.get("cairn.base.open_ranks"), sys.modules.get("cairn.run.launching")
+    over = ranks is not None and launching is not None
+    rank = launching.number_of_process() if over else 0
+    place = "" if script is None else line_of(error, script)
+    if over:
+        teller = ranks.teller_of(error)
+        ranks.leave_to(teller or 0, rank, ON_ALL)
+        if teller == rank and error.__cause__ is not None:
+            error = error.__cause__  # of this rank, of which all were told
+    of_rank = f"rank {rank}: " if rank else ""
+    usual = (OSError, ValueError, LookupError, TypeError, ImportError)
+    if script is None and not (isinstance(error, usual) or meant_to_be_read(error)):
+        raise error
+    if script is not None and not meant_to_be_read(error):  # the script's own trouble: show where
+        print(of_rank, end="", file=sys.stderr)
+        show_own(error, script)
+    else:
+        print(f"cairn: error: {of_rank}{place}{in_a_line(error)}", file=sys.stderr, flush=True)
+    if over:
+        ranks.end_all()
+    return 1
 
 
 def show_own(error, script):

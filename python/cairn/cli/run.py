@@ -76,10 +76,12 @@ def add_parser(add, commands):
 
 def main(options):
     """`cairn run`."""
+    from ..run import launching
     from ..run import loop as runs
 
     if options.ranks is not None:
         return _over_ranks(options)
+    launching.take_signals()
     if options.what.endswith(".py"):
         import runpy
 
@@ -96,7 +98,11 @@ def main(options):
             except SystemExit as end:
                 if command.stopped is None or end.code not in (None, 0):
                     raise
-        if options.passed_on and not arguments.read:
+            except KeyboardInterrupt as late:
+                if command.stopped is None:
+                    raise
+                raise runs.Stopped(command.status) from late  # the same signal, which another rank had first
+        if options.passed_on and not arguments.read and launching.first():
             told = f"cairn: warning: {options.what} reads no options, so {' '.join(options.passed_on)} had no effect"
             print(f"{told}: set what they mean in the script, or read them from sys.argv there", file=sys.stderr)
         return command.status
@@ -137,7 +143,7 @@ def main(options):
         )
     if dump and dump.written is None:
         raise ValueError(f"--dump-problem {options.dump_problem}: no such step was made, {taken} were")
-    if not options.quiet:
+    if not options.quiet and launching.first():
         if dump:
             print(f"the contact problem of step {dump.written}, error {dump.error:.2e}, is in {dump.path}")
         print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
@@ -147,7 +153,7 @@ def main(options):
 def _over_ranks(options):
     """Runs the same command without --ranks over ranks."""
     from ..base import checks
-    from ..run.ranks import launch
+    from ..run.launching import launch
 
     count = checks.count("--ranks", options.ranks, 1, 100_000)
     arguments = list(sys.argv[1:])
@@ -158,7 +164,7 @@ def _over_ranks(options):
 
 def _document(options):
     """Runs a scene that is a JSON document; options of the command come before those of the document."""
-    from ..run import documents
+    from ..run import documents, launching
     from ..run import loop as runs
 
     document = documents.read(options.what)
@@ -183,7 +189,7 @@ def _document(options):
         simulation.restore(options.restart)
     with runs.commanded() as command:
         taken = simulation.run(progress=not options.quiet, **given)
-    if not options.quiet:
+    if not options.quiet and launching.first():
         print(f"{taken} steps, t = {simulation.time:g} s, written to {given['output']}")
     return command.status
 

@@ -51,7 +51,7 @@ def look_at_added(simulation, ids, share):
     theirs = np.isin(pairs, ids).any(axis=1)
     listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
     if listed:
-        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS}"
+        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS if simulation.ranks is None else ''}"
         text = f"of the bodies added before step {simulation.steps}, {listed}: {remedy}"
         warnings.warn(text, OverlapWarning, stacklevel=5)
     return deepest

@@ -467,6 +467,23 @@ def _stepped(simulation, first, time_error_every):
     return report if found is None else simulation.add_to_report(time_error=found)
 
 
+def _of_any(ranks, number):
+    """Number of the signal that came to any rank; None without one. All ranks call it."""
+    return next((k for k in (signal.SIGINT, signal.SIGTERM) if ranks.any(k == number, "run")), None)
+
+
+@contextlib.contextmanager
+def _closing(recorder, alike):
+    """Closes a recorder at the end of the `with` block; without an error, within `alike`, a block of all ranks."""
+    failed = True
+    try:
+        yield
+        failed = False
+    finally:
+        with contextlib.nullcontext() if failed else alike():
+            recorder.close(failed)
+
+
 def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append,
         time_error_every=None):  # fmt: skip
     """See Simulation.run."""
@@ -483,14 +500,16 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         raise ValueError("append and overwrite are both True: give one of them, to go on in a file or to replace it")
     if command is not None and command.stopped is not None:
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
-    ranks, failed = simulation.ranks, True
+    ranks = simulation.ranks
     if ranks is not None:
-        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every, "output": output}
+        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every}
+        given["output"] = None if output is None else str(output)
         given |= {"while_": while_ is None, "callback": callback is None, "probes": sorted(probes or {})}
-        ranks.check_same("run", {name: str(value) for name, value in given.items()})
+        ranks.check_same("run", given)
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     alike = contextlib.nullcontext if ranks is None or output is None else partial(ranks.failing_alike, output)
+    together = contextlib.nullcontext if ranks is None else ranks.failing_together
     with alike():
         recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append, probes)
     total = steps
@@ -502,35 +521,32 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     if ranks is not None and not ranks.first:
         progress = False
     left = contextlib.nullcontext() if ranks is None else ranks.leaving_state()
-    together = contextlib.nullcontext if ranks is None else ranks.failing_together
-    try:
-        with StopAtSignal() as stop, Progress(total, enabled=progress) as bar, left:
-            ended = False
-            while last is None or simulation.steps < last:
-                # half a step of tolerance, since time is a rounded sum of steps
-                ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
-                with together():
-                    ended = ended or (while_ is not None and not while_(simulation))
-                if ended if ranks is None else ranks.any(ended, "run"):  # one rank ends the run of all
-                    break
-                info = _stepped(simulation, first, time_error_every)
-                with together():
-                    recorder.record()
-                if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
-                    log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
-                                info["iterations"])  # fmt: skip
-                bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"],
-                           overlap=simulation._deepest)  # fmt: skip
-                with together():
-                    ended = callback is not None and callback(simulation) is False
-        failed = False
-    finally:
-        with contextlib.nullcontext() if failed else alike():
-            recorder.close(failed)
-        log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
-    if stop:
-        _tell(simulation, stop.signal, output)
+    # signals wait for the files too
+    with StopAtSignal() as stop, _closing(recorder, alike), Progress(total, enabled=progress) as bar, left:
+        ended = False
+        while last is None or simulation.steps < last:
+            # half a step of tolerance, since time is a rounded sum of steps
+            ended = ended or bool(stop) or (until is not None and simulation.time + simulation.dt / 2 > until)
+            with together():
+                ended = ended or (while_ is not None and not while_(simulation))
+            if ended if ranks is None else ranks.any(ended, "run"):  # one rank ends the run of all
+                break
+            info = _stepped(simulation, first, time_error_every)
+            with together():
+                recorder.record()
+            if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
+                log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
+                            info["iterations"])  # fmt: skip
+            bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"],
+                       overlap=simulation._deepest)  # fmt: skip
+            with together():
+                ended = callback is not None and callback(simulation) is False
+    log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
+    number = stop.signal if ranks is None else _of_any(ranks, stop.signal)
+    if number is not None:
+        if ranks is None or ranks.first:
+            _tell(simulation, number, output)
         if command is not None:
-            command.stopped = stop.signal
+            command.stopped = number
     scene_warnings.warn_of_rest(simulation, simulation.steps - first, 4)
     return simulation.steps - first

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
-import sys
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import fields, is_dataclass, replace
 
 from .. import _core
-from ..base.given_ranks import VARIABLE
-from ..base.open_ranks import failing_alike, is_of_all, library, opened
+from ..base.open_ranks import failing_alike, is_of_all, opened
 from ..options.solvers import TOL, Default
 from ..options.strategies import NSCD
 from .compared import call_of
@@ -49,11 +45,11 @@ class Ranks:
         self.check_same(
             "simulation",
             {
-                "bodies": simulation._fingerprint(),
-                "laws": repr(simulation._rules),
-                "gravity": "function" if callable(simulation.scene.gravity) else repr(tuple(simulation.scene.gravity)),
-                "dt": repr(simulation.dt),
-                "strategy": repr(simulation.strategy.settings()),
+                "bodies": f"{core_of(simulation).body_count} of mark {simulation._fingerprint()[:12]}",
+                "laws": simulation._rules,
+                "gravity": "function" if callable(simulation.scene.gravity) else tuple(simulation.scene.gravity),
+                "dt": simulation.dt,
+                "strategy": _Given(simulation.strategy),
             },
         )
         _core.over_ranks(core_of(simulation), self._exchange, exchange == "sweep")
@@ -95,22 +91,21 @@ class Ranks:
         of : str
             Its name in the message.
         told : dict
-            {name: text of a value}.
+            {name: value}.
 
         Raises
         ------
         ValueError
-            On every rank, if ranks have unlike values; it names them.
+            On every rank, if ranks have unlike values; it names these and the ranks.
         """
         self._exchange.meet(of)
-        digest = {name: hashlib.blake2b(text.encode(), digest_size=6).digest() for name, text in told.items()}
-        unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest.values()])
-        names = [name for name, differs in zip(told, unlike) if differs]
-        if names:
-            raise ValueError(
-                f"ranks were given unlike {', '.join(names)} of the {of}: every process has to run the same script to the same "
-                "values (give seeds to random numbers, take no time of a clock)"
-            )
+        digest = [hashlib.blake2b(repr(value).encode(), digest_size=6).digest() for value in told.values()]
+        unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest])
+        differing = {name: value for (name, value), differs in zip(told.items(), unlike) if differs}
+        if differing:
+            self._exchange.meet(call_of(f"the {of}", differing))
+            names = ", ".join(differing)  # where their texts are alike
+            raise ValueError(f"ranks were given unlike {names} of the {of}: run the same script to the same values on all ranks")
 
     def check_same_call(self, of, given):
         """Compares the arguments that ranks gave to a call; all ranks call it.
@@ -191,37 +186,23 @@ class Ranks:
         return f"<Ranks: {self.count}, {self.kind}, rank {self.rank}>"
 
 
-def launch(count, arguments):
-    """Runs a command of the shell over ranks of MPI, by mpirun; without it, or cairn_mpi, over ranks in one process.
+class _Given:
+    """A strategy, which messages show by its options that are not the usual ones; all of its settings are compared."""
 
-    Parameters
-    ----------
-    count : int
-        Number of ranks.
-    arguments : list of str
-        The arguments of `cairn`.
+    def __init__(self, strategy):
+        self._strategy = strategy
 
-    Returns
-    -------
-    int
-        Exit status.
-    """
-    import shutil
-    import subprocess
+    def to_dict(self):
+        return self._strategy.settings()
 
-    program = [sys.executable, "-m", "cairn", *arguments]
-    starter = shutil.which("mpirun") or shutil.which("mpiexec")
-    if starter and Path(library()).exists():
-        return subprocess.call([starter, "-n", str(count), *_many_on_few(starter, count), *program],
-                               env={**os.environ, VARIABLE: "mpi"})  # fmt: skip
-    missing = "mpirun" if not starter else "the library cairn_mpi"
-    print(f"cairn: there is no {missing}: {count} ranks take turns in one process", file=sys.stderr)
-    return subprocess.call(program, env={**os.environ, VARIABLE: str(count)})
+    def __repr__(self):
+        mark = hashlib.blake2b(repr(self._strategy.settings()).encode(), digest_size=3).hexdigest()
+        return f"{_unusual(self._strategy)} ({mark})"
 
 
-def _many_on_few(starter, count):
-    """Options by which Open MPI starts more processes than there are cores."""
-    import subprocess
-
-    told = subprocess.run([starter, "--version"], capture_output=True, text=True, check=False).stdout
-    return ["--oversubscribe"] if "Open MPI" in told and count > (os.cpu_count() or 1) else []
+def _unusual(value):
+    """Text of a value; of an option, those of its fields alone that are not as by default."""
+    if not is_dataclass(value):
+        return repr(value)
+    parts = [f"{f.name}={_unusual(of)}" for f in fields(value) if repr(of := getattr(value, f.name)) != repr(f.default)]
+    return f"{type(value).__name__}({', '.join(parts)})"

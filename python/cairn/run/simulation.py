@@ -474,7 +474,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
 
         Notes
         -----
-        Without ranks, bodies that overlap others by over `overlap_share` are told of in the next step, but for overlap="ignore".
+        Bodies that overlap others by over `overlap_share` are told of in the next step, but for overlap="ignore".
         """
         from ..model.bodies import replace
 
@@ -493,7 +493,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time, numbers))
             self._sets.append(replace(s, ids=ids[-1]))
-        if ids and self._ranks is None and self._overlap_share < np.inf:
+        if ids and self._overlap_share < np.inf:
             self._added.append(np.concatenate(ids))
         self._radii = None
         if self._given.for_scene(self._core.scene, self._rules, free_masses(self._sets)) != self._strategy:

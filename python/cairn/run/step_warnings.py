@@ -131,14 +131,15 @@ def _rebounds(simulation):
         return None
     return (
         "Restitution with a rebound acts once bodies touch, after they overlapped by up to their speed times dt, and gives none "
-        f"of it back; give {_for(simulation, 'a smaller dt, or project_positions=True of NSCD', 'a smaller dt')}"
+        f"of it back; give {_for(simulation, 'a smaller dt', 'project_positions=True of NSCD')}"
     )
 
 
-def _for(simulation, remedy, over_ranks):
-    """The remedy that a simulation takes; over ranks, which refuse project_positions, that of ranks,
-    and the way out of them."""
-    return remedy if simulation.ranks is None else f"{over_ranks}; without ranks= also {remedy}"
+def _for(simulation, remedy, more):
+    """A remedy, and one more for runs without ranks: these refuse project_positions."""
+    if simulation.ranks is None:
+        return f"{remedy}, {more}" if " or " in more else f"{remedy}, or {more}"
+    return f"{remedy}; without ranks= also {more}"
 
 
 class StepWarnings:
@@ -268,7 +269,7 @@ class StepWarnings:
                 OverlapWarning,
                 f"superquadric {rolls} overlaps by {overlap:.2g} of the smaller size in step {simulation.steps}: flat faces of "
                 "superquadrics roll over their edges to first order of the step; give "
-                + _for(simulation, "project_positions=True of NSCD, or a smaller dt", "a smaller dt"),
+                + _for(simulation, "a smaller dt", "project_positions=True of NSCD"),
                 "edges",
             )
         grown = None if "sinks" in self._told else self._sinking.look(overlap, self._first_overlap)
@@ -276,7 +277,7 @@ class StepWarnings:
             return
         before, steps = grown
         adds_up = f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give " + _for(
-            simulation, "a smaller tol, a smaller dt, or project_positions=True of NSCD", "a smaller tol or a smaller dt"
+            simulation, "a smaller tol, a smaller dt", "project_positions=True of NSCD"
         )
         self._tell(
             OverlapWarning,

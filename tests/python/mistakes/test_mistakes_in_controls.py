@@ -5,6 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.first_overlaps import WITHOUT_RANKS
 
 ROCK = cn.Material("rock", density=2600.0)
 PLACES = (np.indices((3, 3)).reshape(2, -1).T + 0.5) * 0.02
@@ -82,6 +83,8 @@ def test_a_body_added_into_another_is_told_with_both_ids():
     assert len(added((0, -0.1))) == 1  # into the floor
     assert len(added((0, 1.38))) == 1 and not added((0, 1.399)) and not added((0, 1.38), overlap_share=0.06)
     assert not [text for text in added((0, 1.38), overlap="ignore") if "added" in text]
+    over = added((0, 0.6), ranks=2)
+    assert len(over) == 1 and over[0] == texts[0].replace(WITHOUT_RANKS, "")
 
 
 def test_a_body_that_was_added_before_a_restored_step_is_told_once(tmp_path):
@@ -138,5 +141,6 @@ def test_advice_over_ranks_can_be_followed_there():
         texts[ranks] = [str(w.message) for w in caught if w.category in (cn.OverlapWarning, cn.EnergyCreatedWarning)]
     overlap, created = texts[2]
     assert "project_positions" in texts[None][0] and "project_positions" not in overlap
-    assert "give solver=cn.Auto(), a smaller tol or accuracy=1e-3" in texts[None][1]
-    assert "give a smaller tol; without ranks= also solver=cn.Auto()" in created
+    assert "give a smaller tol, solver=cn.Auto() or accuracy=1e-3" in texts[None][1]
+    assert "give a smaller tol; without ranks= also solver=cn.Auto() or accuracy=1e-3 of NSCD" in created
+    assert created.count("a smaller") == 1

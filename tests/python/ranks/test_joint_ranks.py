@@ -79,6 +79,22 @@ def test_the_motion_is_that_without_ranks(scene):
     assert abs(over.energy["closure"]) < 1e-9 * over.energy["in_play"]
 
 
+@pytest.mark.filterwarnings("ignore::cairn.JointWarning", "ignore::cairn.EnergyCreatedWarning")
+def test_the_drift_of_joints_is_told_over_ranks():
+    def pendulum():
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        ball = scene.add(cn.disks([(1.0, 0.0)], 0.1, ROCK, velocity=[(0.0, 30.0)]))[0]
+        scene.join(ball, None, cn.Pivot(point=(0.0, 0.0)))
+        return scene
+
+    alone, *over = [run(pendulum, ranks, 3, SHARP, 5e-2).info for ranks in (None, 1, 3)]
+    assert alone["joint_gap"] > 1e-6 and alone["joint_contact"] == 0
+    for info in over:
+        assert info["joint_gap"] == over[0]["joint_gap"] == pytest.approx(alone["joint_gap"], rel=1e-6)
+        assert info["joint_error"] == over[0]["joint_error"] == pytest.approx(alone["joint_error"], rel=1e-6)
+        assert info["joint_contact"] == -1  # the rank that has the joints counts them in an order of its own
+
+
 def test_bodies_of_joints_are_on_one_rank():
     sim = run(SCENES[0], 4, 1)
     assert len(set(sim.ranks.owner[15:19])) == 1 and len(set(sim.ranks.owner)) == 4

@@ -121,16 +121,19 @@ np.savez(f"{sim.ranks.rank}.npz", x=sim.nodes.position, v=sim.nodes.velocity, st
         assert all(np.array_equal(end[name], of) for name, of in wanted.items())
 
 
-@pytest.mark.parametrize(("change", "name"), [
-    ("rng.uniform(0.42, 0.48, 64)", "bodies"), ("dt=4e-3", "dt"), ("mu=0.4", "laws"), ("tol=1e-6", "strategy"),
+@pytest.mark.parametrize(("change", "first", "second"), [
+    ("rng.uniform(0.42, 0.48, 64)", "bodies='66 of mark ", "bodies='66 of mark "), ("dt=4e-3", "dt=0.004", "dt=0.008)"),
+    ("mu=0.4", "laws=[('rock', 'rock', Coulomb(mu=0.4))]", "laws=[('rock', 'rock', Coulomb(mu=0.8))]"),
+    ("tol=1e-6", "strategy=NSCD(solver=NLGS(tol=1e-06", "strategy=NSCD(solver=NLGS(tol=2e-06"),
 ])  # fmt: skip
-def test_ranks_with_unlike_scenes_are_refused(tmp_path, change, name):
+def test_ranks_with_unlike_scenes_are_refused(tmp_path, change, first, second):
     """A script that gives values of its own to each rank: without a seed, by a clock, by its number."""
     rank = 'import os; rank = int(os.environ["OMPI_COMM_WORLD_RANK"])\n'
     value, _, number = change.rpartition("=") if "=" in change else (change, "", "")
     unlike = f"{value}={number} * (1 + rank)" if number else f"({value} + 1e-3 * rank)"
     _, said = started(tmp_path, rank + text("mpi", "").replace(change, unlike, 1), expect=1)
-    assert f"ranks were given unlike {name} of the simulation" in said
+    told = said[said.rindex("ranks were given unlike values for the simulation (rank 0 gives ") :].partition(", rank 1 gives ")
+    assert first in told[0] and second in told[2] and "unlike simulations" not in said, said
 
 
 def test_one_rank_ends_the_run_of_all(tmp_path):
@@ -145,4 +148,4 @@ sim.run(5 + rank, progress=False)
 """
     _, said = started(tmp_path, text("mpi", more), expect=1)
     assert [(tmp_path / f"{rank}.txt").read_text() for rank in (0, 1)] == ["4 8", "4 8"]
-    assert "ranks were given unlike steps of the run" in said
+    assert "ranks were given unlike values for the run (rank 0 gives steps=5, rank 1 gives steps=6): every process" in said

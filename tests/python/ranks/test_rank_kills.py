@@ -13,6 +13,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.run.ranks import library
+from over_mpi import alive, waited
 
 STARTER = shutil.which("mpirun")
 pytestmark = pytest.mark.skipif(not (STARTER and Path(library()).exists()), reason="no mpirun, or Cairn was built without MPI")
@@ -45,22 +46,6 @@ def last_mark(folder):
     path = folder / "marks"
     words = path.read_text().split() if path.exists() else []
     return int(words[-1]) if words else 0
-
-
-def waited(for_what, seconds):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if for_what():
-            return True
-        time.sleep(0.02)
-    return False
-
-
-def alive(pid):
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().split(") ")[-1][0] != "Z"
-    except OSError:
-        return False
 
 
 def kill(folder, trial):

@@ -301,7 +301,26 @@ def refused():
 def test_strategies_that_do_not_run_over_ranks_say_so(strategy, told):
     with pytest.raises(ValueError, match=told) as refusal:
         cn.Simulation(refused(), dt=1e-3, strategy=strategy, ranks=2)
-    assert "does not run over ranks" in str(refusal.value)
+    assert "which does not run over ranks: leave that out, or leave out ranks" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("strategy", "told"),
+    [
+        (cn.NSCD(solver=cn.PPANewton()), "the contact solver is ppa_newton, .* give solver=cn.NLGS"),
+        (cn.NSCD(solver=cn.Auto()), "the contact solver is auto, .* give solver=cn.NLGS"),
+        (cn.NSCD(solver=cn.ADMM()), "the contact solver is admm, .* give solver=cn.NLGS"),
+        (cn.NSCD(integrator=cn.VelocityVerlet()), "integrator is velocity_verlet, .* give integrator=cn.Theta"),
+    ],
+)
+def test_what_runs_over_ranks_in_place_of_another_one_is_named(strategy, told):
+    with pytest.raises(ValueError, match=told + r"\(.*, or leave out ranks$"):
+        cn.Simulation(refused(), dt=1e-3, strategy=strategy, ranks=2)
+
+
+def test_the_contact_problem_of_a_step_over_ranks_is_refused():
+    with pytest.raises(ValueError, match="needs the stages of NSCD, and the strategy is nscd over ranks: give the scene"):
+        run(disks, 2, 1).problem()
 
 
 def test_smooth_contacts_have_no_sweeps():
