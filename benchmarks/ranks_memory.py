@@ -52,7 +52,7 @@ def written(path, n):
 def measured(path, way, steps, out):
     """Loads a scene in this process, runs it, and writes the memory of the process to a file."""
     import cairn as cn
-    from cairn.run.ranks import library
+    from cairn.base.open_ranks import library
 
     cn._core.mpi_ranks(library(), None)  # its memory is there before
     before, highest, told = own_bytes(), Highest(), {}

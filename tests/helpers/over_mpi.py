@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from cairn.run.ranks import library
+from cairn.base.open_ranks import library
 
 STARTER = shutil.which("mpirun")
 needs_mpi = pytest.mark.skipif(

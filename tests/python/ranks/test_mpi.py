@@ -7,7 +7,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.run.ranks import library
+from cairn.base.open_ranks import library
 from over_mpi import STARTER, here, needs_mpi, started, text
 
 pytestmark = needs_mpi

@@ -12,7 +12,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.run.ranks import library
+from cairn.base.open_ranks import library
 from over_mpi import alive, waited
 
 STARTER = shutil.which("mpirun")
