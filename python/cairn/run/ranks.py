@@ -8,16 +8,19 @@ from dataclasses import fields, is_dataclass, replace
 
 from .. import _core
 from ..base.open_ranks import failing_alike, is_of_all, opened
-from ..options.solvers import TOL, Default
+from ..options.solvers import TOL, Auto, Default
 from ..options.strategies import NSCD
 from .compared import call_of
 from .views import core_of
 
 
-def with_one_tolerance(strategy):
-    """The strategy, whose steps of dense packs do not end earlier than others: over ranks nothing takes back overlap."""
+def with_default_solver(strategy):
+    """The strategy, with Auto in the place of Default: sweeps of ranks alone do not solve contacts at rest to rounding.
+
+    Steps of dense packs do not end earlier than others, since over ranks nothing takes back overlap."""
     if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
-        return replace(strategy, solver=replace(strategy.solver, tol=strategy.solver.tol or TOL))
+        given = strategy.solver
+        return replace(strategy, solver=Auto(tol=given.tol or TOL, min_iter=given.min_iter, max_iter=given.max_iter))
     return strategy
 
 

@@ -76,7 +76,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         ranks, self._ranks = asked(scene.ranks if ranks is None else ranks), None
         one_of("exchange", exchange, ("colour", "sweep"))
         if ranks is not None:
-            given = over.with_one_tolerance(given)
+            given = over.with_default_solver(given)
         self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else _step_length(dt, "stable")
         self.scene = scene
         scene.check_names()
@@ -151,7 +151,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy", strategy=value)
-        value = checked_strategy(value) if self._ranks is None else over.with_one_tolerance(checked_strategy(value))
+        value = checked_strategy(value) if self._ranks is None else over.with_default_solver(checked_strategy(value))
         chosen = value.for_scene(self._core.scene, self._rules, free_masses(self._sets))
         if self._fluid:
             self._fluid.refuse_integrator(chosen)
