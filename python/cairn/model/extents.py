@@ -1,5 +1,7 @@
 """Sizes of bodies in their current position, for checks of initial overlaps and of the width of a periodic cell."""
 
+import functools
+
 import numpy as np
 
 from .. import _core
@@ -11,18 +13,29 @@ PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))
 
 
 class Placed:
-    """Contactors of rigid bodies in a core scene: `shape` (m,) names, `owner` (m,) row of the body in the order of insertion."""
+    """Contactors of rigid bodies in a core scene: `shape` (m,) names, `owner` (m,) row of the body in the order of insertion.
+
+    Names take more memory than all else that a scene has of a body: they are made for those who ask."""
 
     def __init__(self, core):
         self.core, self.dim = core, core.dim
         self.ids = core.body("id")
         carriers = core.carriers()
         self.kept = np.flatnonzero(np.isin(carriers, self.ids))
-        self.shape = np.array(_core.shapes())[self.field("shape")]
+        self._code = self.field("shape")
         self.owner = np.searchsorted(self.ids, carriers[self.kept])
         self.hulls = core.hulls
         hull = self.field("hull")
         self.hull = hull if len(hull) == len(self.owner) else np.full(len(self.owner), -1)
+
+    @functools.cached_property
+    def shape(self):
+        """Names of shapes (m,)."""
+        return np.array(_core.shapes())[self._code]
+
+    def of_kind(self, *names):
+        """Mask (m,) of contactors of these shapes."""
+        return np.isin(self._code, [code for code, name in enumerate(_core.shapes()) if name in names])
 
     def field(self, name):
         """A field of the contactors; empty if the scene has no such field."""
@@ -54,9 +67,9 @@ class Placed:
         out = np.zeros(len(self.ids))
         wanted = np.zeros(len(self.ids), bool)
         wanted[bodies] = True
-        mine = np.flatnonzero(np.isin(self.shape, HULLS) & wanted[self.owner])
+        mine = np.flatnonzero(self.of_kind(*HULLS) & wanted[self.owner])
         kinds, which = np.unique(self.hull[mine], return_inverse=True)
-        name = dict(zip(self.hull[mine], self.shape[mine]))
+        name = dict(zip(self.hull[mine], np.array(_core.shapes())[self._code[mine]]))
         widths = np.array([self.half_width(name[h], h) for h in kinds])
         np.maximum.at(out, self.owner[mine], widths[which] if len(mine) else [])
         return out
@@ -79,7 +92,7 @@ class Placed:
         half = np.zeros((m, dim))
         round_ = np.isin(self.shape, PLAIN)
         half[round_] = self.field("radius")[round_, None]
-        bars = np.flatnonzero(self.shape == "segment")
+        bars = np.flatnonzero(self.of_kind("segment"))
         if len(bars):
             along = np.reshape(self.field("direction"), (m, dim + 1))[bars]
             half[bars] += np.abs(in_space(bars, along[:, :dim])) * along[:, dim:]

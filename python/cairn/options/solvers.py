@@ -248,9 +248,10 @@ class Auto(ProblemSolver):
 class Default(ContactSolver):
     """NLGS, or Auto where sweeps alone converge too slowly.
 
-    Auto is taken if a free body, rigid or deformable, is over 1000 times as heavy as another, or 100 times as heavy as the median,
-    if bodies have faces, or if bonds or joints may connect many bodies to a solid: by sweeps alone a heavy box sinks into light
-    ones, and a wall or a chain takes thousands of sweeps. Over ranks it is always taken. Simulation chooses when it is made and when bodies are added; Simulation.explain() tells the choice.
+    Auto is taken if a free body, rigid or deformable, is over 1000 times as heavy as another, if bodies have faces, or if bonds
+    or joints may connect many bodies to a solid: by sweeps alone a heavy box sinks into light ones, and a wall or a chain takes
+    thousands of sweeps. Over ranks it is always taken. Simulation chooses when it is made and when bodies are added;
+    Simulation.explain() tells the choice.
 
     Parameters
     ----------
@@ -331,7 +332,7 @@ class Default(ContactSolver):
             free &= driven != held
         whole, each = np.reshape(meshes, (-1, 2)).T  # a contact of a mesh carries a share of its mass
         light, heavy = np.concatenate([mass[free], whole]), np.concatenate([mass[free], each])
-        uneven = len(light) and heavy.max() > min(HEAVY * light.min(), LID * np.median(light))
+        uneven = len(light) and heavy.max() > HEAVY * light.min()
         body = core.contactor("body")
         carried = body >= 0  # the others are on meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
@@ -369,9 +370,8 @@ def may_be_pack(core, rules, meshes):
     return bool(np.isin(shapes[moves], SHAPES_OF_PACKS + FACES_OF_PACKS).all())
 
 
-# mass ratio above which bodies sink if sweeps alone are used (docs/problems.md); that of one body and the median of others, as a
-# lid on grains has it, whose sizes differ less
-HEAVY, LID = 1000, 100
+# mass ratio above which bodies sink if sweeps alone are used (docs/problems.md)
+HEAVY = 1000
 # true errors of a step where none is named, and the iterations after which the second counts in a dense pack; overlap that stays
 # then, over the size of the smaller body (docs/study.md)
 TOL, ENOUGH, PATIENCE, OVERLAP = 1e-4, 1e-3, 50, 5e-3

@@ -82,11 +82,11 @@ def look_at_walls(simulation, action="warn", above=5):
     core, told = core_of(simulation), simulation._turned
     p = Placed(core.scene)
     normals = Normals(p)
-    for body in np.unique(p.owner[np.isin(p.shape, ["half_plane", "plane", "facet"])]):
+    for body in np.unique(p.owner[p.of_kind(*WALLS)]):
         own = int(p.ids[body])
         if own not in told and normals.look_away(body, core.scene, simulation._table):
             told.add(own)
-            if "facet" in p.shape[p.owner == body]:
+            if np.any(p.of_kind("facet") & (p.owner == body)):
                 text = f"all bodies lie behind surface {own}: turn its triangles round, their normals point out of the solid"
             else:
                 along = ", ".join(f"{x:.3g}" for x in normals.of(body)[0][0] + 0.0)
@@ -99,6 +99,9 @@ def look_at_walls(simulation, action="warn", above=5):
     return told
 
 
+WALLS = "half_plane", "plane", "facet"
+
+
 class Normals:
     """Normals and points of planes and facets of bodies, in space."""
 
@@ -106,10 +109,12 @@ class Normals:
         self.p, core = placed, placed.core
         self.position, rotation = core.body("position"), core.body("rotation")
         self.rotation = rotation if len(rotation) == len(placed.ids) else None
-        m, dim = len(placed.owner), placed.dim
-        offset, direction = placed.field("offset"), placed.field("direction")
-        self.offset = np.reshape(offset, (m, dim)) if len(offset) else np.zeros((m, dim))
-        self.direction = np.reshape(direction, (m, dim + 1))[:, :dim] if len(direction) else np.zeros((m, dim))
+        dim = placed.dim
+        self.walls = np.flatnonzero(placed.of_kind(*WALLS))  # others have none, and may be many
+        offset, direction = (core.contactor(name) for name in ("offset", "direction"))
+        at, m = placed.kept[self.walls], len(self.walls)
+        self.offset = np.reshape(offset, (-1, dim))[at] if len(offset) else np.zeros((m, dim))
+        self.direction = np.reshape(direction, (-1, dim + 1))[at, :dim] if len(direction) else np.zeros((m, dim))
         mass, driven = core.body("mass").ravel(), core.body("driven").ravel()
         held = driven == 2 ** (3 * dim - 3) - 1 if len(driven) else np.zeros(len(mass), bool)
         self.free = np.isfinite(mass) & ~held
@@ -117,9 +122,9 @@ class Normals:
     def of(self, body):
         """Normals (k, dim) and points (k, dim) [m] of the planes and facets of a body."""
         p, dim = self.p, self.p.dim
-        mine = np.flatnonzero((p.owner == body) & np.isin(p.shape, ["half_plane", "plane", "facet"]))
-        normal, point = self.direction[mine], self.offset[mine]
-        facets = np.flatnonzero(p.shape[mine] == "facet")
+        own = np.flatnonzero(p.owner[self.walls] == body)
+        mine, normal, point = self.walls[own], self.direction[own], self.offset[own]
+        facets = np.flatnonzero(p.of_kind("facet")[mine])
         if len(facets):
             first = p.hulls["first_face"][p.hull[mine[facets]]]
             normal[facets] = np.reshape(p.hulls["normal"], (-1, dim))[first]
@@ -135,7 +140,7 @@ class Normals:
         species = p.field("material")
         own = np.unique(species[p.owner == body])
         met = [s for s in np.unique(species) if any(table.meet(int(a), int(s)) for a in own)]
-        other = np.unique(p.owner[np.isin(p.shape, _core.shapes("mover")) & np.isin(species, met)])
+        other = np.unique(p.owner[p.of_kind(*_core.shapes("mover")) & np.isin(species, met)])
         other = other[(other != body) & (self.free[other] | self.free[body])]
         places, of_meshes = self.position[other], scene.contactor("material")[scene.contactor("body") < 0]
         if any(table.meet(int(a), int(s)) for a in own for s in np.unique(of_meshes)):
