@@ -120,7 +120,8 @@ def ended_by(kind, error, trace):
         leave_to(teller, number_of_process())
     text = "".join(traceback.format_exception(kind, error, trace)).rstrip()
     sys.stdout.flush()
-    of_rank = "" if teller is not None else f"\n(rank {number_of_process()} of {_exchange.ranks})"
+    named = teller is not None and (teller != number_of_process() or not getattr(error, "is_of_all_ranks", False))
+    of_rank = "" if named else f"\n(rank {number_of_process()} of {_exchange.ranks})"
     print(text + of_rank, file=sys.stderr, flush=True)
     end_all()
 
