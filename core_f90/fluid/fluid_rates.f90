@@ -97,8 +97,8 @@ contains
       end do
       ! Walls press with twice the pressure of a particle. The rate beside them is the adjoint of that, with velocities that walls
       ! mirror, so that pressure gives the liquid what it takes from bodies: still water is stirred otherwise, a free wall on it
-      ! begins to swing, and a particle whose share of grains rises as it leaves a wall is driven off by it. At a free surface,
-      ! where pressure is small, walls do not mirror: the liquid is struck there, twice as hard if they did.
+      ! begins to swing, and a particle whose share of grains rises as it leaves a wall is driven off by it. At a free
+      ! surface and next to it, where pressure is small, walls do not mirror: the liquid is struck there, twice as hard if they did.
       mirrored = merge(2, 1, v%grains .or. v%open(i) == 0)
       call wall_points_of(v, i, w)
       second = reshape([moment(1:3), moment(2), moment(4:5), moment(3), moment(5:6)], [3, 3])

@@ -9,6 +9,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "../base/threads.hpp"
+#include "fluid_implicit.hpp"
 
 namespace cairn {
 
@@ -107,6 +108,7 @@ void Fluid::set_surfaces(FluidSurface points, FluidSurface planes, FluidGrains g
         body.volume += points_.volume[std::size_t(b)] / settings.spacing / dim_ * n[c] *
                        (x[c] + points_.depth[std::size_t(b)] * n[c]);
   }
+  for (const std::int32_t k : body_of_plane_) bodies_[std::size_t(k)].flat = true;
   list_known_ = false;
   list_.at.clear();
   set_grains(std::move(grains), of_grains);
@@ -552,12 +554,40 @@ std::vector<std::int8_t> Fluid::at_surface() const {
 }
 
 std::int64_t Fluid::bytes() const {
-  std::int64_t sum = list_.bytes() + skins_.bytes();
-  for (const auto* v : {&position_,      &velocity_,        &density_,         &acceleration_,   &drift_,
-                        &record_,        &surface_,         &plane_,           &rate_,           &on_points_,
-                        &on_planes_,     &before_.position, &before_.velocity, &before_.density, &before_.acceleration,
-                        &before_.listed, &points_.offset,   &points_.normal,   &mass_,           &solid_})
+  std::int64_t sum = list_.bytes() + skins_.bytes() + bytes_of_grains() + (implicit_ ? implicit_->bytes() : 0);
+  for (const auto* v : {&position_,
+                        &velocity_,
+                        &density_,
+                        &acceleration_,
+                        &drift_,
+                        &record_,
+                        &surface_,
+                        &plane_,
+                        &rate_,
+                        &on_points_,
+                        &shear_on_points_,
+                        &side_of_points_,
+                        &on_planes_,
+                        &fill_,
+                        &color_,
+                        &normal_,
+                        &curvature_,
+                        &mass_,
+                        &solid_,
+                        &pressure_,
+                        &points_.offset,
+                        &points_.normal,
+                        &before_.position,
+                        &before_.velocity,
+                        &before_.density,
+                        &before_.acceleration,
+                        &before_.listed,
+                        &before_.pressure,
+                        &before_.mass,
+                        &before_.solid})
     sum += std::int64_t(8 * v->capacity());
+  for (const auto* v : {&number_, &end_, &body_of_point_, &before_.number, &before_.end})
+    sum += std::int64_t(4 * v->capacity());
   return sum;
 }
 

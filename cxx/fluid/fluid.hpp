@@ -64,15 +64,6 @@ struct FluidLanes {
   std::vector<double> face, length, speed; // end of the buffer times the sign [m], length of it [m], [m/s]
 };
 
-// to = from + factor times spin x side: what the spin of a body takes from the force of viscosity at a side of it.
-// Morris' sum is viscosity times the slope of the velocity, which a liquid that turns with the body has too.
-inline void add_turning(const double* spin, const double* side, double factor, const double* from, double* to) {
-  for (int c = 0; c < 3; ++c) {
-    const int a = (c + 1) % 3, b = (c + 2) % 3;
-    to[c] = from[c] + factor * (spin[a] * side[b] - spin[b] * side[a]);
-  }
-}
-
 // A box in which particles leave, along an axis. pressure: NaN lets that of each go on [Pa].
 struct FluidOutflow {
   std::array<double, 3> low{}, high{};
@@ -215,6 +206,7 @@ private:
     double volume = 0;  // within it [m3 | m2]
     double reach = 0;   // farthest point of it from the centre
     double seen = 0;    // farthest place whose velocity by its spin the liquid feels
+    bool flat = false;  // it has a half-space
   };
 
   void load_bodies(const Scene& scene, double h);
@@ -255,10 +247,16 @@ private:
   void lay_rows(const Scene& scene);
   cairn_fluid_rows rows() const;
   void shear(double h);
-  void shear_at_middle(const Scene& scene, const std::vector<double>& rest);
+  void shear_at_middle(const Scene& scene);
+  void move_ahead(const Scene& scene);
+  void begin_changes(const Scene& scene);
+  void free_bodies(const Scene& scene);
   void add_mass();
   void spread();
-  void begin_rows(const std::vector<double>& rest, std::vector<double>& level);
+  void begin_rows();
+  void product(const std::vector<double>& p, std::vector<double>& out);
+  double stiffness() const;
+  void give_pressed(Scene& scene);
   void divergence(const std::vector<double>& velocity, const std::vector<double>& of_body, std::vector<double>& out);
   void impulses_on_bodies(const std::vector<double>& p, std::vector<double>& out) const;
   void push(const std::vector<double>& p);
@@ -278,6 +276,7 @@ private:
   struct Granular;                     // see fluid_grains.cpp
   std::shared_ptr<Granular> granular_; // of this alone
   void set_grains(FluidGrains grains, const std::vector<std::int32_t>& body);
+  std::int64_t bytes_of_grains() const;
   double fluid_density(std::size_t i) const { // within the pores
     return solid_.empty() ? density_[i] : density_[i] / (1 - solid_[i]);
   }

@@ -7,6 +7,7 @@
 #include "../base/number_text.hpp"
 #include "../bodies/rigid_motion.hpp"
 #include "fluid.hpp"
+#include "fluid_turning.hpp"
 
 namespace cairn {
 

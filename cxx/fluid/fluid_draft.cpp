@@ -132,9 +132,10 @@ std::int8_t kind_of(const FluidDraft& draft, const FluidMaterials& names, std::i
   return draft.kind_of(names.materials[std::size_t(material)], names.groups[std::size_t(material)]);
 }
 
-// position: (dim, n) of the particles [m], absolute.
+// position: (dim, n) of the particles, those of the draft and behind them those in rows of inflows [m], absolute.
 void refuse_inside(const FluidDraft& draft, std::span<const double> position, const Scene& scene,
                    const FluidMaterials& names) {
+  const std::size_t given = draft.position.size() / std::size_t(scene.dim);
   const Contactors& all = scene.contactors;
   const int dim = scene.dim;
   const std::size_t n = position.size() / std::size_t(dim);
@@ -160,9 +161,11 @@ void refuse_inside(const FluidDraft& draft, std::span<const double> position, co
         square += away * away;
       }
       const double inside = shape.half_space() ? -along : all.radius[k][0] - std::sqrt(square);
-      if (inside > 0)
-        throw Error("particle " + std::to_string(i) + " of the fluid lies " + number_text(inside) + " m deep in body " +
-                    std::to_string(scene.bodies.id[body][0]) + ": give places outside bodies and walls");
+      if (!(inside > 0)) continue;
+      const std::string deep = number_text(inside) + " m deep in body " + std::to_string(scene.bodies.id[body][0]);
+      if (i >= given) throw Error("a row of an inflow lies " + deep + ": give a box beside it");
+      throw Error("particle " + std::to_string(i) + " of the fluid lies " + deep +
+                  ": give places outside bodies and walls");
     }
   }
 }

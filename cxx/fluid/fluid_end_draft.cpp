@@ -31,6 +31,11 @@ double length_of(const Box& box) {
   return box.high[std::size_t(box.axis)] - box.low[std::size_t(box.axis)];
 }
 
+// Particles of an inflow along an axis.
+std::int64_t many_along(const FluidInflow& box, std::size_t axis, double spacing) {
+  return std::llrint((box.high[axis] - box.low[axis]) / spacing);
+}
+
 std::string way(double sign, int axis) { return (sign > 0 ? "up axis " : "down axis ") + std::to_string(axis); }
 
 std::string place(int dim, const double* x) {
@@ -85,7 +90,7 @@ void fill(int dim, const FluidInflow& box, double sign, double spacing, FluidRow
   const auto a = std::size_t(box.axis);
   std::int64_t rows = 1;
   for (std::size_t c = 0; c < std::size_t(dim); ++c) {
-    many[c] = std::llrint((box.high[c] - box.low[c]) / spacing);
+    many[c] = many_along(box, c, spacing);
     if (many[c] < 1)
       throw Error("an inflow is narrower than the spacing of the liquid, " + number_text(spacing) +
                   " m: give a wider box");
@@ -130,7 +135,8 @@ FluidRows rows_of_ends(int dim, const FluidEndDraft& ends, const FluidSettings& 
     throw Error("inflows and outflows are those of the weakly compressible form: leave out incompressible");
   for (const FluidInflow& box : ends.inflows) {
     const double sign = sign_of(box);
-    check_length("inflow", length_of(box), reach, box.axis, periodic);
+    const double row = double(many_along(box, std::size_t(box.axis), settings.spacing)) * settings.spacing;
+    check_length("inflow", row, reach, box.axis, periodic); // the box may be longer by less than half a spacing
     check_inflow(dim, box, sign, settings.spacing, reach, position);
     fill(dim, box, sign, settings.spacing, out);
   }

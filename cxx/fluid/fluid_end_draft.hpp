@@ -15,12 +15,14 @@ struct FluidInflow {
   std::vector<double> speed;           // of each row of particles, or of all; < 0: down the axis [m/s]
 };
 
-// What Fluid::set_ends takes, and the particles within inflows (dim, n) [m], absolute, [m/s].
+// Open ends as they are given.
 struct FluidEndDraft {
   std::vector<FluidInflow> inflows;
   std::vector<FluidOutflow> outflows; // corners absolute [m]
   bool empty() const { return inflows.empty() && outflows.empty(); }
 };
+
+// What Fluid::set_ends takes, and the particles within inflows (dim, n) [m], absolute, [m/s].
 struct FluidRows {
   FluidLanes lanes; // faces absolute [m]
   std::vector<double> position, velocity;

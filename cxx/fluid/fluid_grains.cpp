@@ -31,6 +31,18 @@ void each_grain_tile(std::int64_t n, F&& f) {
 }
 } // namespace
 
+std::int64_t Fluid::bytes_of_grains() const {
+  if (!granular_) return 0;
+  const Granular& g = *granular_;
+  std::int64_t sum = 0;
+  for (const auto* v :
+       {&g.record, &g.weight, &g.wet, &g.impulse, &g.force, &g.of_pair, &g.of_tile, &g.mean, &g.pressure})
+    sum += std::int64_t(8 * v->capacity());
+  for (const auto* v : {&g.first_of, &g.first, &g.pair}) sum += std::int64_t(8 * v->capacity());
+  for (const auto* v : {&g.body, &g.particle, &g.grain_of}) sum += std::int64_t(4 * v->capacity());
+  return sum;
+}
+
 void Fluid::set_grains(FluidGrains grains, const std::vector<std::int32_t>& body) {
   if (grains.count() == 0) {
     granular_.reset();

@@ -26,6 +26,16 @@ std::array<std::int64_t, 2> own_particles(const TileShares& shares, const Partic
 Fluid::Fluid(int dim, const FluidSettings& given) : settings(given), dim_(dim) {}
 Fluid::~Fluid() = default;
 
+std::int64_t Fluid::Implicit::bytes() const {
+  std::int64_t sum = solver.bytes();
+  for (const auto* v : {&wall,       &centre,   &shape,  &load,     &rest,      &level, &star,    &change,  &bent,
+                        &divergence, &constant, &beside, &diagonal, &of_change, &free,  &contact, &pressed, &given,
+                        &known,      &impulse,  &left,   &now,      &begin,     &later, &of_begin})
+    sum += std::int64_t(8 * v->capacity());
+  for (const auto* v : {&used, &near, &used_wall, &wall_body, &body_of_point}) sum += std::int64_t(4 * v->capacity());
+  return sum + std::int64_t(8 * first_wall.capacity() + 4 * pair.capacity() + filtered.capacity());
+}
+
 cairn_fluid_rows Fluid::rows() const {
   Implicit& s = *implicit_;
   cairn_fluid_rows r{};
@@ -156,6 +166,7 @@ double Fluid::inverse_of_body(std::size_t body, const double* impulse, double* c
 double* Fluid::tail(std::vector<double>& of_sides) const { return of_sides.data() + 6 * bodies_.size(); }
 
 void Fluid::velocities_begin(std::vector<double>& out) const {
+  out.assign(6 * sides(), 0.0);
   for (std::size_t k = 0; k < bodies_.size(); ++k) std::copy_n(bodies_[k].velocity, 6, &out[6 * k]);
   if (meets_meshes()) skins_.show_begin(tail(out));
 }
@@ -182,6 +193,21 @@ void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
   Implicit& s = *implicit_;
   s.h = h;
   s.ahead = ahead;
+  move_ahead(scene);
+  begin_changes(scene);
+  free_bodies(scene);
+  free_skins(scene);
+  if (settings.viscosity > 0) shear_at_middle(scene);
+  for (std::size_t i = 0; i < s.star.size() && !(settings.viscosity > 0); ++i) s.star[i] += s.rest[i];
+  if (meets_meshes()) skins_.take_known(scene, tail(s.known));
+  begin_rows();
+  add_mass();
+  report.passes = report.products = 0;
+}
+
+// To where contacts are detected.
+void Fluid::move_ahead(const Scene& scene) {
+  const double h = implicit_->h, ahead = implicit_->ahead;
   fastest_ = fastest();
   if (!(fastest_ * h <= most_way * settings.spacing))
     throw Error("a step of " + number_text(h) + " s moves the fluid by " +
@@ -194,33 +220,41 @@ void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
   lay_rows(scene);
   measure_volume(scene);
   known_ = true;
-  const std::size_t n = std::size_t(count()), bodies = sides();
   closed_ = std::all_of(open_.begin(), open_.end(), [](std::int8_t open) { return open == 0; });
+}
+
+// What gravity changes: velocities of particles, and the pressure that it adds at points of walls, where the liquid
+// presses.
+void Fluid::begin_changes(const Scene& scene) {
+  Implicit& s = *implicit_;
+  const std::size_t n = std::size_t(count());
   s.change.resize(3 * n);
   s.bent.resize(n);
   s.star = velocity_;
   s.filtered.resize(n);
-  s.free.assign(6 * bodies, 0.0);
-  s.known.assign(6 * bodies, 0.0);
-  s.impulse.assign(6 * bodies, 0.0);
-  s.contact.assign(6 * bodies, 0.0);
-  // The pressure that gravity adds at points of walls, where the liquid presses.
-  const double volume = std::pow(settings.spacing, dim_) * settings.depth;
-  std::vector<double> rest(3 * n, 0.0), level(n, 0.0);
+  for (auto* v : {&s.free, &s.known, &s.impulse, &s.contact}) v->assign(6 * sides(), 0.0);
+  s.rest.assign(3 * n, 0.0);
+  s.level.assign(n, 0.0);
+  const double h = s.h, volume = std::pow(settings.spacing, dim_) * settings.depth;
   for (std::size_t i = 0; i < n; ++i) {
     s.filtered[i] = closed_ || (pressure_[i] > 0 && open_[i] != 2);
     for (std::size_t c = 0; c < 3; ++c) {
-      rest[3 * i + c] = h * scene.gravity[c];
-      if (!(period_[c] > 0)) level[i] += settings.density * scene.gravity[c] * position_[3 * i + c];
+      s.rest[3 * i + c] = h * scene.gravity[c];
+      if (!(period_[c] > 0)) s.level[i] += settings.density * scene.gravity[c] * position_[3 * i + c];
     }
     if (!closed_ && !(pressure_[i] > 0)) continue;
     for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k) {
       const double* w = &s.wall[std::size_t(16 * k)];
-      for (std::size_t c = 0; c < 3; ++c) rest[3 * i + c] += h / settings.density * w[6 + c];
+      for (std::size_t c = 0; c < 3; ++c) s.rest[3 * i + c] += h / settings.density * w[6 + c];
       for (std::size_t c = 0; c < 6; ++c)
         s.known[6 * std::size_t(s.wall_body[std::size_t(k)]) + c] -= h * volume * w[6 + c];
     }
   }
+}
+
+// Velocities of bodies without pressure and contacts, and changes by contacts as in the last step.
+void Fluid::free_bodies(const Scene& scene) {
+  Implicit& s = *implicit_;
   const Bodies& all = scene.bodies;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
@@ -231,30 +265,22 @@ void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
     inverse_of_body(k, &s.known[6 * k], change);
     for (std::size_t c = 0; c < 6; ++c) {
       s.free[6 * k + c] += change[c];
-      s.contact[6 * k + c] = h * contact_[6 * k + c];
+      s.contact[6 * k + c] = s.h * contact_[6 * k + c];
     }
   }
-  free_skins(scene);
-  if (settings.viscosity > 0) shear_at_middle(scene, rest);
-  for (std::size_t i = 0; i < 3 * n && !(settings.viscosity > 0); ++i) s.star[i] += rest[i];
-  if (meets_meshes()) skins_.take_known(scene, tail(s.known));
-  begin_rows(rest, level);
-  add_mass();
-  report.passes = report.products = 0;
 }
 
 // Right-hand sides and diagonal of the rows: without the bodies' part, and less what the filter leaves of a liquid at
-// rest, whose change of velocity is rest [m/s] and whose pressure is level [Pa].
-void Fluid::begin_rows(const std::vector<double>& rest, std::vector<double>& level) {
+// rest.
+void Fluid::begin_rows() {
   Implicit& s = *implicit_;
-  const std::size_t n = std::size_t(count()), bodies = sides();
-  const double h = s.h, filter = settings.filter, volume = std::pow(settings.spacing, dim_) * settings.depth;
-  push(level);
-  const std::vector<double> still(6 * bodies, 0.0);
-  divergence(rest, still, s.beside);
+  const std::size_t n = std::size_t(count());
+  const double h = s.h, filter = settings.filter, stiff = stiffness(),
+               volume = std::pow(settings.spacing, dim_) * settings.depth;
+  push(s.level);
+  s.now.assign(6 * sides(), 0.0); // bodies at rest
+  divergence(s.rest, s.now, s.beside);
   s.diagonal.assign(n, 0.0);
-  const double stiff =
-      settings.sound_speed > 0 ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h) : 0;
   const auto [own, behind] = own_particles(of_particles_, ranks_.get());
   for (std::size_t i = 0; i < n; ++i) {
     double& rho = density_[i];
@@ -296,7 +322,8 @@ void Fluid::add_mass() {
   Implicit& s = *implicit_;
   const double carried = dim_ == 2 ? 0.8 : 0.4; // mass over the displaced: 1 of a cylinder, 1/2 of a sphere
   constexpr double turned = 0.25;               // of that for rotations: shorter waves
-  std::vector<double> area(bodies_.size()), wet(bodies_.size()), twist(bodies_.size());
+  auto &area = s.area, &wet = s.wet, &twist = s.twist;
+  for (auto* v : {&area, &wet, &twist}) v->assign(bodies_.size(), 0.0);
   for (std::size_t b = 0; b < body_of_point_.size(); ++b) {
     if (points_.depth[b] >= settings.spacing) continue;
     const std::size_t k = std::size_t(body_of_point_[b]);
@@ -343,58 +370,73 @@ void Fluid::mix_contacts(bool other_matrices) {
 void Fluid::press(Scene& scene, bool other_matrices) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
-  const std::size_t n = std::size_t(count());
   if (meets_meshes()) {
     mix_contacts(other_matrices);
     skins_.renew_free(scene);
     skins_.show_free(tail(s.free));
     skins_.show_contacts(tail(s.contact));
   }
-  std::vector<double> now = s.free;
-  for (std::size_t i = 0; i < now.size(); ++i) now[i] += s.contact[i];
-  divergence(s.star, now, s.constant);
-  std::vector<double> begin(now.size(), 0.0);
-  velocities_begin(begin);
-  divergence(s.star, begin, s.divergence);
-  for (std::size_t i = 0; i < n; ++i) {
+  s.now = s.free;
+  for (std::size_t i = 0; i < s.now.size(); ++i) s.now[i] += s.contact[i];
+  divergence(s.star, s.now, s.constant);
+  velocities_begin(s.begin);
+  divergence(s.star, s.begin, s.divergence);
+  for (std::size_t i = 0; i < s.beside.size(); ++i) {
     s.constant[i] += s.beside[i];
     s.divergence[i] += s.beside[i];
   }
-  const double filter = settings.filter, h = s.h;
-  const double stiff =
-      settings.sound_speed > 0 ? 1 / (settings.density * settings.sound_speed * settings.sound_speed * h) : 0;
-  const auto apply = [&](const std::vector<double>& p, std::vector<double>& out) {
-    push(p);
-    impulses_on_bodies(p, s.of_change);
-    for (std::size_t k = 0; k < bodies_.size(); ++k) {
-      double change[6];
-      inverse_of_body(k, &s.of_change[6 * k], change);
-      for (std::size_t c = 0; c < 6; ++c)
-        s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
-    }
-    if (meets_meshes()) {
-      skins_.respond(tail(s.of_change), tail(s.of_change));
-      for (std::size_t i = 6 * bodies_.size(); i < s.of_change.size(); ++i) s.of_change[i] /= 1 - filter;
-    }
-    divergence(s.change, s.of_change, out);
-    for (std::size_t i = 0; i < n; ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
-  };
   constexpr double closer = 0.1; // once contacts are known: what the solver leaves would keep passes from converging
   const double enough = settings.tolerance * (report.passes > 0 ? closer : 1);
-  PressureSolver::Problem problem{apply,    &s.constant, &s.diagonal,        &s.divergence,
-                                  !closed_, enough,      settings.iterations};
+  PressureSolver::Problem problem{[this](const std::vector<double>& p, std::vector<double>& out) { product(p, out); },
+                                  &s.constant,
+                                  &s.diagonal,
+                                  &s.divergence,
+                                  !closed_,
+                                  enough,
+                                  settings.iterations};
   const PressureSolver::Report found = s.solver.solve(problem, pressure_, norm_[0]);
   report.products += found.products;
   report.residual = found.residual;
   ++report.passes;
-  for (std::size_t i = 0; i < n; ++i)
+  for (std::size_t i = 0; i < pressure_.size(); ++i)
     if (!std::isfinite(pressure_[i]))
       throw Error("the pressure of particle " + std::to_string(number_[i]) +
                   " of the fluid is not finite: give a smaller dt");
   impulses_on_bodies(pressure_, s.impulse);
   if (meets_meshes()) skins_.press(scene, tail(s.impulse));
-  s.pressed = now;
-  s.given.assign(now.size(), 0.0);
+  give_pressed(scene);
+}
+
+// Rows times pressures: what these change of the divergence.
+void Fluid::product(const std::vector<double>& p, std::vector<double>& out) {
+  Implicit& s = *implicit_;
+  const double filter = settings.filter, stiff = stiffness();
+  push(p);
+  impulses_on_bodies(p, s.of_change);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    double change[6];
+    inverse_of_body(k, &s.of_change[6 * k], change);
+    for (std::size_t c = 0; c < 6; ++c) s.of_change[6 * k + c] = change[c] / (1 - filter); // the filter is the liquid's
+  }
+  if (meets_meshes()) {
+    skins_.respond(tail(s.of_change), tail(s.of_change));
+    for (std::size_t i = 6 * bodies_.size(); i < s.of_change.size(); ++i) s.of_change[i] /= 1 - filter;
+  }
+  divergence(s.change, s.of_change, out);
+  for (std::size_t i = 0; i < p.size(); ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
+}
+
+// Of a liquid that sound crosses in a finite time: change of its divergence by a pressure [1/(Pa s)].
+double Fluid::stiffness() const {
+  const double c = settings.sound_speed;
+  return c > 0 ? 1 / (settings.density * c * c * implicit_->h) : 0;
+}
+
+// Velocities of bodies under the pressure, and those that contacts begin from, with inverse masses for these.
+void Fluid::give_pressed(Scene& scene) {
+  Implicit& s = *implicit_;
+  s.pressed = s.now;
+  s.given.assign(s.now.size(), 0.0);
   Bodies& all = scene.bodies;
   const bool first = report.passes == 1;
   if (first) {
@@ -505,14 +547,13 @@ void Fluid::finish(Scene& scene) {
   within_ = false;
   const std::size_t n = std::size_t(count());
   push(pressure_);
-  std::vector<double> begin(6 * sides(), 0.0), of_begin;
-  velocities_begin(begin);
+  velocities_begin(s.begin);
   for (std::size_t i = 0; i < contact_.size(); ++i) contact_[i] = s.contact[i] / s.h;
   skins_.end(scene, s.h);
-  divergence(velocity_, begin, of_begin);
+  divergence(velocity_, s.begin, s.of_begin);
   for (std::size_t i = 0; i < 3 * n; ++i) velocity_[i] = s.star[i] + s.change[i];
   divergence(velocity_, s.pressed, s.divergence);
-  for (std::size_t i = 0; i < n; ++i) density_[i] *= 1 - (s.ahead * of_begin[i] + (s.h - s.ahead) * s.divergence[i]);
+  for (std::size_t i = 0; i < n; ++i) density_[i] *= 1 - (s.ahead * s.of_begin[i] + (s.h - s.ahead) * s.divergence[i]);
   for (std::size_t i = 0; i < 3 * n; ++i) position_[i] += (s.h - s.ahead) * velocity_[i];
   if (closed_) spread();
   report.sub_steps = 1;

@@ -152,14 +152,25 @@ void FluidSkins::set(int dim, FluidSkin points, std::vector<double> size) {
 // resolve turn over in each step at theta = 1/2. If the liquid saw their velocity, its forces would work along another
 // way than that of the step, and add energy. The liquid therefore sees the mean velocity of the step, theta v_free + (1
 // - theta) v, and the resolved part of the change about it.
-void FluidSkins::load(Scene& scene, const FluidStep& step) {
-  Nodes& nodes = scene.nodes;
+void FluidSkins::find_bodies(MeshSet* meshes) {
   for (Mesh& m : meshes_) {
     m.body = nullptr;
-    if (step.meshes)
-      for (MeshBody& mesh : step.meshes->meshes)
-        if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
+    if (!meshes) continue;
+    for (MeshBody& mesh : meshes->meshes)
+      if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
   }
+}
+
+void FluidSkins::Mesh::keep_loads() {
+  begin = body->loads.begin;
+  end = body->loads.end;
+  body->loads.begin.resize(std::size_t(body->model.dofs()), 0.0);
+  body->loads.end.resize(body->loads.begin.size(), 0.0);
+}
+
+void FluidSkins::load(Scene& scene, const FluidStep& step) {
+  Nodes& nodes = scene.nodes;
+  find_bodies(step.meshes);
   if (count() > 0) nodes.position_begin.values = nodes.position.values;
   std::vector<double> begin, end, change, seen;
   for (Mesh& m : meshes_) {
@@ -335,11 +346,8 @@ void FluidSkins::give(double h) {
   if (given_) return; // within the step of an incompressible liquid
   for (Mesh& m : meshes_) {
     if (!m.body) continue;
+    m.keep_loads();
     MeshLoads& loads = m.body->loads;
-    m.begin = loads.begin;
-    m.end = loads.end;
-    loads.begin.resize(std::size_t(m.body->model.dofs()), 0.0);
-    loads.end.resize(loads.begin.size(), 0.0);
     for (std::int64_t i = 0; i < m.dofs; ++i) {
       loads.begin[std::size_t(i)] += mean_[std::size_t(m.first + i)];
       loads.end[std::size_t(i)] += mean_[std::size_t(m.first + i)];
@@ -400,9 +408,34 @@ std::vector<double> FluidSkins::forces(std::int64_t first_node) const {
 
 std::int64_t FluidSkins::bytes() const {
   std::int64_t sum = std::int64_t(4 * (points_.mesh.capacity() + points_.node.capacity()));
-  for (const auto* v : {&points_.weight, &points_.along, &points_.across, &points_.depth, &points_.volume,
-                        &points_.behind, &size_, &place_, &velocity_, &constant_, &kept_, &answer_, &impulse_, &mean_,
-                        &state.force, &state.contact, &state.contact_before, &state.listed, &within_.map})
+  for (const auto* v : {&points_.weight,
+                        &points_.along,
+                        &points_.across,
+                        &points_.depth,
+                        &points_.volume,
+                        &points_.behind,
+                        &size_,
+                        &place_,
+                        &velocity_,
+                        &constant_,
+                        &kept_,
+                        &answer_,
+                        &impulse_,
+                        &mean_,
+                        &state.force,
+                        &state.contact,
+                        &state.contact_before,
+                        &state.listed,
+                        &within_.map,
+                        &within_.free,
+                        &within_.contact,
+                        &within_.pressed,
+                        &within_.known,
+                        &within_.impulse,
+                        &within_.nodal,
+                        &within_.change,
+                        &within_.now,
+                        &within_.force})
     sum += std::int64_t(8 * v->capacity());
   return sum;
 }

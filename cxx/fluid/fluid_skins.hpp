@@ -93,7 +93,9 @@ private:
     std::int64_t first = 0, dofs = 0, row = 0; // among dofs of all; of its first node in the scene
     std::int8_t slip = 0;
     std::vector<double> begin, end; // loads that it has [N]
+    void keep_loads();              // these, and makes room for those of the liquid
   };
+  void find_bodies(MeshSet* meshes);
   void answer();
 
   int dim_ = 2;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "../base/call.hpp"
 #include "../bodies/nodes.hpp"
 #include "fluid_skins.hpp"
 
@@ -13,6 +14,8 @@ namespace cairn {
 namespace {
 
 constexpr int wide = 6; // components of a point
+
+bool is_zero(double value) { return std::fpclassify(value) == FP_ZERO; }
 
 double farthest(int dim, const std::vector<double>& velocity, const std::vector<std::int8_t>& met) {
   double most = 0;
@@ -93,7 +96,7 @@ void FluidSkins::to_nodes(const double* of_points, std::vector<double>& of_nodes
   of_nodes.assign(velocity_.size(), 0.0);
   for (std::size_t p = 0; p < std::size_t(count()); ++p) {
     const double* from = of_points + wide * p;
-    if (!(from[0] < 0 || from[0] > 0 || from[1] < 0 || from[1] > 0 || from[2] < 0 || from[2] > 0)) continue;
+    if (std::all_of(from, from + 3, is_zero)) continue;
     const std::size_t first = std::size_t(meshes_[std::size_t(points_.mesh[p])].first);
     for (std::size_t e = most * p; e < most * (p + 1); ++e) {
       const double* map = &within_.map[dim * dim * e];
@@ -116,10 +119,8 @@ void FluidSkins::stand(Scene& scene, MeshSet& meshes, double h) {
   for (auto* v : {&w.free, &w.contact, &w.pressed, &w.known, &w.impulse}) v->assign(velocity_.size(), 0.0);
   w.met.resize(velocity_.size());
   const auto dim = std::size_t(dim_);
+  find_bodies(&meshes);
   for (Mesh& m : meshes_) {
-    m.body = nullptr;
-    for (MeshBody& mesh : meshes.meshes)
-      if (mesh.model.node_ids.front() == m.id && mesh.model.dofs() >= m.dofs) m.body = &mesh;
     if (!m.body) continue;
     m.row = m.body->first_node();
     const std::size_t first = std::size_t(m.first), row = dim * std::size_t(m.row);
@@ -128,11 +129,7 @@ void FluidSkins::stand(Scene& scene, MeshSet& meshes, double h) {
       velocity_[first + i] = scene.nodes.velocity.values[row + i];
       w.contact[first + i] = h * state.contact[first + i];
     }
-    MeshLoads& loads = m.body->loads;
-    m.begin = loads.begin;
-    m.end = loads.end;
-    loads.begin.resize(std::size_t(m.body->model.dofs()), 0.0);
-    loads.end.resize(loads.begin.size(), 0.0);
+    m.keep_loads();
   }
   given_ = true;
   make_maps();
@@ -147,6 +144,9 @@ void FluidSkins::add_loads(Scene& scene, const std::vector<double>& impulse) {
     force.assign(from, from + m.dofs);
     for (std::size_t i = 0; i < force.size(); ++i) {
       force[i] /= within_.h;
+      if (!std::isfinite(force[i]))
+        throw Error("the force of the fluid on node " + std::to_string(std::int64_t(i) / dim_) + " of '" +
+                    m.body->model.name + "' is not finite: give a smaller dt");
       m.body->loads.begin[i] += force[i];
       m.body->loads.end[i] += force[i];
     }

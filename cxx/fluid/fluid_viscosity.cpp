@@ -5,6 +5,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "fluid_implicit.hpp"
+#include "fluid_turning.hpp"
 
 namespace cairn {
 
@@ -41,7 +42,8 @@ void Fluid::shear(double h) {
         for (int c = 0; c < 3; ++c) f[c] = dt * volume * w[12] * (v[c] - there[c]);
         double* to = &s.impulse[6 * body];
         for (int c = 0; c < 3; ++c) to[c] += f[c];
-        if (w[12] > 0) add_turning(spin, w, dt * volume * settings.viscosity, f, f);
+        if (w[12] > 0 && body < bodies_.size() && !bodies_[body].flat)
+          add_turning(spin, w, dt * volume * settings.viscosity, f, f);
         to[3] += a[1] * f[2] - a[2] * f[1];
         to[4] += a[2] * f[0] - a[0] * f[2];
         to[5] += a[0] * f[1] - a[1] * f[0];
@@ -64,16 +66,16 @@ void Fluid::shear(double h) {
   }
 }
 
-// Viscosity at the middle of what drives the liquid along periodic axes, and bodies, whose pressure and contacts are
-// taken as they were last. Before the rest, which pressure balances: a liquid at rest feels none. Meshes have the
-// velocities of the begin of the step.
-void Fluid::shear_at_middle(const Scene& scene, const std::vector<double>& rest) {
+// Viscosity acts on the velocities at the middle of the step: half of gravity along periodic axes is added before it,
+// the rest after it, since pressure balances that and a liquid at rest must feel no viscosity. Bodies have half of
+// their change, with pressure and contacts of the last step; meshes have their velocities at the begin.
+void Fluid::shear_at_middle(const Scene& scene) {
   Implicit& s = *implicit_;
   const std::size_t n = s.star.size();
   double half[3]; // of the step's change along periodic axes [m/s]
   for (std::size_t c = 0; c < 3; ++c) half[c] = period_[c] > 0 ? 0.5 * s.h * scene.gravity[c] : 0;
   for (std::size_t i = 0; i < n; ++i) s.star[i] += half[i % 3];
-  std::vector<double> later(s.free.size(), 0.0);
+  std::vector<double>& later = s.later;
   velocities_begin(later);
   for (std::size_t i = 0; i < later.size(); ++i) later[i] = s.free[i] - later[i];
   impulses_on_bodies(pressure_, s.impulse);
@@ -84,7 +86,7 @@ void Fluid::shear_at_middle(const Scene& scene, const std::vector<double>& rest)
   }
   for (std::size_t i = 0; i < later.size(); ++i) s.free[i] -= later[i];
   shear(s.h);
-  for (std::size_t i = 0; i < n; ++i) s.star[i] += rest[i] - half[i % 3];
+  for (std::size_t i = 0; i < n; ++i) s.star[i] += s.rest[i] - half[i % 3];
   for (std::size_t i = 0; i < later.size(); ++i) s.free[i] += later[i];
 }
 

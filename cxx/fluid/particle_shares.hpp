@@ -34,15 +34,15 @@ public:
     const auto at = [&](std::int64_t tile) { return std::min(fluid_tile * tile, items); };
     first_.assign(1, 0);
     first_tile_.assign(1, 0);
-    most_ = 0;
+    double most = 0;
     for (int rank = 0; rank < many; ++rank) {
       std::int64_t tile = rank + 1 == many ? tiles : first_tile_.back();
       while (tile < tiles && double(cost_before(at(tile))) * many < total * (rank + 1)) ++tile;
-      most_ = std::max(most_, double(cost_before(at(tile))) - double(cost_before(first_.back())));
+      most = std::max(most, double(cost_before(at(tile))) - double(cost_before(first_.back())));
       first_tile_.push_back(tile);
       first_.push_back(at(tile));
     }
-    imbalance_ = total > 0 ? most_ * many / total : 1;
+    imbalance_ = total > 0 ? most * many / total : 1;
     begin_ = first_tile_[std::size_t(ranks ? ranks->first_local() : 0)];
     end_ = first_tile_[std::size_t(ranks ? ranks->last_local() : 1)];
   }
@@ -62,7 +62,7 @@ public:
 private:
   std::vector<std::int64_t> first_, first_tile_;
   std::int64_t begin_ = 0, end_ = 0;
-  double most_ = 0, imbalance_ = 1;
+  double imbalance_ = 1;
 };
 
 } // namespace cairn

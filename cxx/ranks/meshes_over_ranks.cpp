@@ -188,11 +188,13 @@ public:
   }
   void give() override { ranks_.give_meshes(); }
   void again(const SolverOptions& options) override {
+    ranks_.press_fluid_again(whole_);
     ranks_.on_ranks(whole_, "prepare_contacts", [](Part& part) {
       part.simulation->interactions.keep_impulses();
       RankedNscd::of(part).prepare_contacts(*part.simulation);
     });
     ranks_.solve_step(whole_, options, h_);
+    ranks_.fluid_passes(whole_, options, h_);
     told();
   }
   void agree(const std::string& fault) override {

@@ -32,6 +32,7 @@ public:
   void changed(Simulation& s, bool places) override;
   bool scheme_beside_fluid(double h, cairn_scheme& out) const override { return model_->scheme_beside_fluid(h, out); }
   std::shared_ptr<ParticleShares> share_particles(Simulation& s, double h) override;
+  void together(const std::function<void()>& work) override { exchange_->together(work); }
   void meet(std::string_view call) const override { exchange_->meet(call); }
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;

@@ -82,6 +82,11 @@ void RankedLiquid::press(double h, std::vector<Part>& parts) {
   give_free(parts);
 }
 
+void RankedLiquid::press_again(std::vector<Part>& parts) {
+  beside().fluid->press(beside().scene, true);
+  give_free(parts);
+}
+
 void RankedLiquid::give(Field<double> Bodies::*field, std::vector<Part>& parts) const {
   const Field<double>& from = copy_.simulation->scene.bodies.*field;
   if (!from.active) return;
@@ -147,7 +152,8 @@ std::int64_t RankedLiquid::bytes() const { return copy_.simulation ? copy_.simul
 // Contacts of all ranks beside the liquid.
 class LiquidContactsOfRanks final : public ContactsBesideFluid {
 public:
-  LiquidContactsOfRanks(RankedNscd& ranks, Simulation& whole, double h) : ranks_(ranks), whole_(whole), h_(h) {}
+  LiquidContactsOfRanks(RankedNscd& ranks, Simulation& whole, const SolverOptions& options, double h)
+      : ranks_(ranks), whole_(whole), options_(options), h_(h) {}
   const Array<double>& velocities() override { return ranks_.liquid_.velocities(ranks_.parts_, *ranks_.exchange_); }
   void keep() override {
     for (const Part& part : ranks_.parts_) at_begin_.push_back(part.simulation->interactions.memory());
@@ -158,7 +164,7 @@ public:
       part.simulation->interactions.keep_impulses();
       RankedNscd::of(part).prepare_contacts(*part.simulation);
     });
-    ranks_.solve_step(whole_, ranks_.settings().solver, h_);
+    ranks_.solve_step(whole_, options_, h_);
     ranks_.liquid_.beside().report.solve = whole_.report.solve;
   }
   void restore() override {
@@ -168,11 +174,13 @@ public:
 private:
   RankedNscd& ranks_;
   Simulation& whole_;
+  const SolverOptions& options_;
   double h_;
   std::vector<ContactMemory> at_begin_;
 };
 
-// Calls of the liquid that all processes make alike: what fails in one fails in each.
+// All processes make these calls of the liquid with the same numbers: an Error of one is one of all, and each takes the
+// step back.
 template <class F>
 void RankedNscd::with_liquid(Simulation& s, const char* stage, F&& f) {
   if (!liquid_.taken()) return;
@@ -188,9 +196,13 @@ void RankedNscd::press_fluid(Simulation& s, double h) {
   with_liquid(s, "press_fluid", [&] { liquid_.press(h, parts_); });
 }
 
-void RankedNscd::fluid_passes(Simulation& s, double h) {
+void RankedNscd::press_fluid_again(Simulation& s) {
+  with_liquid(s, "press_fluid", [&] { liquid_.press_again(parts_); });
+}
+
+void RankedNscd::fluid_passes(Simulation& s, const SolverOptions& options, double h) {
   with_liquid(s, "fluid_passes", [&] {
-    LiquidContactsOfRanks contacts(*this, s, h);
+    LiquidContactsOfRanks contacts(*this, s, options, h);
     Simulation& beside = liquid_.beside();
     beside.report.solve = s.report.solve;
     liquid_.stages().fluid_passes(beside, contacts);

@@ -29,6 +29,8 @@ public:
 
   // Where contacts are detected: the first pressure, of contacts as in the last step.
   void press(double h, std::vector<Part>& parts);
+  // In a later pass of Newton's method, before contacts are solved anew.
+  void press_again(std::vector<Part>& parts);
   // Free velocities and inverse masses, by the pressure, to the parts.
   void give_free(std::vector<Part>& parts) const;
   // Velocities of the solution of contacts at hand, from their owners.

@@ -72,7 +72,7 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
   if (RankedLiquid::flows_in(s)) {
     names.insert(names.begin() + 4, "press_fluid");
     names.insert(names.begin() + 7, "fluid_passes");
-    names.insert(names.end() - 2, "finish_fluid");
+    names.insert(names.end() - 1, "finish_fluid");
   }
   return names;
 }
@@ -189,7 +189,7 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   on_ranks(s, "prepare_contacts", [&](Part& part) { of(part).prepare_contacts(*part.simulation); });
   try {
     s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
-    fluid_passes(s, h);
+    fluid_passes(s, settings().solver, h);
   } catch (...) {
     undo(); // gathered contacts are refused on all ranks
     throw;
@@ -219,8 +219,8 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     part.velocity = part.simulation->scene.bodies.velocity.values;
     part.node_velocity = part.simulation->scene.nodes.velocity.values;
   }
-  finish_fluid(s);
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
+  finish_fluid(s); // after all that may refuse the step, which takes the liquid back
   if (s.scene.cell.any()) add_work_of_cell(s);
   lent.lend(false);
   liquid_.give_back(s);

@@ -50,7 +50,8 @@ private:
   template <class F>
   void with_liquid(Simulation& s, const char* stage, F&& f);
   void press_fluid(Simulation& s, double h);
-  void fluid_passes(Simulation& s, double h);
+  void press_fluid_again(Simulation& s);
+  void fluid_passes(Simulation& s, const SolverOptions& options, double h);
   void finish_fluid(Simulation& s);
   // begin: the cell at the begin of the step
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);

@@ -68,7 +68,7 @@ const StepReport& Simulation::step(double h) {
     beside.meshes = &meshes;
     beside.time = time;
   }
-  timed("move_fluid", [&] { fluid->advance(scene, h, beside); });
+  timed("move_fluid", [&] { strategy_->together([&] { fluid->advance(scene, h, beside); }); });
   try {
     step_of_bodies(h);
   } catch (...) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -82,6 +83,8 @@ public:
   virtual bool scheme_beside_fluid(double, cairn_scheme&) const { return false; }
   // Ranks that share the sums over the particles of a liquid in the step that begins; null: there are none.
   virtual std::shared_ptr<ParticleShares> share_particles(Simulation&, double) { return nullptr; }
+  // Makes work whose results all ranks share: an error of one process alone ends the others, which wait for it.
+  virtual void together(const std::function<void()>& work) { work(); }
   // Numbers that it found from the scene, by name, for explain().
   virtual std::vector<std::pair<std::string_view, double>> figures(Simulation&) { return {}; }
   virtual std::int64_t body_bytes() const { return 0; }

@@ -237,6 +237,16 @@ TEST_F(CFluid, wrong_ends_are_refused_by_name) {
   inflow(left, zero, 4, both, "both ways or nowhere");
   const double three[3] = {1, 1, 1};
   inflow(left, zero, 3, three, "4 rows of particles and 3 speeds");
+  const double odd[2] = {-0.17, 0}; // whole spacings, of which a row is made, are shorter
+  water.smoothing = 1.6;
+  inflow(odd, zero, 1, &up, "inflow is 0.15 m long, and particles reach over 0.16 m");
+  water.smoothing = 1.5;
+  cairn_scene_destroy(scene);
+  make(2);
+  ball(2, body({-0.1, 0.1}, 100, 1), 0.04, rock);
+  ASSERT_EQ(cairn_scene_set_fluid(scene, &water, 80, place.data(), nullptr, nullptr, &error), 0);
+  ASSERT_EQ(cairn_scene_add_inflow(scene, left, zero, 0, 1, &up, &error), 0) << error.message;
+  EXPECT_REFUSED(cairn_simulation_create(scene, nullptr, &simulation, &error), "a row of an inflow lies 0.0");
   for (const int32_t sign : {-1, 1}) {
     cairn_scene_destroy(scene);
     make(2);

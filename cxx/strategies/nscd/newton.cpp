@@ -57,7 +57,7 @@ public:
   OwnPasses(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s), at_begin_(s.interactions.memory()) {}
   void give() override { s_.interactions.give_meshes(); }
   void again(const SolverOptions&) override {
-    const bool liquid = s_.fluid && s_.fluid->incompressible() && s_.fluid->meets_meshes();
+    const bool liquid = s_.fluid && s_.fluid->incompressible(); // contacts push its bodies anew
     if (liquid) s_.fluid->press(s_.scene, true);
     s_.interactions.keep_impulses();
     nscd_.prepare_contacts(s_);

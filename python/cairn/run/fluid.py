@@ -54,7 +54,7 @@ class Running:
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
         if ends:
             _core.set_fluid_ends(core, ends)
-        self._give_surfaces(bodies, simulation._sets)
+        self._give_surfaces(bodies, simulation._sets, above=5)
         refuse_squeezed([f.pressure for f in self.fluids if f.pressure is not None], settings)
         self.watch = FluidWatch(self)
         if self._warn_at_start(bodies, position, gravity, above=6):
@@ -210,13 +210,13 @@ class Running:
             out.append(_Solid(first, _surface_of(d, x), self.fluids[0].spacing))
         return out
 
-    def _skins(self, sets):
-        """Arrays of the core for points below the sides of deformable bodies."""
+    def _skins(self, sets, above):
+        """Arrays of the core for points below the sides of deformable bodies; warns of thin ones."""
         first, tables, met = self.fluids[0], [], self._met_meshes(sets)
         for d, _, _ in met:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
             if not first.artificial:
-                warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, 6)
+                warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, above + 1)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}
@@ -234,7 +234,7 @@ class Running:
             return scene.gravity
         return checks.real_array("gravity", scene.gravity(self._simulation.time), (scene.dim,))
 
-    def _give_surfaces(self, bodies, sets):
+    def _give_surfaces(self, bodies, sets, above):
         tables, scene = {"points": [], "planes": []}, self._simulation.scene
         grains = {"body": [], "diameter": [], "volume": [], "law": []}
         for body in bodies:
@@ -250,7 +250,8 @@ class Running:
         kinds = {"body": np.int64, "diameter": float, "volume": float, "law": np.int8}
         grains = {name: np.concatenate([np.zeros(0), *grains[name]]).astype(kind) for name, kind in kinds.items()}
         self.grains = grains["body"]
-        _core.set_fluid_surfaces(self._core, _table(tables["points"]), _table(tables["planes"]), grains, self._skins(sets))
+        points, planes = _table(tables["points"]), _table(tables["planes"])
+        _core.set_fluid_surfaces(self._core, points, planes, grains, self._skins(sets, above + 1))
 
     def _grain(self, body):
         """Volume and diameter of a grain. Raises ValueError for a body that is none."""
@@ -280,9 +281,9 @@ class Running:
         sets = self._simulation._sets if sets is None else sets
         if len(sets) == self.sets_seen:
             return
-        self._warn_of_depth(sets[self.sets_seen :], above=6)
+        self._warn_of_depth(sets[self.sets_seen :], above=7)
         self.sets_seen = len(sets)
-        self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing), sets)
+        self._give_surfaces(_bodies_of(self._simulation.scene, sets, self.fluids[0].spacing), sets, above=7)
 
     def met_surfaces(self, position=None, rotation=None):
         """Contactors where they stand now, or would stand, and how the liquid meets each.

@@ -131,7 +131,7 @@ def warn_of_thin(name, thickness, spacing, incompressible, above):
             f"deformable body {name!r} is {thickness:g} m thick, under {least:g} spacings of the liquid: an edge of it that ends "
             f"in the liquid stirs it from rest; give spacing={thickness / (least + 1):.2g}{damped}",
             FluidWarning,
-            stacklevel=above,
+            stacklevel=above + 1,
         )
 
 

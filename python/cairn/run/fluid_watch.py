@@ -45,7 +45,7 @@ class FluidWatch:
         if h <= self._longest or "sub-steps" in self._told or self._running.settings["incompressible"]:
             return
         self._longest = h
-        if warn_of_sub_steps(self._running.settings, stable_step(), h, above=6):
+        if warn_of_sub_steps(self._running.settings, stable_step(), h, above=7):
             self._told.add("sub-steps")
 
     def look(self, simulation, info):
@@ -63,14 +63,14 @@ class FluidWatch:
         for what, text in wrong.items():
             if text and what not in self._told:
                 self._told.add(what)
-                warnings.warn(text, FluidWarning, stacklevel=5)
+                warnings.warn(text, FluidWarning, stacklevel=7)
         if "gaps" not in self._told and self._steps % EVERY == 0 and len(simulation.contacts):
             bodies, slips = self._running.met_surfaces()
             position, spacing = np.asarray(simulation.fluid.position), self._running.settings["spacing"]
             text = gaps(bodies, slips, position, spacing, self._running.held())
             if text:
                 self._told.add("gaps")
-                warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=5)
+                warnings.warn(f"step {simulation.steps}: {text}", FluidWarning, stacklevel=7)
 
     def _volume(self, simulation, info):
         """Text of a warning about the volume of the liquid, or None. Later volumes are compared with that after the first step,

@@ -134,3 +134,50 @@ def test_gauges_outside_the_liquid():
     sim = tank()
     sim.step()
     assert sim.fluid.pressure_at([(5.0, 5.0)])[0] == 0.0 and np.isnan(sim.fluid.level_at([(5.0, 5.0)])[0])
+
+
+def grains(**options):
+    places = np.stack(np.meshgrid(np.arange(8), np.arange(8), indexing="ij"), -1).reshape(-1, 2) * 0.02 + (0.2, 0.011)
+    scene = cn.Scene(dim=2, gravity=(0.0, -G))
+    scene.add(cn.wall((0, 0), (0, 1), stone), cn.wall((0, 0), (1, 0), stone), cn.wall((1, 0), (-1, 0), stone))
+    scene.add(cn.disks(places, 0.0095, cn.Material("sand", **options)), cn.fluid([(0, 0), (1, 0.5)], 0.05))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", "sand", cn.GrainDrag())
+    return cn.Simulation(scene, dt=2e-3)
+
+
+def thin(name="sheet"):
+    points = [(x, y) for x in (0.2, 0.4, 0.6) for y in (0.7, 0.71)]
+    quads = [[0, 2, 3, 1], [2, 4, 5, 3]]
+    body = cn.ElasticBody(points, {"quad": quads}, young=1e6, poisson=0.3, density=1000.0)
+    return cn.deformable(body, wood, name=name)
+
+
+def add_and_step(what):
+    sim = tank()
+    sim.add(what)
+    sim.step()
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: tank(surface_tension=0.07), "surface_tension of the fluid"),
+        (lambda: tank(block(2.0)), "depth of body 3"),
+        (lambda: grains(density=2600.0), "grains take"),
+        (lambda: grains(density=1050.0), "a bed of free grains weighs"),
+        (lambda: tank(cn.disks([[0.5, 0.21]], 0.2, wood)), "leave gaps"),
+        (lambda: tank(thin()), "deformable body 'sheet' is"),
+        (lambda: add_and_step(block(2.0)), "depth of body 3"),
+        (lambda: add_and_step(thin("late")), "deformable body 'late' is"),
+        (lambda: tank(sound_speed=1e5).step(), "sub-steps of the liquid"),
+        (lambda: tank(cn.disks([[0.5, 0.3]], 0.12, cn.Material("foam", density=1.0))).step(), "so much lighter than"),
+    ],
+)
+def test_warnings_point_to_the_line_of_the_script(make, text):
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        make()
+    found = [w for w in found if issubclass(w.category, FluidWarning) and text in str(w.message)]
+    assert len(found) == 1
+    assert found[0].filename == __file__

@@ -322,7 +322,7 @@ def test_the_motion_is_that_without_ranks(scene):
         assert np.abs(alone.nodes.position - over.nodes.position).max() < 1e-3 * 2e-3 * 24 * scale
 
 
-@pytest.mark.parametrize(("scene", "strategy"), [(logs, STRATEGY), (balls, cn.SmoothDEM(energy=False))])
+@pytest.mark.parametrize(("scene", "strategy"), [(logs, STRATEGY), (afloat, STRATEGY), (balls, cn.SmoothDEM(energy=False))])
 def test_a_run_whose_state_nobody_reads_is_the_same_as_its_steps(scene, strategy):
     sims = [stepped(start(scene, ranks, strategy, dt=1e-3), 12) for ranks in (1, 3)]
     for ranks in (1, 3):
@@ -394,6 +394,17 @@ def test_bodies_come_and_go(scene):
         sim.remove(sim.bodies.id[4:5])
         found.append(digest(stepped(sim, 6)))
     assert found[0] == found[1]
+
+
+def test_an_incompressible_liquid_that_meets_deformable_bodies_is_refused():
+    def scene():
+        scene, water = tank(1.2, 0.4, incompressible=True)
+        scene.add(body("linear", (0.4, 0.45), (0.4, 0.2), (4, 2), contact="all", edges="all", name="pad"))
+        scene.add(water)
+        return scene
+
+    with pytest.raises(ValueError, match="deformable bodies meet the incompressible fluid, which does not run over ranks"):
+        start(scene, 2)
 
 
 def test_one_exchange_a_sweep_gives_the_same_to_the_tolerance():
