@@ -14,6 +14,7 @@ namespace cairn {
 
 namespace {
 constexpr double loose = 0.9;  // fill below which particles at a free surface may come nearer
+constexpr int few_passes = 12; // by which rigid bodies converge, unless light ones bear others
 constexpr double most_way = 2; // of a particle in a step, over the spacing
 
 // Particles whose sums this process makes: the first one, and the one behind the last.
@@ -354,7 +355,7 @@ void Fluid::mix_contacts(bool other_matrices) {
   s.mixed.resize(nodes + of_bodies);
   std::copy_n(skins_.changes_by_contacts().data(), nodes, s.mixed.data());
   std::copy_n(s.contact.data(), of_bodies, s.mixed.data() + nodes);
-  if (report.passes == 0 || other_matrices) {
+  if (report.passes == 0 || other_matrices || (!meets_meshes() && report.passes < few_passes)) {
     s.mixing.forget();
   } else {
     s.mixed_weight.assign(s.mixed.size(), 1.0);
@@ -370,8 +371,8 @@ void Fluid::mix_contacts(bool other_matrices) {
 void Fluid::press(Scene& scene, bool other_matrices) {
   Implicit& s = *implicit_;
   const Threads threads(settings.threads, 40 * count());
+  mix_contacts(other_matrices);
   if (meets_meshes()) {
-    mix_contacts(other_matrices);
     skins_.renew_free(scene);
     skins_.show_free(tail(s.free));
     skins_.show_contacts(tail(s.contact));
