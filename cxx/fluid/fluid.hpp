@@ -207,6 +207,7 @@ private:
     double reach = 0;   // farthest point of it from the centre
     double seen = 0;    // farthest place whose velocity by its spin the liquid feels
     bool flat = false;  // it has a half-space
+    double belt[6];     // velocity and spin of its surface relative to it, in space axes
   };
 
   void load_bodies(const Scene& scene, double h);

@@ -6,6 +6,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "../bodies/rigid_motion.hpp"
+#include "../contacts/body_axes.hpp"
 #include "fluid.hpp"
 #include "fluid_turning.hpp"
 
@@ -19,6 +20,7 @@ void Fluid::load_bodies(const Scene& scene, double h) {
     Body& b = bodies_[k];
     b.at = scene.find_body(b.id);
     std::fill_n(b.impulse, 6, 0.0);
+    std::fill_n(b.belt, 6, 0.0);
     if (b.at < 0) continue;
     const int nd = all.dofs();
     const auto wide = [&](const double* from, double* to) { // (3 | 6) to six
@@ -31,6 +33,11 @@ void Fluid::load_bodies(const Scene& scene, double h) {
     wide(all.velocity[b.at], b.velocity);
     const Rotation turn = all.rotation.active ? rotation_of(dim_, all.rotation[b.at]) : upright;
     std::copy(turn.begin(), turn.end(), b.turn);
+    if (all.surface_velocity.active) {
+      const double* own = all.surface_velocity[b.at];
+      to_space_axes(all, dim_, b.at, own, b.belt);
+      dim_ == 2 ? void(b.belt[5] = own[2]) : to_space_axes(all, 3, b.at, own + 3, b.belt + 3);
+    }
     const bool driven = all.driven.active;
     const int mask = driven ? *all.driven[b.at] : 0;
     double force[6] = {}, target[6] = {};
@@ -163,6 +170,15 @@ std::string Fluid::too_fast() const {
   return text;
 }
 
+// Velocity of a place at a lever from the centre of a body, by velocity and spin (6).
+static void velocity_at(const double* motion, const double* lever, double* out) {
+  const double* w = motion + 3;
+  for (int c = 0; c < 3; ++c) {
+    const int a = (c + 1) % 3, b = (c + 2) % 3;
+    out[c] = motion[c] + (w[a] * lever[b] - w[b] * lever[a]);
+  }
+}
+
 // Points of surfaces and half-spaces where their bodies are.
 void Fluid::place_surfaces() {
   const auto turned = [](const Body& b, const double* x, double* to) {
@@ -177,17 +193,18 @@ void Fluid::place_surfaces() {
     double arm[3];
     turned(b, &points_.offset[std::size_t(3 * i)], arm);
     turned(b, &points_.normal[std::size_t(3 * i)], to + 6);
-    const double* w = b.velocity + 3;
     const double centre = points_.centre[std::size_t(i)];
     double seen[3]; // place whose velocity the liquid feels: a surface that slides shows no spin about its centre
     const bool slides = points_.slip[std::size_t(i)] == std::int8_t(Slip::slides);
     for (int c = 0; c < 3; ++c) seen[c] = arm[c] + (slides ? -centre : points_.depth[std::size_t(i)]) * to[6 + c];
-    const double spin[3] = {w[1] * seen[2] - w[2] * seen[1], w[2] * seen[0] - w[0] * seen[2],
-                            w[0] * seen[1] - w[1] * seen[0]};
+    double own[3], belt[3], through = 0; // what moves along the surface moves none of the liquid away
+    velocity_at(b.velocity, seen, own);
+    velocity_at(b.belt, seen, belt);
+    for (int c = 0; c < 3; ++c) through += belt[c] * to[6 + c];
     const bool there = b.at >= 0 && points_.slip[std::size_t(i)] != std::int8_t(Slip::none);
     for (int c = 0; c < 3; ++c) {
       to[c] = there ? b.position[c] + arm[c] : std::numeric_limits<double>::infinity();
-      to[3 + c] = b.velocity[c] + spin[c];
+      to[3 + c] = own[c] + belt[c] - through * to[6 + c];
     }
     to[10 - 1] = points_.depth[std::size_t(i)];
     to[11 - 1] = points_.volume[std::size_t(i)];
@@ -207,7 +224,9 @@ void Fluid::place_surfaces() {
       plane_.push_back(there ? b.position[c] + at[c] : -std::numeric_limits<double>::max() * 1e-3 * normal[c]);
     plane_.insert(plane_.end(), normal, normal + 3);
     plane_.insert(plane_.end(), b.position, b.position + 3);
-    plane_.insert(plane_.end(), b.velocity, b.velocity + 6);
+    double through = 0;
+    for (int c = 0; c < 3; ++c) through += b.belt[c] * normal[c];
+    for (int c = 0; c < 6; ++c) plane_.push_back(b.velocity[c] + b.belt[c] - (c < 3 ? through * normal[c] : 0));
     plane_.push_back(planes_.slip[std::size_t(i)]);
   }
 }
@@ -222,7 +241,9 @@ void Fluid::add_surface_forces() {
                  *x = &surface_[std::size_t(cairn_fluid_surface_record * i)];
     double* to = &force_[6 * k];
     double arm[3], lever[3], p[3], t[3]; // pressure acts at the centre of curvature, viscosity at the surface
-    add_turning(&bodies_[k].velocity[3], &side_of_points_[std::size_t(3 * i)], settings.viscosity, s, t);
+    const double *own = bodies_[k].velocity, *belt = bodies_[k].belt;
+    const double spin[3] = {own[3] + belt[3], own[4] + belt[4], own[5] + belt[5]};
+    add_turning(spin, &side_of_points_[std::size_t(3 * i)], settings.viscosity, s, t);
     for (int c = 0; c < 3; ++c) {
       lever[c] = x[c] - bodies_[k].position[c];
       arm[c] = lever[c] + x[9] * x[6 + c];

@@ -25,6 +25,11 @@ void Fluid::shear(double h) {
                 " s or less, a smaller viscosity, or a larger spacing");
   const double dt = h / parts, volume = std::pow(settings.spacing, dim_) * settings.depth;
   const cairn_fluid_rows r = rows();
+  const auto add_belts = [&](double sign) { // surfaces that move along their bodies
+    for (std::size_t k = 0; k < bodies_.size(); ++k)
+      for (std::size_t c = 0; c < 6; ++c) s.free[6 * k + c] += sign * bodies_[k].belt[c];
+  };
+  add_belts(1);
   for (int part = 0; part < int(parts); ++part) {
     of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
       cairn_fluid_viscous(&r, settings.viscosity, first, last, s.star.data(), s.free.data(), s.change.data());
@@ -64,6 +69,7 @@ void Fluid::shear(double h) {
       s.known[i] += s.impulse[i];
     }
   }
+  add_belts(-1);
 }
 
 // Viscosity acts on the velocities at the middle of the step: half of gravity along periodic axes is added before it,

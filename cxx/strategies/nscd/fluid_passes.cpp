@@ -21,7 +21,7 @@ class OwnContacts final : public ContactsBesideFluid {
 public:
   OwnContacts(Nscd& nscd, Simulation& s) : nscd_(nscd), s_(s) {}
   const Array<double>& velocities() override {
-    if (s_.fluid->meets_meshes()) s_.interactions.give_meshes();
+    if (s_.fluid->meets_meshes() && !s_.meshes.empty()) s_.interactions.give_meshes(); // the last one may be gone
     const Bodies& b = s_.scene.bodies;
     const ContactSystem& system = s_.interactions.system();
     if (system.batches.empty()) return b.velocity_free.values;

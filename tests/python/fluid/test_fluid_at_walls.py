@@ -91,3 +91,57 @@ def test_viscosity_takes_no_weight_from_an_incompressible_liquid_at_rest(dt):
     sim.run(steps=100, progress=False)
     assert abs(sim.fluid.force_on(floor)[1] / -4905 - 1) < 5e-3
     assert np.sqrt(np.mean((sim.fluid.pressure / 9810 - 0.5 + sim.fluid.position[:, 1]) ** 2)) < 0.015 * 0.5
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("motion", [{"velocity": (1.0, 0.0, 0.0)}, {"surface_velocity": (1.0, 0.0)}])
+def test_a_belt_moves_the_liquid_as_a_wall_that_moves_does(form, motion):
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((1.0, np.inf)))
+    belt = scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0.5), (0, -1), rock, **motion))[1]
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, 1.0, viscosity=1.0, pressure=0.0, **form_of(form, 20.0)))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=5e-3)
+    sim.run(steps=200, progress=False)
+    assert abs(sim.fluid.force_on(belt)[0] / -2 - 1) < 0.01  # Couette
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_surface_that_turns_drags_the_liquid_as_a_disk_that_turns_does(form):
+    def torque(**turns):
+        scene = cn.Scene(dim=2)
+        scene.add(cn.ring((0, 0), 1.0, rock))
+        disk = scene.add(cn.disks([[0, 0]], 0.25, rock, driven=("vx", "vy", "w"), **turns))[0]
+        scene.add(cn.fluid([(-1, -1), (1, 1)], 0.05, 10.0, viscosity=1.0, pressure=0.0, **form_of(form, 10.0)))
+        scene.interact("*", "*", None)
+        sim = cn.Simulation(scene, dt=1e-2)
+        sim.run(steps=5, progress=False)
+        return sim.fluid.force_on(disk)[2]
+
+    assert abs(torque(surface_velocity=(0.0, 0.0, 1.0)) / torque(velocity=[[0, 0, 1.0]]) - 1) < 1e-9
+
+
+@pytest.mark.parametrize("above", [400.0, 2600.0, 1e7])
+def test_light_blocks_under_others_converge(above):
+    """A light block carries the liquid about it on its contacts: passes alone would converge slowly, or not."""
+    block = 0.5 * np.array([(-0.2, -0.1), (0.2, -0.1), (0.2, 0.1), (-0.2, 0.1)])
+    light, heavy = cn.Material("light", density=400.0), cn.Material("heavy", density=above)
+    scene, _ = basin()
+    scene.add(*(cn.polygons(block, light, position=[(0.5, 0.05 + 0.1 * k)]) for k in range(3)))
+    scene.add(cn.polygons(block, heavy, position=[(0.5, 0.35)]))
+    scene.add(cn.fluid([(0, 0), (1, 0.6)], 0.05, 1000.0, incompressible=True))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    sim = cn.Simulation(scene, dt=2e-3)
+    assert all(sim.step()["status"] == "converged" for _ in range(10))
+    assert np.abs(sim.fluid.velocity).max() < 0.1
+
+
+def test_the_last_mesh_may_go():
+    body = cn.SolidBody([(0.4, 0.1), (0.6, 0.1), (0.6, 0.3), (0.4, 0.3)], {"quad": [[0, 1, 2, 3]]}, cn.Elastic(1e6, 0.3), density=900.0)
+    scene, _ = basin()
+    scene.add(cn.deformable(body, rock, contact="boundary"))
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, 1000.0, incompressible=True))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=2e-3)
+    sim.step()
+    sim.remove(sim.meshes[0].all_ids)
+    assert sim.step()["status"] == "converged"

