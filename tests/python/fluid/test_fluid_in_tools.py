@@ -38,7 +38,7 @@ def runs(tmp_path_factory):
         ("dry", "at t = 0 s a liquid is in A only"),
     ],
 )
-def test_verify_tells_liquids_of_other_sizes(runs, other, words, capsys):
+def test_verify_tells_liquids_of_other_sizes(runs, other, words):
     given = {} if other == "shallow" else {"size": 1.0}
     found = verify(runs / "a.vtkhdf", runs / f"{other}.vtkhdf", {"position": 1e-9}, **given)
     assert not found.agrees and words in found.table()
