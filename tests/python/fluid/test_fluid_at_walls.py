@@ -117,7 +117,7 @@ def test_a_surface_that_turns_drags_the_liquid_as_a_disk_that_turns_does(form):
         sim.run(steps=5, progress=False)
         return sim.fluid.force_on(disk)[2]
 
-    assert abs(torque(surface_velocity=(0.0, 0.0, 1.0)) / torque(velocity=[[0, 0, 1.0]]) - 1) < 1e-9
+    assert abs(torque(surface_velocity=(0.0, 0.0, 1.0)) / torque(velocity=[[0, 0, 1.0]]) - 1) < 1e-3  # points turn with the disk
 
 
 @pytest.mark.parametrize("above", [400.0, 2600.0, 1e7])
@@ -136,7 +136,8 @@ def test_light_blocks_under_others_converge(above):
 
 
 def test_the_last_mesh_may_go():
-    body = cn.SolidBody([(0.4, 0.1), (0.6, 0.1), (0.6, 0.3), (0.4, 0.3)], {"quad": [[0, 1, 2, 3]]}, cn.Elastic(1e6, 0.3), density=900.0)
+    square = [(0.4, 0.1), (0.6, 0.1), (0.6, 0.3), (0.4, 0.3)]
+    body = cn.SolidBody(square, {"quad": [[0, 1, 2, 3]]}, cn.NeoHookean(young=1e6, poisson=0.3), density=900.0)
     scene, _ = basin()
     scene.add(cn.deformable(body, rock, contact="boundary"))
     scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.05, 1000.0, incompressible=True))
