@@ -251,7 +251,7 @@ def test_one_exchange_a_sweep():
 def test_contacts_that_exceed_the_memory_are_not_gathered():
     sim, ends = run(tower, 2, 6, cn.NSCD(solver=cn.Auto(memory=1e3)))
     assert "iteration_limit" in ends and sim.ranks.figures()["gathered_solves"] == 0
-    assert "bytes on one rank, memory of cairn.Auto is 1e+03" in sim.info["hint"]
+    assert "bytes on one rank, the limit is 1e+03" in sim.info["hint"]
 
 
 def test_default_takes_auto_by_the_scene_and_explain_tells_of_it():
