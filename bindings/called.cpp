@@ -3,13 +3,14 @@
 #include "arrays.hpp"
 #include "fe/called_forces.hpp"
 #include "plugs/plug.hpp"
+#include "script_error.hpp"
 
 using cairn::CalledForces;
 
 namespace {
 
 // Wraps a Python object that the core calls. Calls acquire the GIL, which a step releases; Python exceptions pass
-// through.
+// through as ScriptError.
 struct Caller {
   py::object object;
 };
@@ -28,43 +29,45 @@ std::int32_t forces_of(void* context, std::int64_t dofs, std::int64_t entries, d
                        const double* u, const double* v, double* force, double* tangent, double* energy,
                        double* dissipated) {
   const py::gil_scoped_acquire lock;
-  const py::object found = object_of(context).attr("forces")(py::array_t<double>(dofs, u), py::array_t<double>(dofs, v),
-                                                             time, step, rate, tangent != nullptr);
-  if (found.is_none()) return 1;
-  const auto parts = py::cast<py::tuple>(found); // force, values of the tangent, energy, dissipated
-  take(parts[0], dofs, force, "the force");
-  if (tangent) take(parts[1], entries, tangent, "the tangent");
-  if (!parts[2].is_none()) *energy = py::cast<double>(parts[2]);
-  if (!parts[3].is_none()) *dissipated = py::cast<double>(parts[3]);
-  return 0;
+  return by_script([&] {
+    const py::object found = object_of(context).attr("forces")(
+        py::array_t<double>(dofs, u), py::array_t<double>(dofs, v), time, step, rate, tangent != nullptr);
+    if (found.is_none()) return 1;
+    const auto parts = py::cast<py::tuple>(found); // force, values of the tangent, energy, dissipated
+    take(parts[0], dofs, force, "the force");
+    if (tangent) take(parts[1], entries, tangent, "the tangent");
+    if (!parts[2].is_none()) *energy = py::cast<double>(parts[2]);
+    if (!parts[3].is_none()) *dissipated = py::cast<double>(parts[3]);
+    return 0;
+  });
 }
 
 std::int32_t commit_of(void* context) {
   const py::gil_scoped_acquire lock;
-  object_of(context).attr("commit")();
+  by_script([&] { object_of(context).attr("commit")(); });
   return 0;
 }
 
 std::int32_t rollback_of(void* context) {
   const py::gil_scoped_acquire lock;
-  object_of(context).attr("rollback")();
+  by_script([&] { object_of(context).attr("rollback")(); });
   return 0;
 }
 
 std::int64_t size_of(void* context) {
   const py::gil_scoped_acquire lock;
-  return py::cast<Input<double>>(object_of(context).attr("save")()).size();
+  return by_script([&] { return py::cast<Input<double>>(object_of(context).attr("save")()).size(); });
 }
 
 std::int32_t save_of(void* context, std::int64_t size, double* state) {
   const py::gil_scoped_acquire lock;
-  take(object_of(context).attr("save")(), size, state, "the history");
+  by_script([&] { take(object_of(context).attr("save")(), size, state, "the history"); });
   return 0;
 }
 
 std::int32_t load_of(void* context, std::int64_t size, const double* state) {
   const py::gil_scoped_acquire lock;
-  object_of(context).attr("load")(py::array_t<double>(size, state));
+  by_script([&] { object_of(context).attr("load")(py::array_t<double>(size, state)); });
   return 0;
 }
 

@@ -8,6 +8,7 @@
 #include "fe/internal_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "scene/mesh_parts.hpp"
+#include "script_error.hpp"
 #include "simulation/simulation.hpp"
 
 using cairn::Simulation;
@@ -27,7 +28,7 @@ std::function<void(const double*, double*)> product_of(py::object function, std:
   auto held = std::make_shared<py::object>(std::move(function));
   return [held, n](const double* x, double* out) {
     const py::gil_scoped_acquire lock;
-    const auto y = py::cast<Input<double>>((*held)(py::array_t<double>(n, x)));
+    const auto y = by_script([&] { return py::cast<Input<double>>((*held)(py::array_t<double>(n, x))); });
     if (y.size() != n)
       throw cairn::Error("an operator of a mesh gave " + std::to_string(y.size()) + " numbers, not " +
                          std::to_string(n));
@@ -40,12 +41,12 @@ std::function<std::function<void(double*)>(double, double)> solver_of(py::object
   auto held = std::make_shared<py::object>(std::move(make));
   return [held, free = std::move(free), n](double h, double theta) -> std::function<void(double*)> {
     const py::gil_scoped_acquire lock;
-    auto solve = std::make_shared<py::object>((*held)(h, theta));
+    auto solve = std::make_shared<py::object>(by_script([&] { return (*held)(h, theta); }));
     return [solve, free, n](double* b) {
       const py::gil_scoped_acquire inner;
       py::array_t<double> right(py::ssize_t(free.size()));
       for (std::size_t i = 0; i < free.size(); ++i) right.mutable_data()[i] = b[free[i]];
-      const auto x = py::cast<Input<double>>((*solve)(right));
+      const auto x = by_script([&] { return py::cast<Input<double>>((*solve)(right)); });
       if (std::size_t(x.size()) != free.size())
         throw cairn::Error("the solver of a mesh gave " + std::to_string(x.size()) + " numbers, not " +
                            std::to_string(free.size()));

@@ -1,12 +1,18 @@
 #include "arrays.hpp"
 #include "cairn/build.h"
 #include "detection/interaction_handler.hpp"
+#include "script_error.hpp"
 
 void bind_ranks(py::module_& m);
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Cairn's object layer; defaults and checks of a user's words are in the Python package.";
   static const py::handle error = py::register_exception<cairn::Error>(m, "Error", PyExc_ValueError);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (ScriptError& of_script) { of_script.raised.restore(); }
+  });
   py::register_exception_translator([](std::exception_ptr thrown) { // std::invalid_argument of the core: an Error
     try {
       if (thrown) std::rethrow_exception(thrown);

@@ -180,7 +180,13 @@ void bind_scene(py::module_& m) {
       .def("get_cell", &get_cell)
       .def("renumber", py::overload_cast<>(&Scene::renumber))
       .def("reserve", &Scene::reserve) // bodies, contactors
-      .def("leave_numbers", &Scene::leave_numbers)
+      .def("leave_numbers",
+           [](Scene& s, bool leave) {
+             if (leave && s.bodies.count > 0)
+               throw cairn::Error("numbers can be left to others before bodies come, and the scene has " +
+                                  std::to_string(s.bodies.count) + " bodies: leave them before the first add");
+             s.leave_numbers(leave);
+           })
       .def_property_readonly("body_count", [](const Scene& s) { return s.bodies.count; })
       .def_property_readonly("node_count", [](const Scene& s) { return s.nodes.count; })
       .def_property_readonly("contactor_count", [](const Scene& s) { return s.contactors.count; })

@@ -157,11 +157,10 @@ py::dict report_of(const Simulation& s) {
   out["drift"] = r.solve.drift;
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;
-  if (r.solve.joint_contact >= 0) {
+  if (r.solve.has_joint_error) {
     out["joint_error"] = r.solve.joint_error;
     out["joint_gap"] = r.solve.joint_gap;
-    const bool ranked = dynamic_cast<const cairn::OverRanks*>(&s.strategy()) != nullptr;
-    out["joint_contact"] = ranked ? -1 : r.solve.joint_contact; // of the contacts of a rank, which have another order
+    out["joint_contact"] = r.solve.joint_contact;
   }
   if (!r.solve.joint_hint.empty()) out["joint_hint"] = r.solve.joint_hint;
   out["hint"] = r.solve.hint;
@@ -344,11 +343,12 @@ void bind_simulation(py::module_& m) {
   m.def("strategy_options", &described);
   py::class_<Simulation> simulation(m, "Simulation");
   simulation
-      .def(py::init([](cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) { // takes the scene
-        auto s = std::make_unique<Simulation>(std::move(scene), laws, strategy_of(strategy));
-        s->strategy().check_laws(*s);
-        return s;
-      }))
+      .def(py::init([](cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
+             auto s = std::make_unique<Simulation>(std::move(scene), laws, strategy_of(strategy));
+             s->strategy().check_laws(*s);
+             return s;
+           }),
+           "Moves the scene into the simulation: the object that was given is empty afterwards.")
       .def_property_readonly(
           "scene", [](Simulation& s) -> cairn::Scene& { return known(s).scene; },
           py::return_value_policy::reference_internal)

@@ -76,12 +76,13 @@ contains
     if (.not. any(params(:, 5) > 0)) return
     do first = 1, n, lanes
       if (any(params(first:min(n, first + lanes - 1), 5) > 0 .and. push(first:min(n, first + lanes - 1)) > 0)) &
-        call solve_strip(n, c, merge(2, 3, c == 3), first, w, u_free, params(:, 5), spring, pull, r)
+        call solve_strip(n, c, merge(2, 3, c == 3), first, w, u_free, params(:, 5), push, spring, pull, r)
     end do
   end subroutine cairn_law_parallel_bond_solve
 
-  !> Solves the contacts of a strip that slide with friction beside their springs.
-  subroutine solve_strip(n, c, axes, first, w, u_free, friction, spring, pull, r)
+  !> Solves the contacts of a strip that press with friction beside their springs. Others keep their impulses, whose last digits
+  !> would depend on their neighbours in the strip.
+  subroutine solve_strip(n, c, axes, first, w, u_free, friction, push, spring, pull, r)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: axes         !< of the contact beside the springs
@@ -89,6 +90,7 @@ contains
     real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
     real(c_double), intent(in)     :: friction(n)  !< [-]
+    real(c_double), intent(in)     :: push(n)      !< of the contact beside the springs, without friction [N s]
     real(c_double), intent(in)     :: spring(n, c) !< [kg]
     real(c_double), intent(in)     :: pull(n, c)   !< [N s]
     real(c_double), intent(inout)  :: r(n, c)      !< impulse [N s]
@@ -108,7 +110,7 @@ contains
     end if
     do i = first, min(n, first + lanes - 1)
       lane = i - first + 1
-      if (.not. mu(lane) > 0) cycle
+      if (.not. (mu(lane) > 0 .and. push(i) > 0)) cycle
       do k = 1, c
         u = x(lane, k, 1)
         do l = 1, axes

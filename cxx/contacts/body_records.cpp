@@ -4,21 +4,18 @@
 #include <cmath>
 
 #include "../contactors/shapes.hpp"
+#include "body_speeds.hpp"
 
 namespace cairn {
 
 // Speeds and weights to which velocity errors are relative.
 void BodyRecords::measure_speeds(const Bodies& bodies) {
   double by_loads = 0, at_begin = 0, of_meshes = 0;
-  for (std::int64_t b = 0; b < bodies.count; ++b) {
-    const double mass = *bodies.mass[b];
-    if (!(mass > 0) || !std::isfinite(mass) || !(bodies.inverse_mass[b][0] > 0)) continue;
-    for (int k = 0; k < in_.dim(); ++k) {
-      const double change = bodies.velocity_free[b][k] - bodies.velocity_begin[b][k];
-      by_loads += mass * change * change;
-      at_begin += mass * bodies.velocity_begin[b][k] * bodies.velocity_begin[b][k];
-    }
-  }
+  for (std::int64_t b = 0; b < bodies.count; ++b)
+    each_speed(bodies, b, in_.dim(), [&](double change, double begin) {
+      by_loads += change;
+      at_begin += begin;
+    });
   for (std::int64_t i = 0; in_.meshes && i < in_.nodes->count; ++i)
     for (int k = 0; k < in_.dim(); ++k) {
       const double v = in_.nodes->velocity_free[i][k], change = v - in_.nodes->velocity_begin[i][k],

@@ -54,66 +54,63 @@ int columns_of_params(const LawInfo& law) {
   return int(law.parameters.size()) + 1 + (law.keeps_area ? 3 : geometry_columns(law)); // the step, then geometry
 }
 
+// f(pointer, columns) for each array of numbers of contacts of a kind, in the order in which they are sent and stored.
+template <class F>
+void each_array(const Kind& kind, int dim, F&& f) {
+  const LawInfo& law = law_infos()[std::size_t(kind.law)];
+  if (kind.pack) {
+    f(&cairn_batch::frame, kind.pack);
+  } else {
+    f(&cairn_batch::frame, dim == 2 ? 2 : 6);
+    f(&cairn_batch::lever_a, sides()[kind.side_a].lever);
+    f(&cairn_batch::lever_b, sides()[kind.side_b].lever);
+    f(&cairn_batch::bias, kind.components);
+    if (kind.compliant) f(&cairn_batch::compliance, kind.components);
+    f(&cairn_batch::delassus, kind.block ? kind.components * kind.components : 2);
+    f(&cairn_batch::r, kind.components);
+    f(&cairn_batch::params, columns_of_params(law));
+    if (const int states = law.state_columns(dim)) f(&cairn_batch::state, states);
+  }
+  f(&cairn_batch::rho, 1);
+}
+template <class F>
+void each_array_of_context(const Kind& kind, F&& f) {
+  if (kind.geometry) f(&cairn_law_context::geometry, kind.geometry);
+  if (kind.fields) f(&cairn_law_context::fields, kind.fields);
+}
+
 // f(field, columns, packed) for the numbers of a batch, where its pointers are set.
 template <class F>
 void each_block(const cairn_batch& b, const Kind& kind, int dim, F&& f) {
-  const LawInfo& law = law_infos()[std::size_t(b.law)];
-  if (b.pack) {
-    f(b.frame, b.pack, true);
-  } else {
-    f(b.frame, dim == 2 ? 2 : 6, false);
-    f(b.lever_a, sides()[b.side_a].lever, false);
-    f(b.lever_b, sides()[b.side_b].lever, false);
-    f(b.bias, b.components, false);
-    if (kind.compliant) f(b.compliance, b.components, false);
-    f(b.delassus, b.block ? b.components * b.components : 2, false);
-    f(b.r, b.components, false);
-    f(b.params, columns_of_params(law), false);
-    if (const int states = law.state_columns(dim)) f(b.state, states, false);
-  }
-  f(b.rho, 1, false);
-  if (kind.geometry) f(const_cast<double*>(b.context->geometry), kind.geometry, false);
-  if (kind.fields) f(const_cast<double*>(b.context->fields), kind.fields, false);
+  each_array(kind, dim,
+             [&](auto array, int columns) { f(b.*array, columns, kind.pack != 0 && array == &cairn_batch::frame); });
+  each_array_of_context(kind,
+                        [&](auto array, int columns) { f(const_cast<double*>(b.context->*array), columns, false); });
 }
 
-// Pointers of a batch into the numbers from `next` on, in the order of each_block.
+// Pointers of a batch into the numbers from `next` on, in the order of each_block; then its scale.
 double* place_blocks(cairn_batch& b, cairn_law_context& context, const Kind& kind, int dim, double* next) {
-  const LawInfo& law = law_infos()[std::size_t(b.law)];
   const auto take = [&](int columns) {
     double* here = next;
     next += std::ptrdiff_t(columns) * b.count;
     return here;
   };
-  if (kind.pack) {
-    b.frame = take(kind.pack);
-    place_pack(b, dim);
-  } else {
-    b.frame = take(dim == 2 ? 2 : 6);
-    b.lever_a = take(sides()[b.side_a].lever);
-    b.lever_b = take(sides()[b.side_b].lever);
-    b.bias = take(b.components);
-    b.compliance = kind.compliant ? take(b.components) : nullptr;
-    b.delassus = take(b.block ? b.components * b.components : 2);
-    b.r = take(b.components);
-    b.params = take(columns_of_params(law));
-    const int states = law.state_columns(dim);
-    b.state = states ? take(states) : nullptr;
-  }
-  b.rho = take(1);
-  context.geometry = kind.geometry ? take(kind.geometry) : nullptr;
-  context.fields = kind.fields ? take(kind.fields) : nullptr;
+  each_array(kind, dim, [&](auto array, int columns) {
+    b.*array = take(columns);
+    if (kind.pack != 0 && array == &cairn_batch::frame) place_pack(b, dim);
+  });
+  each_array_of_context(kind, [&](auto array, int columns) { context.*array = take(columns); });
   b.scale = take(1);
   b.context = &context;
   return next;
 }
 
 std::size_t numbers_of(const Kind& kind, int dim) {
-  const LawInfo& law = law_infos()[std::size_t(kind.law)];
-  const int c = kind.components, levers = sides()[kind.side_a].lever + sides()[kind.side_b].lever;
-  const int own = kind.pack ? kind.pack
-                            : (dim == 2 ? 2 : 6) + levers + (kind.compliant ? 3 : 2) * c + (kind.block ? c * c : 2) +
-                                  columns_of_params(law) + law.state_columns(dim);
-  return std::size_t(own + 1 + kind.geometry + kind.fields);
+  std::size_t sum = 0;
+  const auto add = [&](auto, int columns) { sum += std::size_t(columns); };
+  each_array(kind, dim, add);
+  each_array_of_context(kind, add);
+  return sum;
 }
 
 cairn_batch batch_of(const Kind& kind, int contacts, std::int64_t first, int dim) {

@@ -130,8 +130,7 @@ public:
 
   void lose(std::string_view error) override {
     if (ranks_ == 1) return;
-    std::fprintf(stderr,
-                 "rank %d of %d: %.*s: it happened on this rank alone while all were at work together, and ends all\n",
+    std::fprintf(stderr, "rank %d of %d: %.*s: this rank failed alone in work of all ranks; all processes end\n",
                  local_[0], ranks_, int(error.size()), error.data());
     abort(1);
   }

@@ -107,6 +107,8 @@ protected:
   void collect(Simulation& s);
   bool has_parts_of(const Simulation& s) const { return !parts_.empty() && order_seen_ == s.scene.order_version(); }
   bool state_is_left() const { return !known_; } // the parts alone have it
+  // True if the whole has no numbers of bodies: a cut passes them from part to part.
+  bool numbers_are_apart(const Simulation& s) const { return !known_ && !parts_.empty() && s.scene.nodes.count == 0; }
   [[noreturn]] static void refuse(const std::string& what);
 
   std::unique_ptr<Strategy> model_; // settings
@@ -136,8 +138,6 @@ private:
   };
   Outline outline(const Simulation& s) const;
   double fastest_square(const Simulation& s) const; // of bodies that are not everywhere [m2/s2]
-  // True if the whole has no numbers of bodies: a cut passes them from part to part.
-  bool numbers_are_apart(const Simulation& s) const { return !known_ && !parts_.empty() && s.scene.nodes.count == 0; }
   void renumber(Simulation& s);
   // Rows of bodies for new parts, from the parts of those who owned them. wanted: bodies of each local rank, rising.
   std::vector<Arrived> pass_rows(Simulation& s, const std::vector<std::int32_t>& owner_before,

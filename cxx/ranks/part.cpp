@@ -138,10 +138,6 @@ void keep_hulls(const Hulls& all, Contactors& contactors) {
     if (hull >= 0) hull = place[std::size_t(hull)];
 }
 
-} // namespace
-
-namespace {
-
 // An empty part, with a strategy of the settings of the model and all of the whole that is no array.
 Part part_without_bodies(const Simulation& whole, Scene scene, const Strategy& model, int rank) {
   Part part;

@@ -57,7 +57,7 @@ enum class Known {
 // State, loads and drives of bodies of the whole to those of the part.
 void bring(const Simulation& whole, Part& part, Known known);
 
-// Arrays that are with the parts alone, or newer there.
+// Marks of arrays that are with the parts alone, or newer there.
 Arrays arrays_of_parts(Simulation& whole);
 // Released arrays, with `state` those of the state, with `workspace` those of the workspace, too. The whole has room
 // for them afterwards.

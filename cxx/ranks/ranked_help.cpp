@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "../base/call.hpp"
+#include "../contacts/body_speeds.hpp"
 #include "../laws/law_info.hpp"
 #include "../solvers/nlgs/nlgs.hpp"
 #include "../solvers/policy.hpp"
@@ -22,18 +23,15 @@ constexpr int last_sweeps = 16;      // of a step, for which the last call is ma
 constexpr int most_sweeps = 512;     // of a call, on one rank
 constexpr double few_unknowns = 768; // that are gathered at once: the active set solves them
 
-// Speeds of own bodies, as BodyRecords::measure_speeds has them.
+// Speeds of own bodies.
 void add_speeds(const Part& part, int dim, std::span<ExactSum> sums) {
   const Bodies& b = part.simulation->scene.bodies;
-  for (std::int64_t i = 0; i < b.count; ++i) {
-    const double mass = *b.mass[i];
-    if (!part.own[std::size_t(i)] || !(mass > 0) || !std::isfinite(mass) || !(b.inverse_mass[i][0] > 0)) continue;
-    for (int k = 0; k < dim; ++k) {
-      const double begin = b.velocity_begin[i][k], change = b.velocity_free[i][k] - begin;
-      sums[0].add(mass * change * change);
-      sums[1].add(mass * begin * begin);
-    }
-  }
+  for (std::int64_t i = 0; i < b.count; ++i)
+    if (part.own[std::size_t(i)])
+      each_speed(b, i, dim, [&](double by_loads, double at_begin) {
+        sums[0].add(by_loads);
+        sums[1].add(at_begin);
+      });
 }
 
 const std::array<const char*, 3> solvers = {"nlgs", "ppa_newton", "newton_over_bodies"};
@@ -97,7 +95,7 @@ void RankedHelp::count() {
   dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]);
   components_ = int(any[2]);
   char text[200];
-  std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, memory of cairn.Auto is %.2g", bytes_,
+  std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, the limit is %.2g", bytes_,
                 options_.max_bytes);
   if (any[1] > 0) obstacle_ = "contacts of deformable bodies are not gathered";
   if (bytes_ > options_.max_bytes) obstacle_ = text;

@@ -124,6 +124,7 @@ void RankedNscd::hold_joints(Simulation& s, double h) {
     }
     if (contacts.part()) contacts.part()->simulation->interactions.restore(at_begin);
   }
+  report.joint_contact = -1; // it is among the contacts of a rank, which have another order
 }
 
 } // namespace cairn

@@ -163,13 +163,7 @@ double margin_of(const Simulation& s, double given) {
 
 } // namespace
 
-// False: a body went farther than ghosts were sought, and nothing happened.
-bool RankedNscd::attempt(Simulation& s, double h) {
-  if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
-  if (s.networks && s.networks->thermal && !s.meshes.empty()) s.networks->thermal->load_meshes(s);
-  LentMeshes lent(s, mesh_part());
-  const LentLiquid liquid(s, liquid_);
-  if (RankedLiquid::flows_in(s)) liquid_.take(s, *model_, parts_, owner_, exchange_->ranks(), partitions_);
+void RankedNscd::find_contacts(Simulation& s, double h) {
   s.timed("predict_configuration", [&] { bring_parts(s); });
   on_ranks(s, "predict_configuration", [&](Part& part) {
     of(part).leave_out = [this, &part](Candidates& found) { keep_own_contacts(part, found); };
@@ -179,6 +173,24 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   });
   on_ranks(s, "compute_free_velocity", [&](Part& part) { of(part).compute_free_velocity(*part.simulation); });
   on_ranks(s, "detect_contacts", [&](Part& part) { of(part).detect_contacts(*part.simulation); });
+}
+
+void RankedNscd::choose_hint(Simulation& s) {
+  std::string& hint = s.report.solve.hint;
+  if (hint.empty()) hint = s.report.mesh_within;
+  for (const Part& part : parts_)
+    if (hint.empty()) hint = part.simulation->report.unjoined;
+  if (hint.empty()) hint = s.report.mesh_hint;
+}
+
+// False: a body went farther than ghosts were sought, and nothing happened.
+bool RankedNscd::attempt(Simulation& s, double h) {
+  if (must_partition(s)) s.timed("partition", [&] { partition(s, margin_of(s, settings().margin)); });
+  if (s.networks && s.networks->thermal && !s.meshes.empty()) s.networks->thermal->load_meshes(s);
+  LentMeshes lent(s, mesh_part());
+  const LentLiquid liquid(s, liquid_);
+  if (RankedLiquid::flows_in(s)) liquid_.take(s, *model_, parts_, owner_, exchange_->ranks(), partitions_);
+  find_contacts(s, h);
   if (!reaches_far_enough()) {
     undo();
     return false;
@@ -191,7 +203,7 @@ bool RankedNscd::attempt(Simulation& s, double h) {
     s.timed("solve_contacts", [&] { solve_step(s, settings().solver, h); });
     fluid_passes(s, settings().solver, h);
   } catch (...) {
-    undo(); // gathered contacts are refused on all ranks
+    undo(); // a solver may refuse the contacts, on all ranks alike; a second undo does nothing
     throw;
   }
   if (Part* part = mesh_part(); part && !part->simulation->meshes.linear())
@@ -225,11 +237,7 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   lent.lend(false);
   liquid_.give_back(s);
   s.timed("gather", [&] { collect_meshes(s); });
-  std::string& hint = s.report.solve.hint;
-  if (hint.empty()) hint = s.report.mesh_within;
-  for (const Part& part : parts_)
-    if (hint.empty()) hint = part.simulation->report.unjoined;
-  if (hint.empty()) hint = s.report.mesh_hint;
+  choose_hint(s);
   s.timed("gather", [&] { collect(s); });
   return true;
 }

@@ -25,6 +25,9 @@ private:
   const StepReport& step_of_all(Simulation& s, double h);
   const NscdOptions& settings() const { return static_cast<const Nscd&>(*model_).settings; }
   static Nscd& of(Part& part) { return static_cast<Nscd&>(*part.strategy); }
+  // From the state of the step's begin to the candidates of all ranks.
+  void find_contacts(Simulation& s, double h);
+  void choose_hint(Simulation& s);
   bool attempt(Simulation& s, double h);
   void undo() override;
   bool reaches_far_enough();

@@ -112,11 +112,10 @@ const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
 }
 
 void RankedSmooth::cut(Simulation& s) {
-  fetch(s); // nothing of the whole can be read before
-  law_reach_ = reach_of_laws(s);
+  if (!parts_.empty()) total_fixed(); // while their pairs are there
+  find_reach_and_risk(s);             // a first cut may leave the whole without numbers
   s.timed("partition", [&] { partition(s, law_reach_); });
   forces_known_ = forces_known_ && s.steps > 0;
-  may_fail_ = may_fail(s);
   way_ = 0;
   motion_.known = false;
   sum_of_.assign(std::size_t(s.scene.bodies.count), -1);
@@ -130,16 +129,33 @@ void RankedSmooth::cut(Simulation& s) {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     share(parts_[l]);
     for (std::size_t i = 0; i < parts_[l].bodies.size(); ++i)
-      if (everywhere_[std::size_t(parts_[l].bodies[i])]) on_all_[l].push_back(std::int32_t(i));
+      if (const auto body = std::size_t(parts_[l].bodies[i]); everywhere_[body])
+        on_all_[l].push_back({std::int32_t(i), sum_of_[body]});
   }
 }
 
-// Gap at which the first force of a law begins, between the largest bodies [m].
-double RankedSmooth::reach_of_laws(const Simulation& s) const {
-  const Contactors& c = s.scene.contactors;
-  double most = 0, radius = 0;
-  for (std::int64_t k = 0; k < c.count; ++k)
-    if (info(Shape(*c.shape[k])).bounded && std::isfinite(*c.radius[k])) radius = std::max(radius, *c.radius[k]);
+// Numbers of bodies are read from the parts where they alone have them; materials are with the whole.
+void RankedSmooth::find_reach_and_risk(const Simulation& s) {
+  double found[] = {0, 0}; // radius [m], 1: bodies have unequal moments
+  const auto look = [&](const Scene& scene) {
+    const Contactors& c = scene.contactors;
+    for (std::int64_t k = 0; k < c.count; ++k)
+      if (info(Shape(*c.shape[k])).bounded && std::isfinite(*c.radius[k])) found[0] = std::max(found[0], *c.radius[k]);
+    for (std::int64_t i = 0; i < scene.bodies.count && scene.bodies.angular_momentum.active; ++i)
+      if (SmoothDem::is_uneven(scene.bodies, i)) found[1] = 1;
+  };
+  if (numbers_are_apart(s))
+    for (const Part& part : parts_) look(part.simulation->scene);
+  else
+    look(s.scene);
+  exchange_->largest(found);
+  law_reach_ = reach_of_laws(s, found[0]);
+  may_fail_ = s.scene.cell.any() || found[1] > 0 || lacks_laws(s);
+}
+
+// Gap at which the first force of a law begins, between bodies of the largest radius [m].
+double RankedSmooth::reach_of_laws(const Simulation& s, double radius) {
+  double most = 0;
   for (int e = 0; e < s.laws.entries(); ++e) {
     const double overlap = 0;
     double k[4], reach = 0;
@@ -151,13 +167,8 @@ double RankedSmooth::reach_of_laws(const Simulation& s) const {
   return most;
 }
 
-// Two materials may meet without a law, bodies of unequal moments may turn too fast for their step, and images may be
-// too far apart to be numbered.
-bool RankedSmooth::may_fail(const Simulation& s) {
-  const Bodies& b = s.scene.bodies;
-  if (s.scene.cell.any()) return true;
-  for (std::int64_t i = 0; i < b.count && b.angular_momentum.active; ++i)
-    if (SmoothDem::is_uneven(b, i)) return true;
+// True if two materials may meet without a law.
+bool RankedSmooth::lacks_laws(const Simulation& s) {
   std::vector<std::int32_t> materials(s.scene.contactors.material.values.begin(),
                                       s.scene.contactors.material.values.end());
   std::sort(materials.begin(), materials.end());
@@ -359,9 +370,8 @@ void RankedSmooth::add_kept(const NeighbourList& list, const std::vector<Counted
 void RankedSmooth::write_sums(std::vector<ExactSum>& sums, bool fixed) {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     Field<double>& total = parts_[l].simulation->scene.bodies.contact_force;
-    for (const std::int32_t body : on_all_[l]) {
+    for (const auto& [body, from] : on_all_[l]) {
       if ((parts_[l].fixed[std::size_t(body)] != 0) != fixed) continue;
-      const std::int32_t from = sum_of_[std::size_t(parts_[l].bodies[std::size_t(body)])];
       for (int k = 0; k < total.components; ++k)
         total[body][k] = sums[std::size_t(from * total.components + k)].value();
     }

@@ -51,10 +51,11 @@ private:
   void complete_state(Simulation& s) override;
   void keep_state(Part& part);
   void begin_step(Part& part, bool heats, double h);
-  // Partitions, and what lies in their wake.
+  // Partitions, and makes anew what follows from a cut.
   void cut(Simulation& s);
-  double reach_of_laws(const Simulation& s) const;
-  static bool may_fail(const Simulation& s);
+  void find_reach_and_risk(const Simulation& s);
+  static double reach_of_laws(const Simulation& s, double radius);
+  static bool lacks_laws(const Simulation& s);
   void share(Part& part) const;
   // Cuts where ghosts do not reach as far as bodies go in the step.
   void reach_ghosts(Simulation& s, double h);
@@ -77,8 +78,10 @@ private:
 
   double law_reach_ = 0; // gap up to which laws act [m]
   bool forces_known_ = false;
-  bool may_fail_ = false; // a step may, after bodies have moved
-  bool kept_ = false;     // parts have the state of the begin of the step at hand
+  // A step may, after bodies have moved: two materials meet without a law, bodies of unequal moments turn too fast for
+  // their step, or images are too far apart to be numbered.
+  bool may_fail_ = false;
+  bool kept_ = false; // parts have the state of the begin of the step at hand
   Fixed fixed_forces_ = Fixed::known;
   Motion motion_;
   double way_ = 0;                     // of bodies of this process since the partition, at most [m]
@@ -87,8 +90,11 @@ private:
   std::vector<std::int32_t> sum_of_;   // (bodies of the whole) number of its sums, -1: its forces are with its owner
   // (dofs, bodies that are everywhere and move), then those of the cell; (dofs, fixed bodies), for who reads them
   std::vector<ExactSum> sums_, fixed_sums_;
-  std::vector<std::array<Counted, 2>> counted_;   // of each part: of its list, and of contacts of shapes
-  std::vector<std::vector<std::int32_t>> on_all_; // of each part: bodies that are everywhere
+  std::vector<std::array<Counted, 2>> counted_; // of each part: of its list, and of contacts of shapes
+  struct Summed {
+    std::int32_t body, sum; // number in the part, which a new order of the whole leaves, and that of its sums
+  };
+  std::vector<std::vector<Summed>> on_all_; // of each part: bodies that are everywhere
 };
 
 } // namespace cairn

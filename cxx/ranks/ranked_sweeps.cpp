@@ -463,9 +463,7 @@ bool RankedSweeps::persists() {
   return counts[0] >= many && 2 * counts[1] > counts[0];
 }
 
-SolveReport RankedSweeps::solve() {
-  SolveReport report;
-  report.contacts = contacts_;
+void RankedSweeps::tell_depth(SolveReport& report) {
   double depth[] = {0, 0};
   for (const Share& share : shares_) {
     depth[0] = std::max(depth[0], share.system->penetration);
@@ -474,6 +472,39 @@ SolveReport RankedSweeps::solve() {
   exchange_.largest(depth);
   report.penetration = depth[0];
   report.drift = depth[1];
+}
+
+// What may follow upon an error: the end of dense packs, the error of light bodies, the impulses of another solver.
+void RankedSweeps::look_further(Error& error, double& wanted, SolveReport& report) {
+  const bool may_end_early = options_.enough > options_.tolerance;
+  if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
+  if (error.square <= wanted && uneven_) measure_light(report);
+  if (!help_ || (may_end_early && iterations_ < options_.patience)) return;
+  if (!get_help(error.square <= wanted, error.square, report)) return;
+  error = measure();
+  helped_astray_ = !error.finite;
+  if (error.square <= wanted && uneven_) measure_light(report);
+}
+
+// Where the error is no number: back to the best impulses, without what led away from them; else to none.
+bool RankedSweeps::falls_back(const Error& error, SolveReport& report) {
+  if ((extrapolates_ || helped_astray_) && give_back(error.square)) {
+    if (!helped_astray_) extrapolates_ = false;
+    helped_astray_ = false;
+    return true;
+  }
+  report.status = SolveStatus::diverged;
+  for (Share& share : shares_)
+    each_row(share, [](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
+      std::fill_n(r, count, 0.0);
+    });
+  return false;
+}
+
+SolveReport RankedSweeps::solve() {
+  SolveReport report;
+  report.contacts = contacts_;
+  tell_depth(report);
   if (contacts_ == 0) {
     if (std::isfinite(options_.accuracy)) report.velocity_error = 0;
     for (Share& share : shares_) share.system->load(share.free());
@@ -491,32 +522,17 @@ SolveReport RankedSweeps::solve() {
   double wanted = options_.tolerance * options_.tolerance;
   next_check_ = std::max(options_.min_iterations, 1);
   constexpr int least_between = 4; // sweeps between two light errors
-  const bool uneven = masses_differ(mass_ratio_, help_ && help_->possible()), sweeps = !(help_ && help_->alone());
+  uneven_ = masses_differ(mass_ratio_, help_ && help_->possible());
+  const bool sweeps = !(help_ && help_->alone());
   if (!sweeps) solve_elsewhere(report);
   while (sweeps && iterations_ < options_.max_iterations) {
     if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
     sweep();
     if (!worth_measuring(wanted)) continue;
     Error error = measure();
-    if (!error.finite) {
-      if (extrapolates_ && give_back(error.square)) {
-        extrapolates_ = false;
-        continue;
-      }
-      report.status = SolveStatus::diverged;
-      for (Share& share : shares_)
-        each_row(share, [](double* r, std::size_t count, std::size_t, std::size_t, const cairn_batch&) {
-          std::fill_n(r, count, 0.0);
-        });
-      break;
-    }
-    if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
-    if (error.square <= wanted && uneven) measure_light(report);
-    if (help_ && !(may_end_early && iterations_ < options_.patience) &&
-        get_help(error.square <= wanted, error.square, report)) {
-      error = measure();
-      if (error.square <= wanted && uneven) measure_light(report);
-    }
+    if (error.finite) look_further(error, wanted, report);
+    if (!error.finite && falls_back(error, report)) continue;
+    if (!error.finite) break;
     const bool small = error.square <= wanted;
     if (small && !std::isnan(report.velocity_error) && !proven_)
       break; // the first rank made all sweeps that are allowed
@@ -536,12 +552,12 @@ SolveReport RankedSweeps::solve() {
 
 void RankedSweeps::finish(double wanted, SolveReport& report) {
   // light bodies between heavy ones would feel the rounding of impulses
-  const bool keeps = masses_differ(mass_ratio_, help_ && help_->possible()) && report.status != SolveStatus::diverged;
+  const bool keeps = uneven_ && report.status != SolveStatus::diverged;
   if (!keeps) give_impulses();
   if (cell_.driven()) cell_.follow(parts_, exchange_);
   Error end = measure(&report);
   if (iterations_ >= options_.max_iterations && end.square > wanted && give_back(end.square)) end = measure(&report);
-  if (masses_differ(mass_ratio_, help_ && help_->possible()) && end.finite) measure_light(report);
+  if (uneven_ && end.finite) measure_light(report);
   report.iterations = iterations_;
   report.checks = checks_;
   report.error = std::sqrt(end.square);

@@ -81,6 +81,9 @@ private:
   void keep_best(double square);
   bool give_back(double square);
   bool persists();
+  void tell_depth(SolveReport& report);
+  void look_further(Error& error, double& wanted, SolveReport& report);
+  bool falls_back(const Error& error, SolveReport& report);
   void solve_elsewhere(SolveReport& report);
   bool get_help(bool small, double square, SolveReport& report);
   std::string hint_of(const SolveReport& report, double tolerance) const;
@@ -103,7 +106,9 @@ private:
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
   std::optional<RankedHelp> help_;
-  bool proven_ = true; // velocities are as exact as was asked
+  bool proven_ = true;         // velocities are as exact as was asked
+  bool uneven_ = false;        // masses differ so much that light bodies have an error of their own
+  bool helped_astray_ = false; // the impulses of another solver have no error that is a number
   NesterovSequence sequence_;
   double change_ = 0;    // of the last extrapolated sweep, or what comes near it [J]
   double ratio_ = 0;     // square of the error over that change, where it was measured; 0: not known [1/J]

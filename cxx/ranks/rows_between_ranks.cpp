@@ -82,6 +82,11 @@ std::vector<T> numbers_of_all(const std::vector<Part>& parts, Exchange& exchange
   return all;
 }
 
+void copy_place(const Part& part, std::int64_t row, double* out) {
+  const Field<double>& position = part.simulation->scene.bodies.position;
+  std::copy_n(position[row], position.components, out);
+}
+
 } // namespace
 
 OverRanks::Outline OverRanks::outline(const Simulation& s) const {
@@ -93,12 +98,8 @@ OverRanks::Outline OverRanks::outline(const Simulation& s) const {
     fixed.push_back(fixed_bodies(*part.simulation));
   }
   const auto of = [&](const Part& part) { return std::size_t(&part - parts_.data()); };
-  const auto place = [](const Part& part, std::int64_t row, double* out) {
-    const Field<double>& position = part.simulation->scene.bodies.position;
-    std::copy_n(position[row], position.components, out);
-  };
   Outline all;
-  all.places = numbers_of_all<double>(parts_, *exchange_, owner_, s.scene.dim, place);
+  all.places = numbers_of_all<double>(parts_, *exchange_, owner_, s.scene.dim, copy_place);
   all.radius =
       numbers_of_all<double>(parts_, *exchange_, owner_, 1, [&](const Part& part, std::int64_t row, double* out) {
         *out = radius[of(part)][std::size_t(row)];
@@ -138,12 +139,8 @@ void OverRanks::renumber(Simulation& s) {
     return;
   }
   if (s.scene.bodies.count < 2) return;
-  const auto place = [](const Part& part, std::int64_t row, double* out) {
-    const Field<double>& position = part.simulation->scene.bodies.position;
-    std::copy_n(position[row], position.components, out);
-  };
   const std::vector<std::int32_t> order =
-      s.scene.renumber(numbers_of_all<double>(parts_, *exchange_, owner_, s.scene.dim, place));
+      s.scene.renumber(numbers_of_all<double>(parts_, *exchange_, owner_, s.scene.dim, copy_place));
   const auto follow = [&order](auto& of_bodies) {
     auto before = of_bodies;
     for (std::size_t i = 0; i < before.size(); ++i) of_bodies[i] = before[std::size_t(order[i])];

@@ -1,11 +1,11 @@
 // Sweeps over ranks beside another solver.
+#include "ranked_sweeps.hpp"
+
 #include <cmath>
 #include <cstdio>
 
 #include "../base/call.hpp"
 #include "../solvers/problems/friction_problem.hpp"
-
-#include "ranked_sweeps.hpp"
 
 namespace cairn {
 
@@ -32,7 +32,8 @@ void RankedSweeps::solve_elsewhere(SolveReport& report) {
     if (row.name == options_.solver) report.solver = row.name.c_str();
 }
 
-// small: the error is small enough, and that of light bodies is in the report. True: impulses are others.
+// small: the error is small enough, and that of light bodies is in the report. True if the other solver's impulses were
+// taken.
 bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
   const bool calls =
       small ? !help_->accepts(iterations_, report.light_error) : help_->pays(iterations_, std::sqrt(square));

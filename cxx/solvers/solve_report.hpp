@@ -25,7 +25,8 @@ struct SolveReport {
   double energy_created = 0; // energy from nothing by contacts / energy in play, see created_share; once committed
   double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
   double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
-  std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: none was measured
+  bool has_joint_error = false;    // the error of joints was measured
+  std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: over ranks, unknown
   std::string joint_hint;          // what to do about it; empty: it is as small as was asked
   std::string hint;                // empty when converged
   const char* solver = "nlgs";     // that gave the answer

@@ -96,6 +96,7 @@ void hold_joints(JointedContacts& contacts, SolveReport& report, const SolverOpt
   if (!settled) miss = contacts.miss(tolerance);
   report.joint_error = miss.error;
   report.joint_gap = miss.gap;
+  report.has_joint_error = miss.contact >= 0;
   report.joint_contact = miss.contact;
   if (miss.small || miss.error <= tolerance) return;
   report.joint_hint = hint_of(miss, contacts.name(miss.contact), h, tolerance);

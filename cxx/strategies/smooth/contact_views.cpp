@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../base/call.hpp"
 #include "../../contacts/surface_motion.hpp"
 #include "../../simulation/contact_fields.hpp"
 #include "../../solvers/sweeps/batch.hpp"
@@ -84,8 +85,10 @@ void SmoothDem::read(Simulation& s, std::string_view field, int components, doub
     force_local(s, out);
   else if (field == "impulse")
     force_space(out);
-  else
+  else if (field == "attraction" || field == "state.beta" || field == "state.area")
     std::fill_n(out, n, 0.0); // networks ask for what laws of NSCD remember
+  else
+    throw Error("contacts of SmoothDEM have no '" + std::string(field) + "'");
   for (std::int64_t i = 0; i < n; ++i) out[i] *= s.report.h;
 }
 

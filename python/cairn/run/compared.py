@@ -16,7 +16,7 @@ def call_of(name, given):
     digest = hashlib.blake2b(digest_size=8)
     for key, value in given.items():
         digest.update(f"|{key}|".encode())
-        digest.update(_content(value))
+        digest.update(content_of(value))
     shown = ", ".join(f"{key}={_shown(value)}" for key, value in given.items())
     return f"{name}\n{shown}\n{digest.hexdigest()}"
 
@@ -59,26 +59,26 @@ def _add(digest, value):
         digest.update(f"{value.shape}{value.dtype}".encode())
         digest.update(np.ascontiguousarray(value).data)
     else:
-        digest.update(_content(value))
+        digest.update(content_of(value))
 
 
-def _content(value):
+def content_of(value):
     """Bytes that differ where values do."""
     if isinstance(value, dict):
         pairs = sorted(value.items(), key=lambda pair: str(pair[0]))
-        return b"{" + b"|".join(_content(part) for pair in pairs for part in pair) + b"}"
+        return b"{" + b"|".join(content_of(part) for pair in pairs for part in pair) + b"}"
     if isinstance(value, (list, tuple)) and not _is_numbers(value):
-        return b"[" + b"|".join(_content(part) for part in value) + b"]"
+        return b"[" + b"|".join(content_of(part) for part in value) + b"]"
     if hasattr(value, "to_dict"):
-        return type(value).__name__.encode() + _content(value.to_dict())
+        return type(value).__name__.encode() + content_of(value.to_dict())
     if isinstance(getattr(value, "given", None), dict):  # bodies of meshes
-        return type(value).__name__.encode() + _content(value.given)
+        return type(value).__name__.encode() + content_of(value.given)
     if callable(value):
         return b"function"
     if dataclasses.is_dataclass(value):  # joints: arrays in their texts are rounded
-        return type(value).__name__.encode() + _content({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
+        return type(value).__name__.encode() + content_of({f.name: getattr(value, f.name) for f in dataclasses.fields(value)})
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        return f"{value.shape}".encode() + _content(value.tolist())
+        return f"{value.shape}".encode() + content_of(value.tolist())
     if isinstance(value, (np.ndarray, np.generic, float, int)) or _is_numbers(value):
         array = np.ascontiguousarray(value)
         if array.dtype.kind == "O":  # whole numbers of more than 64 bits, of which the array holds addresses
@@ -96,7 +96,7 @@ def _shown(value):
     """A value in a message, on one line: large arrays by their shape and digest."""
     if callable(value) and not hasattr(value, "to_dict"):
         return "a function"
-    mark = hashlib.blake2b(_content(value), digest_size=3).hexdigest()
+    mark = hashlib.blake2b(content_of(value), digest_size=3).hexdigest()
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"{' x '.join(map(str, value.shape))} numbers ({mark})"
     if isinstance(getattr(value, "given", None), dict):

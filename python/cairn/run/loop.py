@@ -484,6 +484,23 @@ def _closing(recorder, alike):
             recorder.close(failed)
 
 
+def _check_same(ranks, given, functions, probes):
+    """Compares what ranks gave to a run; of functions, whether there is one."""
+    output = given["output"]
+    given = given | {"output": None if output is None else str(output)}
+    ranks.check_same("run", given | {name: of is None for name, of in functions.items()} | {"probes": sorted(probes or {})})
+
+
+def _end_by(simulation, number, output):
+    """Tells of the signal that ended a run, to `cairn run` too; None: it came to its end."""
+    if number is None:
+        return
+    if simulation.ranks is None or simulation.ranks.first:
+        _tell(simulation, number, output)
+    if command is not None:
+        command.stopped = number
+
+
 def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append,
         time_error_every=None):  # fmt: skip
     """See Simulation.run."""
@@ -502,10 +519,8 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
     ranks = simulation.ranks
     if ranks is not None:
-        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every}
-        given["output"] = None if output is None else str(output)
-        given |= {"while_": while_ is None, "callback": callback is None, "probes": sorted(probes or {})}
-        ranks.check_same("run", given)
+        given = {"steps": steps, "until": until, "every": every, "checkpoint_every": checkpoint_every, "output": output}
+        _check_same(ranks, given, {"while_": while_, "callback": callback}, probes)
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     alike = contextlib.nullcontext if ranks is None or output is None else partial(ranks.failing_alike, output)
@@ -542,11 +557,6 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
             with together():
                 ended = callback is not None and callback(simulation) is False
     log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
-    number = stop.signal if ranks is None else _of_any(ranks, stop.signal)
-    if number is not None:
-        if ranks is None or ranks.first:
-            _tell(simulation, number, output)
-        if command is not None:
-            command.stopped = number
+    _end_by(simulation, stop.signal if ranks is None else _of_any(ranks, stop.signal), output)
     scene_warnings.warn_of_rest(simulation, simulation.steps - first, 4)
     return simulation.steps - first

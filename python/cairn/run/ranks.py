@@ -10,7 +10,7 @@ from .. import _core
 from ..base.open_ranks import failing_alike, is_of_all, opened
 from ..options.solvers import TOL, Auto, Default
 from ..options.strategies import NSCD
-from .compared import call_of
+from .compared import call_of, content_of
 from .views import core_of
 
 
@@ -102,7 +102,7 @@ class Ranks:
             On every rank, if ranks have unlike values; it names these and the ranks.
         """
         self._exchange.meet(of)
-        digest = [hashlib.blake2b(repr(value).encode(), digest_size=6).digest() for value in told.values()]
+        digest = [hashlib.blake2b(content_of(value), digest_size=6).digest() for value in told.values()]
         unlike = self._exchange.differ([float(int.from_bytes(d, "big")) for d in digest])
         differing = {name: value for (name, value), differs in zip(told.items(), unlike) if differs}
         if differing:

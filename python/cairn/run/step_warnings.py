@@ -138,7 +138,7 @@ def _rebounds(simulation):
 def _for(simulation, remedy, more):
     """A remedy, and one more for runs without ranks: these refuse project_positions."""
     if simulation.ranks is None:
-        return f"{remedy}, {more}" if " or " in more else f"{remedy}, or {more}"
+        return f"{remedy}, or {more}"
     return f"{remedy}; without ranks= also {more}"
 
 
@@ -277,7 +277,7 @@ class StepWarnings:
             return
         before, steps = grown
         adds_up = f"what a tolerance of {simulation.strategy.solver.tol:g} leaves adds up; give " + _for(
-            simulation, "a smaller tol, a smaller dt", "project_positions=True of NSCD"
+            simulation, "a smaller tol or dt", "project_positions=True of NSCD"
         )
         self._tell(
             OverlapWarning,

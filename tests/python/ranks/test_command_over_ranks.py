@@ -15,9 +15,13 @@ pytestmark = needs_mpi
 LONG = """
 import os, time
 open(f"pid{sim.ranks.rank}", "w").write(str(os.getpid()))
-sim.run(100_000, output="run.vtkhdf", every=10, progress=False, callback=lambda s: time.sleep(0.01))
+def pause(sim):
+    if sim.steps > 20:
+        open(f"stepped{sim.ranks.rank}", "w").close()
+    time.sleep(0.01)
+sim.run(100_000, output="run.vtkhdf", every=10, progress=False, callback=pause)
 """
-STEPS = LONG.split("sim.run")[0] + "while True:\n    sim.step()\n    time.sleep(0.01)\n"
+STEPS = LONG.split("sim.run")[0] + "while True:\n    sim.step()\n    pause(sim)\n"
 ALLOWED = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
 
 
@@ -38,11 +42,9 @@ def ended(process):
 
 
 def pids(folder):
-    """Processes of both ranks, once they run."""
-    files = [folder / "pid0", folder / "pid1"]
-    assert waited(lambda: all(f.exists() and f.read_text() for f in files), 60.0)
-    time.sleep(0.3)
-    return [int(f.read_text()) for f in files]
+    """Processes of both ranks, once they made twenty steps."""
+    assert waited(lambda: all((folder / f"stepped{rank}").exists() for rank in (0, 1)), 60.0)
+    return [int((folder / f"pid{rank}").read_text()) for rank in (0, 1)]
 
 
 def gone(processes):

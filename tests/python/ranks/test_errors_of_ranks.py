@@ -289,3 +289,33 @@ def test_an_error_of_a_mesh_within_a_step_on_one_rank_is_one_of_all(tmp_path):
     assert told[0] == told[1] and len(told[0]) >= 2, told
     assert all(message.startswith("rank 1 of 2: ") and "out of luck" in message for message in told[0]), told
     assert np.array_equal(*(np.load(tmp_path / f"{rank}.npz")["x"] for rank in (0, 1)))
+
+
+KEEPING = """
+class Keeping:
+    fails = False
+    def forces(self, at):
+        return forces(at)
+    def commit(self):
+        if self.fails:
+            raise RuntimeError("out of luck")
+body = cn.CallbackBody("""
+ALIKE = """
+sim.run(3, progress=False)
+Keeping.fails = True
+try:
+    sim.step()
+except ValueError as error:
+    told.append(str(error))
+json.dump(told, open(f"{rank}.json", "w"))
+"""
+
+
+@needs_mpi
+def test_an_error_of_a_mesh_that_all_ranks_raise_alike_is_an_exception_of_each(tmp_path):
+    """At the end of a step, where no rank waits for another one; it does not end the processes."""
+    script = SPRINGS.split("sim.run(5")[0].replace("body = cn.CallbackBody(", KEEPING)
+    started(tmp_path, script.replace("50.0), forces,", "50.0), Keeping(),") + ALIKE)
+    told = told_by(tmp_path, 2)
+    assert told[0] == told[1] and len(told[0]) == 1
+    assert "commit of Keeping (Python) raised RuntimeError: out of luck" in told[0][0]

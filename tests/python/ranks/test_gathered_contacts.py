@@ -123,14 +123,17 @@ def test_the_same_bits_for_every_number_of_ranks(scene):
     assert sims[0].ranks.figures()["gathered_solves"] > 0
 
 
+# how far bodies are from those without ranks after 30 steps, over the free fall in this time: ten times what was found, or more
+APART = {"tower": 1e-13, "arch": 4e-11, "bonded_wall": 2e-11, "chain": 2e-7, "lid": 2e-5}
+
+
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.__name__)
 def test_steps_converge_where_those_without_ranks_do(scene):
     over, ends = run(scene, 3, 30)
     alone, due = run(scene, None, 30)
     assert ends.count("converged") >= due.count("converged")
-    way = np.abs(over.bodies.position - alone.bodies.position).max()
-    moved = np.abs(alone.bodies.position - run(scene, None, 0)[0].bodies.position).max()
-    assert way <= 1e-3 * moved + 1e-8
+    fall = 9.81 * alone.time**2 / 2
+    assert np.abs(over.bodies.position - alone.bodies.position).max() <= APART[scene.__name__] * fall
 
 
 def test_limited_biases_of_bonds_go_back_to_the_ranks():
@@ -150,9 +153,10 @@ def test_cells_under_a_stress_hold_joints(dim):
     assert ends.count("converged") >= due.count("converged") - 1 and due.count("converged") >= 28
     assert digest(over) == digest(run(made, 7, 30, cn.NSCD(solver=cn.Auto(tol=1e-6)))[0])
     size = np.abs(alone.cell["stress"]).max()
-    assert size > 0 and np.abs(alone.cell["stress"] - over.cell["stress"]).max() < 1e-3 * size
-    assert np.abs(alone.bodies.position - over.bodies.position).max() < 1e-6
-    assert abs(over.energy["closure"]) < 1e-9 * over.energy["in_play"]
+    assert size > 0 and np.abs(alone.cell["stress"] - over.cell["stress"]).max() < 1e-5 * size
+    moved = np.abs(alone.bodies.position - run(made, None, 0)[0].bodies.position).max()
+    assert np.abs(alone.bodies.position - over.bodies.position).max() < 2e-6 * moved
+    assert abs(over.energy["closure"]) < 1e-14 * over.energy["in_play"]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e4, 1e6, 1e9])
@@ -160,7 +164,7 @@ def test_heavy_blocks_do_not_sink_into_light_ones(ratio):
     sim, ends = run(lambda: tower(ratio), 3, 60)
     assert set(ends) == {"converged"}
     height = np.append(0.25 + 0.5 * np.arange(5), 2.75)
-    assert np.abs(sim.bodies.position[:6, 1] - height).max() < 1e-9
+    assert (np.abs(sim.bodies.position[:6, 1] - height) < 1e-14 * height).all()
 
 
 def test_sweeps_alone_let_it_sink():
@@ -245,13 +249,13 @@ def test_restart_on_other_numbers_of_ranks(tmp_path):
 def test_one_exchange_a_sweep():
     sim, ends = run(tower, 3, 30, exchange="sweep")
     assert set(ends) == {"converged"}
-    assert np.abs(sim.bodies.position[5, 1] - 2.75) < 1e-9
+    assert np.abs(sim.bodies.position[5, 1] - 2.75) < 1e-14 * 2.75
 
 
 def test_contacts_that_exceed_the_memory_are_not_gathered():
     sim, ends = run(tower, 2, 6, cn.NSCD(solver=cn.Auto(memory=1e3)))
     assert "iteration_limit" in ends and sim.ranks.figures()["gathered_solves"] == 0
-    assert "bytes on one rank, memory of cairn.Auto is 1e+03" in sim.info["hint"]
+    assert "bytes on one rank, the limit is 1e+03" in sim.info["hint"]
 
 
 def test_default_takes_auto_by_the_scene_and_explain_tells_of_it():

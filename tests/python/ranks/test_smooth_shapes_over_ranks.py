@@ -129,6 +129,15 @@ def test_the_same_bits_for_every_number_of_ranks(scene):
     assert {sim.info["contacts"] for sim in sims} == {len(sims[0].contacts)}
 
 
+@pytest.mark.parametrize("scene", [clumps_on_hills, boxes], ids=lambda scene: scene.__name__)
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_a_run_that_nobody_reads_has_the_bits_of_steps(scene, ranks):
+    """The whole has no numbers of bodies from the first cut of a run on."""
+    ran = run(scene, ranks, 0)
+    ran.run(5, progress=False)
+    assert digest(ran) == digest(run(scene, 1, 5))
+
+
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.__name__)
 def test_motion_is_that_without_ranks(scene):
     alone, over = run(scene, None, 250), run(scene, 3, 250)
