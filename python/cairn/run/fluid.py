@@ -51,6 +51,10 @@ class Running:
             position, velocity = (np.concatenate([a, ends[k]]) for a, k in ((position, "position"), (velocity, "velocity")))
             pressure = np.concatenate([pressure, np.zeros(len(ends["position"]))])
             refuse_crowded(position, first.spacing)
+        # by which ranks compare it; number of threads aside, which each may have of its own
+        alike = {name: value for name, value in settings.items() if name != "threads"}
+        self.told = {"particles": len(position), **alike, "position": position, "velocity": velocity, "pressure": pressure}
+        self.told["rules"] = list(scene.fluid_rules)
         _core.set_fluid(core, settings, _three(position - scene.origin), _three(velocity), pressure)
         if ends:
             _core.set_fluid_ends(core, ends)

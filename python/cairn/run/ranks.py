@@ -45,6 +45,9 @@ class Ranks:
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
         simulation._stage.ranks = self._exchange
+        if simulation._fluid:
+            self.check_same("liquid", simulation._fluid.told)
+        self.check_same("networks", {kind: network.given for kind, network in simulation.scene.networks.items()})
         self.check_same(
             "simulation",
             {

@@ -118,6 +118,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         scene_warnings.warn_of_tension(self, scene.periodic, 3)
         if ranks is not None:
             self._ranks = over.Ranks(self, ranks, exchange)
+        if self._fluid:
+            self._fluid.told = None  # ranks have compared it
         self._made = True
 
     def _stable_fifth(self):
