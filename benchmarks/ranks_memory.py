@@ -1,6 +1,6 @@
 """Memory of a process that shares a scene from a file with others, beside one that has it alone.
 
-    script/bench ranks_memory [--bodies 20000 200000] [--steps 3] [--processes 1 2 4 8] [--csv benchmarks/results/ranks_memory.csv]
+    script/bench ranks_memory [--bodies 20000 200000] [--steps 3] [--processes 1 2 4 8] [--csv FILE]
 
 A row for each way to load (whole, or arrays that stay in the file) and number of processes: memory of its own [bytes a body of
 the scene] that the largest process has after Scene.load, after Simulation, at most until the end of the run, and at the end; what
