@@ -264,7 +264,7 @@ void SmoothDem::join_first(const Simulation& s, NeighbourList& list) const {
 
 // States of pairs that act, by key: what a list leaves to the next, or to a file.
 ContactMemory SmoothDem::memory(const Simulation&) const {
-  if (list_.pairs == 0 && shaped_.pairs == 0) {
+  if (!list_.valid && list_.pairs == 0 && shaped_.pairs == 0) { // a list without pairs has ended all that was restored
     ContactMemory known = memory_;
     known.contactors_seen = contactors_seen_;
     return known;

@@ -185,3 +185,28 @@ def test_heat_by_friction_over_ranks():
         assert np.array_equal(sim.bodies.temperature, over[0].bodies.temperature)
     rise = np.nanmax(alone.bodies.temperature - 300)
     assert rise > 0 and np.nanmax(np.abs(over[0].bodies.temperature - alone.bodies.temperature)) < 1e-6 * rise
+
+
+def test_springs_of_contacts_that_a_rank_only_heard_of_do_not_come_back():
+    """Boxes that slide on a surface: rank 0, which owns the surface, has contacts on it of boxes of others for a while. What it
+    remembered of them went into later cuts as if it were of today."""
+
+    def slid(ranks):
+        scene = cn.Scene(3, gravity=(0, 0, -9.81))
+        x, y = np.meshgrid(np.linspace(-0.2, 1.2, 8), np.linspace(-0.2, 1.2, 8), indexing="ij")
+        corner = np.array([8 * i + j for i in range(7) for j in range(7)])
+        two = (np.column_stack((corner, corner + 8, corner + 1)), np.column_stack((corner + 8, corner + 9, corner + 1)))
+        rock = cn.Material("rock", density=2000.0)
+        scene.add(cn.surface(np.column_stack((x.ravel(), y.ravel(), 0.05 * np.sin(3 * x.ravel()))), np.concatenate(two), rock))
+        rng = np.random.default_rng(5)
+        for k in range(2):
+            box = cn.boxes([(0.2 + 0.3 * k, 0.2, 0.11)], (0.12, 0.1, 0.09), rock)
+            scene.add(box.with_(velocity=rng.uniform(-1, 1, (1, 6))))
+        scene.interact("*", "*", cn.LinearSpring(stiffness=1e5, ratio=0.5, restitution=0.4, mu=0.4))
+        sim = cn.Simulation(scene, dt=2e-4, strategy=cn.SmoothDEM(energy=False), ranks=ranks)
+        for _ in range(400):
+            sim.step()
+        return sim.bodies.position, sim.bodies.velocity
+
+    one = slid(1)
+    assert all(np.array_equal(a, b) for a, b in zip(slid(2), one))
