@@ -24,6 +24,13 @@ def with_default_solver(strategy):
     return strategy
 
 
+# what ranks compare of a liquid, see run/fluid.py
+TOLD_OF_LIQUID = (
+    "particles", "spacing", "density", "viscosity", "sound_speed", "smoothing", "artificial", "depth", "surface_tension",
+    "incompressible", "position", "velocity", "pressure", "rules",
+)  # fmt: skip
+
+
 class Ranks:
     """Ranks that a simulation runs over.
 
@@ -45,12 +52,13 @@ class Ranks:
         self.count, self.kind, self.rank = self._exchange.ranks, self._exchange.name, self._exchange.local[0]
         self.exchange = exchange
         simulation._stage.ranks = self._exchange
-        if simulation._fluid:
-            self.check_same("liquid", simulation._fluid.told)
-        self.check_same("networks", {kind: network.given for kind, network in simulation.scene.networks.items()})
+        liquid = simulation._fluid.told if simulation._fluid else {}
+        networks = simulation.scene.networks
         self.check_same(
             "simulation",
             {
+                **{f"{name} of the liquid": liquid.get(name) for name in TOLD_OF_LIQUID},
+                **{kind: getattr(networks.get(kind), "given", None) for kind in ("electrical", "thermal")},
                 "bodies": f"{core_of(simulation).body_count} of mark {simulation._fingerprint()[:12]}",
                 "laws": simulation._rules,
                 "gravity": "function" if callable(simulation.scene.gravity) else tuple(simulation.scene.gravity),

@@ -331,3 +331,35 @@ def test_an_error_of_a_mesh_that_all_ranks_raise_alike_is_an_exception_of_each(t
     told = told_by(tmp_path, 2)
     assert len(told[0]) == len(told[1]) >= 2, told
     assert all("out of luck" in message for of_rank in told for message in of_rank), told
+
+
+LIQUID = """
+import os
+import cairn as cn
+rank = int(os.environ.get("OMPI_COMM_WORLD_RANK") or os.environ.get("PMI_RANK"))
+rock = cn.Material("rock", density=2600.0, capacity=400.0, conductivity=1.0)
+def told(**options):
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((1, 0), (-1, 0), rock))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    slip, initial = options.pop("slip", cn.NoSlip()), options.pop("initial", 300.0)
+    scene.add(cn.fluid([(0, 0), (1, 0.4)], **{"spacing": 0.1, "density": 1000.0, **options}))
+    scene.interact("fluid", rock, slip)
+    scene.thermal(conductance=cn.networks.Constant(conductance=0.1), initial=initial)
+    try:
+        cn.Simulation(scene, dt=2e-3, ranks="mpi", overlap="ignore")
+    except ValueError as error:
+        return str(error)
+found = [told(viscosity=0.1 * rank), told(velocity=(0.1 * rank, 0.0)), told(slip=None if rank else cn.FreeSlip()),
+         told(spacing=0.1 + 0.02 * rank), told(initial=300.0 + rank)]
+assert told() is None
+print(*found, sep="\\n", flush=True) if rank == 0 else None
+"""
+
+
+def test_unlike_liquids_and_networks_are_refused(tmp_path):
+    out, _ = started(tmp_path, LIQUID)
+    names = ("viscosity of the liquid=0.0", "velocity of the liquid", "rules of the liquid", "spacing of the liquid=0.1", "thermal")
+    for name, message in zip(names, out.strip().splitlines(), strict=True):
+        assert message.startswith("ranks were given unlike values for the simulation (rank 0 gives ") and name in message, message
+
