@@ -493,7 +493,10 @@ class Scene:
     ) -> None: ...
 
 class Simulation:
-    def __init__(self, arg0: Scene, arg1: LawTable, arg2: dict) -> None: ...
+    def __init__(self, arg0: Scene, arg1: LawTable, arg2: dict) -> None:
+        """
+        Moves the scene into the simulation: the object that was given is empty afterwards.
+        """
     def account_for_reshaping(
         self, arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex
     ) -> None: ...
