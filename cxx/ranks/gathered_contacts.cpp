@@ -10,7 +10,7 @@
 #include "../solvers/sweeps/batch.hpp"
 
 namespace cairn {
-namespace {
+namespace gathered { // named, since a member of GatheredContacts has them
 
 // What contacts of a batch have in common.
 struct Kind {
@@ -31,6 +31,14 @@ struct Touched {
   std::int64_t id;
   double record[8], general[8], free[6];
 };
+
+} // namespace gathered
+
+namespace {
+
+using gathered::Contact;
+using gathered::Kind;
+using gathered::Touched;
 
 Kind kind_of(const cairn_batch& b) {
   const int geometry = b.context->geometry ? geometry_columns(law_infos()[std::size_t(b.law)]) : 0;
