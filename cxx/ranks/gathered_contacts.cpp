@@ -16,6 +16,7 @@ namespace gathered { // named, since a member of GatheredContacts has them
 struct Kind {
   std::int32_t law, components, block, side_a, side_b, moves_a, moves_b, pack, relaxes, bonds;
   std::int32_t compliant, geometry, fields; // columns beside those of all laws, 0: none
+  // NOLINTNEXTLINE(modernize-use-nullptr): the compiler writes it
   auto operator<=>(const Kind&) const = default;
 };
 

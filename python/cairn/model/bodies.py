@@ -174,7 +174,7 @@ class BodySet(Spelt):
 
     @property
     def imposed(self):
-        """Velocity of driven dofs, (n, dofs) or a function of time: `drive`, or `velocity` without it; None: zero."""
+        """Velocity of driven dofs, (n, dofs) or a function. It is `drive`, or `velocity` without it; None stands for zero."""
         if self.drive is not None or self.velocity is None or not self.driven:
             return self.drive
         chosen = np.isin(DOFS[self.dim], self.driven)

@@ -145,6 +145,16 @@ def test_verlet(dim):
     np.testing.assert_allclose(kinetic, np.sum((mass * v**2)[1:]) / 2, **CLOSE)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_speed_of_bodies_is_bounded_by_the_largest_of_each_component(dim):
+    nd = 3 * dim - 3
+    for first, last in ((0, 1), (2, 2), (1, 40), (3, 35)):
+        v = np.random.default_rng(last).normal(size=(40, nd))
+        most = np.abs(v[first:last, :dim]).max(axis=0, initial=0.0)
+        found = kernel("cairn_verlet_speed")(dim, nd, first, last, v)
+        assert abs(found - np.sqrt((most**2).sum())) <= 1e-15 * found
+
+
 def test_verlet_turn():
     n, h = 6, 0.3
     v, q = some(n, 6), quaternions(n)

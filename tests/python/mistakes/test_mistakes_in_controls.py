@@ -141,6 +141,6 @@ def test_advice_over_ranks_can_be_followed_there():
         texts[ranks] = [str(w.message) for w in caught if w.category in (cn.OverlapWarning, cn.EnergyCreatedWarning)]
     overlap, created = texts[2]
     assert "project_positions" in texts[None][0] and "project_positions" not in overlap
-    assert "give a smaller tol, solver=cn.Auto() or accuracy=1e-3" in texts[None][1]
-    assert "give a smaller tol; without ranks= also solver=cn.Auto() or accuracy=1e-3 of NSCD" in created
+    assert "give solver=cn.Auto(), a smaller tol or accuracy=1e-3 of NSCD" in texts[None][1]
+    assert "give a smaller tol or accuracy=1e-3 of NSCD" in created
     assert created.count("a smaller") == 1
