@@ -5,6 +5,7 @@
 
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
+#include "../base/vectors.hpp"
 #include "../bodies/rigid_motion.hpp"
 #include "../contacts/body_axes.hpp"
 #include "fluid.hpp"
@@ -172,11 +173,8 @@ std::string Fluid::too_fast() const {
 
 // Velocity of a place at a lever from the centre of a body, by velocity and spin (6).
 static void velocity_at(const double* motion, const double* lever, double* out) {
-  const double* w = motion + 3;
-  for (int c = 0; c < 3; ++c) {
-    const int a = (c + 1) % 3, b = (c + 2) % 3;
-    out[c] = motion[c] + (w[a] * lever[b] - w[b] * lever[a]);
-  }
+  std::copy_n(motion, 3, out);
+  add_cross(motion + 3, lever, out);
 }
 
 // Points of surfaces and half-spaces where their bodies are.
@@ -197,7 +195,7 @@ void Fluid::place_surfaces() {
     double seen[3]; // place whose velocity the liquid feels: a surface that slides shows no spin about its centre
     const bool slides = points_.slip[std::size_t(i)] == std::int8_t(Slip::slides);
     for (int c = 0; c < 3; ++c) seen[c] = arm[c] + (slides ? -centre : points_.depth[std::size_t(i)]) * to[6 + c];
-    double own[3], belt[3], through = 0; // what moves along the surface moves none of the liquid away
+    double own[3], belt[3], through = 0; // a belt moves along the surface: its part across it is taken off
     velocity_at(b.velocity, seen, own);
     velocity_at(b.belt, seen, belt);
     for (int c = 0; c < 3; ++c) through += belt[c] * to[6 + c];

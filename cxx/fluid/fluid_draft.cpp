@@ -132,7 +132,7 @@ std::int8_t kind_of(const FluidDraft& draft, const FluidMaterials& names, std::i
   return draft.kind_of(names.materials[std::size_t(material)], names.groups[std::size_t(material)]);
 }
 
-// position: (dim, n) of the particles, those of the draft and behind them those in rows of inflows [m], absolute.
+// position: absolute places (dim, n) of the particles of the draft, followed by those in rows of inflows [m].
 void refuse_inside(const FluidDraft& draft, std::span<const double> position, const Scene& scene,
                    const FluidMaterials& names) {
   const std::size_t given = draft.position.size() / std::size_t(scene.dim);

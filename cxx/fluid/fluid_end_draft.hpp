@@ -22,7 +22,7 @@ struct FluidEndDraft {
   bool empty() const { return inflows.empty() && outflows.empty(); }
 };
 
-// What Fluid::set_ends takes, and the particles within inflows (dim, n) [m], absolute, [m/s].
+// Arguments of Fluid::set_ends, and the particles that stand in inflows: absolute places (dim, n) [m], velocities [m/s].
 struct FluidRows {
   FluidLanes lanes; // faces absolute [m]
   std::vector<double> position, velocity;

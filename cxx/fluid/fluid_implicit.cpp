@@ -17,7 +17,7 @@ constexpr double loose = 0.9;  // fill below which particles at a free surface m
 constexpr int few_passes = 12; // by which rigid bodies converge, unless light ones bear others
 constexpr double most_way = 2; // of a particle in a step, over the spacing
 
-// Particles whose sums this process makes: the first one, and the one behind the last.
+// Range of the particles whose sums this process makes: number of the first, and of the one after the last.
 std::array<std::int64_t, 2> own_particles(const TileShares& shares, const ParticleShares* ranks) {
   if (!ranks) return {0, shares.items()};
   return {shares.first()[std::size_t(ranks->first_local())], shares.first()[std::size_t(ranks->last_local())]};
@@ -108,7 +108,8 @@ void Fluid::lay_rows(const Scene& scene) {
     tell(open_new_, 1, of_particles_.first());
     open_.swap(open_new_);
   }
-  // Rows of a product stay where they are; what bodies take is added up by all, in one order.
+  // Each rank keeps the rows of its own particles for its products. Rows of walls go to all ranks, since each of them
+  // adds up the impulses on all bodies, in the order of particles, so that bits are the same.
   tell(s.shape, std::size_t(3 * (dim_ - 1)), of_particles_.first());
   tell(s.used_wall, 1, of_particles_.first());
   s.wall_of_ranks.clear();
