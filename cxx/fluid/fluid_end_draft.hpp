@@ -22,7 +22,8 @@ struct FluidEndDraft {
   bool empty() const { return inflows.empty() && outflows.empty(); }
 };
 
-// Arguments of Fluid::set_ends, and the particles that stand in inflows: absolute places (dim, n) [m], velocities [m/s].
+// Arguments of Fluid::set_ends, and the particles that stand in inflows: absolute places (dim, n) [m], velocities
+// [m/s].
 struct FluidRows {
   FluidLanes lanes; // faces absolute [m]
   std::vector<double> position, velocity;
