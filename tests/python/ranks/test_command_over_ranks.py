@@ -14,7 +14,8 @@ pytestmark = needs_mpi
 
 LONG = """
 import os, time
-open(f"pid{sim.ranks.rank}", "w").write(str(os.getpid()))
+with open(f"pid{sim.ranks.rank}", "w") as pid:
+    pid.write(str(os.getpid()))
 def pause(sim):
     if sim.steps > 20:
         open(f"stepped{sim.ranks.rank}", "w").close()
