@@ -14,7 +14,7 @@ from ..base.given_ranks import VARIABLE
 
 # Signals that mpirun passes on to the ranks, for those by which it would end them within a second, with their files open.
 PASSED = {signal.SIGINT: signal.SIGUSR1, signal.SIGTERM: signal.SIGUSR2}
-HANG_UP = getattr(signal, "SIGHUP", None)  # of a terminal that closes; goes on as SIGTERM
+HANG_UP = getattr(signal, "SIGHUP", None)  # of a terminal that closes; goes on to processes of MPI as SIGTERM
 NUMBERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID")  # variables of starters of MPI
 LAUNCHED = "CAIRN_LAUNCHED"  # tells the processes that `cairn run --ranks` waits for them
 MOST_PASSED = 2  # signals; a further one ends the ranks at once
@@ -59,7 +59,7 @@ def _waited(words, environment, passed):
     def pass_on(number, _frame):
         told.append(number)
         more = len(told) > MOST_PASSED
-        meant = signal.SIGTERM if number == HANG_UP else number
+        meant = signal.SIGTERM if number == HANG_UP and passed else number
         child.send_signal(signal.SIGTERM if more else passed.get(meant, meant))
 
     # A group of its own: what the terminal sends to that of this process reaches the program through this process alone.

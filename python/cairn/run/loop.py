@@ -469,7 +469,9 @@ def _stepped(simulation, first, time_error_every):
 
 def _of_any(ranks, number):
     """Number of the signal that came to any rank; None without one. All ranks call it."""
-    return next((k for k in (signal.SIGINT, signal.SIGTERM) if ranks.any(k == number, "run")), None)
+    from .progress import STOPPING
+
+    return next((k for k in STOPPING if ranks.any(k == number, "run")), None)
 
 
 @contextlib.contextmanager

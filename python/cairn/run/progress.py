@@ -142,8 +142,12 @@ def _clock(seconds):
     return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}"
 
 
+# Signals that end a run after the step at hand: of Ctrl-C, of a queue, and of a terminal that closes.
+STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
 class StopAtSignal:
-    """Context in which Ctrl-C and SIGTERM only request a stop, so that the current step is finished.
+    """Context in which the signals of STOPPING only request a stop, so that the current step is finished.
 
     It is true once a signal came. A second signal raises KeyboardInterrupt at once. Handlers are restored at the exit.
     Outside the main thread, where Python has no signals, it stays false.
@@ -153,7 +157,7 @@ class StopAtSignal:
     ...         break
     """
 
-    def __init__(self, signals=(signal.SIGINT, signal.SIGTERM)):
+    def __init__(self, signals=STOPPING):
         self._signals, self._before, self.signal = signals, {}, None
 
     def __bool__(self):
@@ -162,7 +166,8 @@ class StopAtSignal:
     def __enter__(self):
         self.signal = None
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._handle) for number in self._signals}
+            heard = [number for number in self._signals if signal.getsignal(number) != signal.SIG_IGN]  # nohup ignores SIGHUP
+            self._before = {number: signal.signal(number, self._handle) for number in heard}
         return self
 
     def _handle(self, number, _frame):
