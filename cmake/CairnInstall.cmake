@@ -15,6 +15,9 @@ target_include_directories(cairn_fortran INTERFACE
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Cairn)
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cairn)
 install(TARGETS cairn cairn_fortran EXPORT CairnTargets)
+if(TARGET cairn_mpi) # which programs name, or the dynamic linker finds, when they ask for ranks of MPI
+  install(TARGETS cairn_mpi LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endif()
 install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
 install(DIRECTORY ${PROJECT_BINARY_DIR}/fortran/ DESTINATION ${modules} FILES_MATCHING PATTERN "cairn*.mod")
 install(DIRECTORY fortran/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn FILES_MATCHING PATTERN "cairn*.f90")
