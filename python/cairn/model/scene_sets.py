@@ -298,4 +298,5 @@ def in_core(scene, species, workspace=True):
     sets = [s.with_(ids=_same(s.ids, insert(core, s, species, meshes=numbers))) for s in scene.sets]
     if not workspace:
         _core.release_workspace(core)  # of needs that came with the bodies
+        _core.return_freed_memory()
     return core, sets
