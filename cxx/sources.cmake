@@ -284,6 +284,7 @@ set(CAIRN_CXX_SOURCES
   ranks/sweeps_with_help.cpp
   ranks/virtual_ranks.cpp
   base/expression.cpp
+  base/zero_pages.cpp
   simulation/contact_fields.cpp
   simulation/body_growth.cpp
   simulation/controls.cpp

@@ -117,6 +117,8 @@ void OverRanks::collect(Simulation& s) {
     if (unread_ && !held_) release(s, s.controls != nullptr || loads_written_);
     unread_ = true;
   }
+  constexpr int growing = 2; // steps after a cut in which contacts and what they remember get their memory
+  if (since_partition_ <= growing) return_freed_memory();
   last_ = exchange_->traffic - before_;
   liquid_shares_->take_told();
   if (s.probes && s.probes->reads_contacts()) gather_contacts(s);

@@ -6,6 +6,8 @@
 #include <limits>
 #include <string_view>
 #include <type_traits>
+
+#include "../base/zero_pages.hpp"
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -25,6 +27,7 @@ void each_pair(Holder& one, Holder& other, F&& f) {
   });
 }
 
+// Arrays of drives and of directions of walls hold zeros for most bodies, which take no memory.
 template <class T>
 void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Field<T>& to) {
   to.active = from.active;
@@ -35,6 +38,7 @@ void copy_rows(const Field<T>& from, const std::vector<std::int32_t>& rows, Fiel
   to.values.resize(rows.size() * std::size_t(from.components));
   for (std::size_t i = 0; i < rows.size(); ++i)
     std::copy_n(from[rows[i]], from.components, to.values.data() + i * std::size_t(from.components));
+  give_back_zero_pages(to.values.data(), to.values.size() * sizeof(T));
 }
 
 template <class T>

@@ -344,6 +344,7 @@ void RankedNscd::colour_anew() {
   const int numbers = parts_[0].simulation->interactions.system().velocities();
   links_ = link_colours(shares_, *exchange_, colours_, numbers);
   if (rhythm_ == Rhythm::sweep && exchange_->ranks() > 1) once_.link(shares_, *exchange_, numbers);
+  if (colours_of_ != partitions_) return_freed_memory(); // of the cut, before contacts take theirs
   colours_of_ = partitions_;
 }
 

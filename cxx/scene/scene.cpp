@@ -9,6 +9,7 @@
 
 #include "../base/call.hpp"
 #include "../base/fastest.hpp"
+#include "../base/zero_pages.hpp"
 #include "../detection/interaction_handler.hpp"
 #include "cell_boundaries.hpp"
 
@@ -106,6 +107,13 @@ bool leaves(const Field<T>&, bool numbers) {
 
 } // namespace
 
+// Memory of items from `first` on that hold zeros: those of drives and of directions of walls do, for most bodies.
+template <class T>
+void give_back_zeros(const Field<T>& field, std::int64_t first) {
+  const auto from = std::min(std::size_t(first) * std::size_t(field.components), field.values.size());
+  give_back_zero_pages(field.values.data() + from, (field.values.size() - from) * sizeof(T));
+}
+
 // Vectors of arrays grow by a sixteenth where they have to, and are not doubled by a few items.
 template <class Holder>
 void Scene::make_room(Holder& holder, std::int64_t count, std::int64_t room) const {
@@ -126,6 +134,7 @@ void Scene::activate(Need need) {
     if (leaves(field, leaves_numbers_)) return;
     field.values.reserve(std::size_t(std::max(room, count)) * std::size_t(field.components));
     field.resize(count);
+    give_back_zeros(field, 0);
   };
   bodies.for_each_field([&](auto& field) { open(field, bodies.count, room_[0]); });
   nodes.for_each_field([&](auto& field) { open(field, nodes.count, 0); });
@@ -183,6 +192,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (bodies.angular_momentum.active && !leaves_numbers_)
     cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
                           bodies.velocity[old], bodies.angular_momentum[old], nullptr);
+  bodies.for_each_field([&](auto& field) { give_back_zeros(field, old); });
   append_to_orders(old, nodes.count, contactors.count);
   return first;
 }
@@ -261,6 +271,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     *contactors.material[old + i] = b.material[b.material.size() == 1 ? 0 : i];
   }
   contactors.count = old + b.count;
+  contactors.for_each_field([&](auto& field) { give_back_zeros(field, old); });
   append_to_orders(bodies.count, nodes.count, old);
   return first;
 }
@@ -442,6 +453,7 @@ void Scene::reorder(const std::vector<std::int32_t>& body_order, const std::vect
   const auto put = [](const std::vector<std::int32_t>& order) { // numbers may be with others
     return [&order](auto& field) {
       if (!field.values.empty()) field.reorder(order);
+      give_back_zeros(field, 0);
     };
   };
   bodies.for_each_field(put(body_order));

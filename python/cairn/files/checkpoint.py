@@ -11,6 +11,7 @@ from .. import _core
 from ..base.errors import named
 
 FORMAT_NAME = "cairn-checkpoint"
+STAYS_IN_FILE = 1 << 16  # bytes from which on an array of a file that ranks share stays there
 
 
 def checkpoint_path(run_path):

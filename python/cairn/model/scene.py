@@ -14,8 +14,6 @@ from .periodic import Periodic
 from .rules import chosen_rule, in_order, mesh_groups, rule, rules_from_dict, rules_to_dict
 from .scene_sets import checked_sets, set_from_dict, set_to_dict
 
-STAYS_IN_FILE = 1 << 16  # bytes from which on an array of a scene that ranks share stays in its file
-
 
 class Scene(Spelt):
     """Bodies and the laws between them.
@@ -453,6 +451,7 @@ class Scene(Spelt):
         """
         from ..base.given_ranks import asked
         from ..base.open_ranks import failing_alike, opened
+        from ..files.checkpoint import STAYS_IN_FILE
 
         if ranks is None:
             return cls._read(path)

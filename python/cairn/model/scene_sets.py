@@ -264,6 +264,11 @@ def insert(core, s, species, time=0.0, meshes=None):
     return ids
 
 
+def _same(known, array):
+    """The array that is known, if the other one is equal: one of them takes memory."""
+    return known if np.array_equal(known, array) else array
+
+
 def in_core(scene, species, workspace=True):
     """Makes a core scene of a scene.
 
@@ -290,7 +295,8 @@ def in_core(scene, species, workspace=True):
         _core.release_workspace(core)
     if scene.periodic is not None:
         core.set_cell(*scene.periodic.arrays(scene.dim))
-    sets = [s.with_(ids=insert(core, s, species, meshes=numbers)) for s in scene.sets]
+    sets = [s.with_(ids=_same(s.ids, insert(core, s, species, meshes=numbers))) for s in scene.sets]
     if not workspace:
         _core.release_workspace(core)  # of needs that came with the bodies
+        _core.return_freed_memory()
     return core, sets

@@ -17,7 +17,6 @@ class Drives:
         left = np.full(len(present), 2**dofs - 1, np.uint8)  # dofs not named by a later set
         mask, told = np.zeros(len(present), np.uint8), np.zeros(len(present), bool)
         velocity, self._functions, compiled = np.zeros((len(present), dofs)), [], []
-        before = scene.body("driven_velocity")
         for s in reversed(sets):
             if s.mass is not None and not s.mask:
                 continue
@@ -35,6 +34,7 @@ class Drives:
                     self._functions.append((drive, alive, at, bits))
                 else:
                     compiled.append((texts, at, bits))
+                before = scene.body("driven_velocity")  # as large as the scene
                 if before.size:
                     velocity[at] = np.where(bits, before.reshape(len(present), -1)[at], velocity[at])
             elif drive is not None and not callable(drive):

@@ -107,14 +107,17 @@ class Normals:
 
     def __init__(self, placed):
         self.p, core = placed, placed.core
-        self.position, rotation = core.body("position"), core.body("rotation")
-        self.rotation = rotation if len(rotation) == len(placed.ids) else None
         dim = placed.dim
         self.walls = np.flatnonzero(placed.of_kind(*WALLS))  # others have none, and may be many
+        rotation, owners = core.body("rotation"), np.unique(placed.owner[self.walls])
+        turned = len(rotation) == len(placed.ids)
+        self.rotation = dict(zip(owners.tolist(), rotation[owners])) if turned else None
+        del rotation  # as large as the scene, as the arrays that follow
         offset, direction = (core.contactor(name) for name in ("offset", "direction"))
         at, m = placed.kept[self.walls], len(self.walls)
         self.offset = np.reshape(offset, (-1, dim))[at] if len(offset) else np.zeros((m, dim))
         self.direction = np.reshape(direction, (-1, dim + 1))[at, :dim] if len(direction) else np.zeros((m, dim))
+        self.position = core.body("position")
         mass, driven = core.body("mass").ravel(), core.body("driven").ravel()
         held = driven == 2 ** (3 * dim - 3) - 1 if len(driven) else np.zeros(len(mass), bool)
         self.free = np.isfinite(mass) & ~held
@@ -130,7 +133,8 @@ class Normals:
             normal[facets] = np.reshape(p.hulls["normal"], (-1, dim))[first]
             point[facets] += normal[facets] * p.hulls["offset"][first, None]
         if self.rotation is not None:
-            turned = np.broadcast_to(self.rotation[body], (len(mine), *np.shape(self.rotation[body])))
+            angle = self.rotation[int(body)]
+            turned = np.broadcast_to(angle, (len(mine), *np.shape(angle)))
             normal, point = turn(turned, normal, dim), turn(turned, point, dim)
         return normal, self.position[body] + point
 

@@ -186,13 +186,17 @@ class Ranks:
 
     @contextlib.contextmanager
     def leaving_state(self):
-        """Makes steps within the `with` block leave the state of bodies with their ranks until it is read; all ranks have it
-        behind the block, unless it ends by an error."""
+        """Makes steps within the `with` block leave the state of bodies with their ranks until it is read.
+
+        All ranks have it behind the block, unless it ends by an error, or ranks share the scene from a file: it then stays with
+        them until it is read.
+        """
         core = core_of(self._simulation)
         _core.leave_state_with_ranks(core, True)
         try:
             yield
-            _ = core.scene
+            if self._simulation.scene.ranks is None:
+                _ = core.scene
         finally:
             _core.leave_state_with_ranks(core, False)
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..base import checks
 from ..base.errors import DAMAGE, FileError
-from ..files.checkpoint import load
+from ..files.checkpoint import STAYS_IN_FILE, load
 from ..model.rules import rules_from_dict, rules_to_dict
 from ..options.solvers import Default, may_be_pack
 from . import cracks, driven_cell
@@ -34,7 +34,7 @@ def restore(sim, path):
 
 def _read(sim, path):
     """Checked content of the checkpoint at a path, as arguments of Simulation._take."""
-    content = load(path)
+    content = load(path, stays_from=None if sim.ranks is None else STAYS_IN_FILE)
     if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
     of_program = "scene" not in content and "core_scene" in content  # written in C or Fortran, without laws and drives

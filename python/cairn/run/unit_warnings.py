@@ -168,7 +168,7 @@ def _walls(simulation, gravity):
     if held or moved or thrown:
         return None
     placed = Placed(core_of(simulation).scene)
-    planes = np.isin(placed.shape, ["half_plane", "plane"])
+    planes = placed.of_kind("half_plane", "plane")
     if not np.any(planes):
         return None
     normals, walls = Normals(placed), np.unique(placed.owner[planes])

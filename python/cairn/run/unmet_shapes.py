@@ -21,25 +21,24 @@ def warn(scene, told, above, meshes_are_free=False, meet=None):
     present = {_core.shapes()[k] for k in np.unique(code)}
     all_known = all(frozenset((a, b)) in known | told for a in present for b in present)
     if all_known and not meshes_are_free and "segment" not in present:
-        return  # names of all contactors would take much memory
-    names = np.array(_core.shapes())[code]
-    thin = (names == "segment") & (own >= 0) & (scene.contactor("radius") == 0)
-    if np.any(thin) and np.any((names == "disk") & (own < 0)) and "thin" not in told:
+        return
+    of = {name: k for k, name in enumerate(_core.shapes())}  # names of all contactors would take much memory
+    if "thin" not in told and np.any((code == of["disk"]) & (own < 0)) and _has_thin_segments(scene, code == of["segment"], own):
         told.add("thin")
         text = "segments of radius 0 have no sides for nodes of meshes, which have no size: these pass through them"
         warnings.warn(f"{text}; give cairn.segment(..., radius=...), or a wall", ShapesWarning, stacklevel=above + 1)
     if meshes_are_free:
-        _warn_of_sides_alone(names, own, known, told, above + 1)
+        _warn_of_sides_alone(code, own, known, told, above + 1)
     rigid = np.flatnonzero(own >= 0)
-    names, own, species = names[rigid], own[rigid], scene.contactor("material")[rigid]
-    free, found = _free(scene), sorted(set(names))
+    code, own, species = code[rigid], own[rigid], scene.contactor("material")[rigid]
+    free, found = _free(scene), sorted(_names(code))
     for k, a in enumerate(found):
         for b in found[k:]:
             pair = frozenset((a, b))
             if pair in known or pair in told:
                 continue
-            unmet = _unmet(names == a, names == b, own, species, free, meet)
-            if unmet is None or _both_are_endless(a, b) and _something_between(scene, unmet, own, names, free, known):
+            unmet = _unmet(code == of[a], code == of[b], own, species, free, meet)
+            if unmet is None or _both_are_endless(a, b) and _something_between(unmet, own, code, free, known):
                 continue
             told.add(pair)
             first, second = np.sort(scene.raw_body("id").ravel()[list(unmet)])
@@ -47,14 +46,25 @@ def warn(scene, told, above, meshes_are_free=False, meet=None):
             warnings.warn(text, ShapesWarning, stacklevel=above + 1)
 
 
+def _names(code):
+    """Names of the shapes among numbers of shapes."""
+    return {_core.shapes()[k] for k in np.unique(code)}
+
+
+def _has_thin_segments(scene, segments, own):
+    """True if a segment of a rigid body has radius 0. segments: mask of the segments."""
+    return bool(np.any(segments & (own >= 0) & (scene.contactor("radius") == 0)))
+
+
 def _free(scene):
     """Mask (bodies,) of the bodies with a free dof, in internal order."""
     mass, inertia = scene.raw_body("mass").ravel(), scene.raw_body("inertia")
     inertia = np.reshape(inertia, (len(mass), 1 if scene.dim == 2 else 3))
-    finite = np.isfinite(np.concatenate([np.repeat(mass[:, None], scene.dim, axis=1), inertia], axis=1))
+    finite = np.concatenate([np.repeat(np.isfinite(mass)[:, None], scene.dim, axis=1), np.isfinite(inertia)], axis=1)
     driven = scene.raw_body("driven").ravel()
-    bits = driven[:, None] >> np.arange(finite.shape[1]) & 1 if len(driven) else np.zeros(finite.shape, int)
-    return np.any(finite & (bits == 0), axis=1)
+    if len(driven):
+        finite &= (driven[:, None] >> np.arange(finite.shape[1], dtype=driven.dtype) & 1) == 0
+    return np.any(finite, axis=1)
 
 
 def _unmet(of_a, of_b, own, species, free, meet):
@@ -80,16 +90,16 @@ def _both_are_endless(a, b):
     return not {a, b} & set(_core.shapes("bounded"))
 
 
-def _something_between(scene, pair, own, names, free, known):
+def _something_between(pair, own, code, free, known):
     """True if contact detection exists between a free body and both walls of a pair."""
-    shapes = [set(names[own == body]) for body in pair]
+    shapes = [_names(code[own == body]) for body in pair]
     apart = free[own] & ~np.isin(own, pair)
-    return any(all(any(frozenset((name, s)) in known for s in of) for of in shapes) for name in set(names[apart]))
+    return any(all(any(frozenset((name, s)) in known for s in of) for of in shapes) for name in _names(code[apart]))
 
 
-def _warn_of_sides_alone(names, own, known, told, above):
+def _warn_of_sides_alone(code, own, known, told, above):
     """Warns of meshes with contactors on sides and none on nodes, beside shapes that have contact with nodes alone."""
-    of_meshes, rigid = set(names[own < 0]), set(names[own >= 0])
+    of_meshes, rigid = _names(code[own < 0]), _names(code[own >= 0])
     sides, points = of_meshes & {"segment", "facet"}, of_meshes & {"disk", "sphere"}
     if points or "sides" in told:
         return
