@@ -252,6 +252,7 @@ SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
   if (h > 0) sweeps.drive_cell(h);
   if (options.solver != "nlgs" || std::isfinite(options.accuracy)) {
     if (!gathered_) gathered_ = std::make_unique<GatheredMemory>(parts_[0].simulation->scene.dim);
+    gathered_->rank = std::max(mesh_rank_, 0);
     sweeps.ask_help(shares_, *gathered_);
   }
   return sweeps.solve();

@@ -131,7 +131,7 @@ def test_momentum_is_kept(kind):
         scene = cn.Scene(dim=2)
         scene.add(body(kind, (0.0, 0.0), (0.2, 0.4), (4, 8), name="block", contact="all", edges="all"))
         scene.add(cn.disks([[0.301, 0.2]], 0.1, ROCK, velocity=[(-0.5, 0.0)]))
-        scene.add(cn.fluid([(-0.2, 0.1), (0.0, 0.3)], 0.05, viscosity=0.5, velocity=(1.0, 0.3), pressure=0.0, incompressible=True))
+        scene.add(cn.fluid([(-0.2, 0.1), (0.0, 0.3)], 0.05, velocity=(1.0, 0.3), pressure=0.0, **LIQUID))
         scene.interact("*", "*", cn.Coulomb(mu=0.3))
         return scene
 
