@@ -262,6 +262,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   ranks/colouring.cpp
   ranks/gathered_contacts.cpp
+  ranks/gathered_meshes.cpp
   ranks/growth.cpp
   ranks/meetings.cpp
   ranks/meshes_over_ranks.cpp

@@ -295,7 +295,7 @@ void Fluid::put_forces_back(Scene& scene) {
 // The difference from the motion that was foreseen is due to contacts.
 void Fluid::end(Scene& scene, double h) {
   put_forces_back(scene);
-  skins_.end(scene, h);
+  skins_.end(h);
   contact_before_.swap(contact_);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];

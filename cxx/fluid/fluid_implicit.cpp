@@ -551,7 +551,7 @@ void Fluid::finish(Scene& scene) {
   push(pressure_);
   velocities_begin(s.begin);
   for (std::size_t i = 0; i < contact_.size(); ++i) contact_[i] = s.contact[i] / s.h;
-  skins_.end(scene, s.h);
+  skins_.end(s.h);
   divergence(velocity_, s.begin, s.of_begin);
   for (std::size_t i = 0; i < 3 * n; ++i) velocity_[i] = s.star[i] + s.change[i];
   divergence(velocity_, s.pressed, s.divergence);

@@ -366,12 +366,12 @@ void FluidSkins::put_back() {
   given_ = false;
 }
 
-void FluidSkins::end(const Scene& scene, double h) {
+void FluidSkins::end(double h) {
   state.contact_before.swap(state.contact);
   for (const Mesh& m : meshes_) {
     double* of = &state.contact[std::size_t(m.first)];
     std::fill_n(of, m.dofs, 0.0);
-    if (m.body && scene.find_node(m.id) >= 0) m.body->answer(m.body->impulse.data(), m.dofs, of);
+    if (m.body) m.body->answer(m.body->impulse.data(), m.dofs, of);
     for (std::int64_t i = 0; i < m.dofs; ++i) of[i] /= h;
   }
 }

@@ -51,7 +51,7 @@ public:
   // Mean forces of the step beside the loads that the bodies have; loads as they were; what contacts changed.
   void give(double h);
   void put_back();
-  void end(const Scene& scene, double h);
+  void end(double h);
   // Places at which the list was made (3, n), kept and put into records.
   void keep_listed(const double* records);
   void show_listed(double* records) const;

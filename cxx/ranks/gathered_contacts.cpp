@@ -16,13 +16,14 @@ namespace gathered { // named, since a member of GatheredContacts has them
 struct Kind {
   std::int32_t law, components, block, side_a, side_b, moves_a, moves_b, pack, relaxes, bonds;
   std::int32_t compliant, geometry, fields; // columns beside those of all laws, 0: none
+  std::int32_t mapped_a, mapped_b, in_turn, nodes_a, nodes_b, stride_a, stride_b, turns; // on deformable bodies
   // NOLINTNEXTLINE(modernize-use-nullptr): the compiler writes it
   auto operator<=>(const Kind&) const = default;
 };
 
 struct Contact {
   ContactKey key;
-  std::int64_t body_a, body_b; // ids
+  std::int64_t body_a, body_b; // ids; of a deformable body its place among those condensed
   std::int32_t colour, status;
   Kind kind;
   double h, theta; // of the step, as its law has them
@@ -55,8 +56,18 @@ Kind kind_of(const cairn_batch& b) {
           b.bonds,
           b.compliance != nullptr,
           geometry,
-          b.context->fields ? 4 : 0};
+          b.context->fields ? 4 : 0,
+          b.mapped_a,
+          b.mapped_b,
+          b.in_turn,
+          b.nodes_a,
+          b.nodes_b,
+          b.stride_a,
+          b.stride_b,
+          b.turns != nullptr};
 }
+
+bool is_mapped(const Kind& kind) { return kind.mapped_a || kind.mapped_b; }
 
 int columns_of_params(const LawInfo& law) {
   if (!law.has_solve) return 1;
@@ -73,6 +84,7 @@ void each_array(const Kind& kind, int dim, F&& f) {
     f(&cairn_batch::frame, dim == 2 ? 2 : 6);
     f(&cairn_batch::lever_a, sides()[kind.side_a].lever);
     f(&cairn_batch::lever_b, sides()[kind.side_b].lever);
+    if (kind.turns) f(kind.mapped_a ? &cairn_batch::spin_a : &cairn_batch::spin_b, 4 * dim * (kind.components - dim));
     f(&cairn_batch::bias, kind.components);
     if (kind.compliant) f(&cairn_batch::compliance, kind.components);
     f(&cairn_batch::delassus, kind.block ? kind.components * kind.components : 2);
@@ -86,6 +98,14 @@ template <class F>
 void each_array_of_context(const Kind& kind, F&& f) {
   if (kind.geometry) f(&cairn_law_context::geometry, kind.geometry);
   if (kind.fields) f(&cairn_law_context::fields, kind.fields);
+}
+
+// f(pointer, columns) for each array of whole numbers of contacts of a kind.
+template <class F>
+void each_index(const Kind& kind, F&& f) {
+  if (kind.mapped_a) f(&cairn_batch::node_a, 4), f(&cairn_batch::dof_a, 6);
+  if (kind.mapped_b) f(&cairn_batch::node_b, 4), f(&cairn_batch::dof_b, 6);
+  if (kind.turns) f(&cairn_batch::turns, 1);
 }
 
 // f(field, columns, packed) for the numbers of a batch, where its pointers are set.
@@ -111,7 +131,16 @@ double* place_blocks(cairn_batch& b, cairn_law_context& context, const Kind& kin
   each_array_of_context(kind, [&](auto array, int columns) { context.*array = take(columns); });
   b.scale = take(1);
   b.context = &context;
+  const int pushes = kind.turns ? kind.components : dim;
+  if (kind.stride_a) b.response_a = take(kind.stride_a * pushes);
+  if (kind.stride_b) b.response_b = take(kind.stride_b * pushes);
   return next;
+}
+
+std::size_t indices_of(const Kind& kind) {
+  std::size_t sum = 0;
+  each_index(kind, [&](auto, int columns) { sum += std::size_t(columns); });
+  return sum;
 }
 
 std::size_t numbers_of(const Kind& kind, int dim) {
@@ -120,6 +149,12 @@ std::size_t numbers_of(const Kind& kind, int dim) {
   each_array(kind, dim, add);
   each_array_of_context(kind, add);
   return sum;
+}
+
+// Columns of place_blocks.
+std::size_t columns_of(const Kind& kind, int dim) {
+  const int pushes = kind.turns ? kind.components : dim;
+  return numbers_of(kind, dim) + 1 + std::size_t((kind.stride_a + kind.stride_b) * pushes);
 }
 
 cairn_batch batch_of(const Kind& kind, int contacts, std::int64_t first, int dim) {
@@ -137,6 +172,13 @@ cairn_batch batch_of(const Kind& kind, int contacts, std::int64_t first, int dim
   b.pack = kind.pack;
   b.relaxes = kind.relaxes;
   b.bonds = kind.bonds;
+  b.mapped_a = kind.mapped_a;
+  b.mapped_b = kind.mapped_b;
+  b.in_turn = kind.in_turn;
+  b.nodes_a = kind.nodes_a;
+  b.nodes_b = kind.nodes_b;
+  b.stride_a = kind.stride_a;
+  b.stride_b = kind.stride_b;
   b.residual = law.residual;
   b.group = 1;
   b.velocities = dim == 2 ? 3 : 6;
@@ -176,8 +218,10 @@ ContactParcel::ContactParcel(ContactSystem& system, const Bodies& bodies, const 
     : system_(system), bodies_(bodies), colours_(colours) {
   std::vector<std::uint8_t> has(std::size_t(bodies.count), 0);
   for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts; ++lane)
-      has[std::size_t(b.body_a[lane])] = has[std::size_t(b.body_b[lane])] = 1;
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      if (!b.mapped_a) has[std::size_t(b.body_a[lane])] = 1;
+      if (!b.mapped_b) has[std::size_t(b.body_b[lane])] = 1;
+    }
   for (std::size_t i = 0; i < has.size(); ++i)
     if (has[i])
       touched_.push_back(std::int32_t(i));
@@ -188,7 +232,8 @@ ContactParcel::ContactParcel(ContactSystem& system, const Bodies& bodies, const 
 double ContactParcel::bytes_of(const ContactSystem& system) {
   double sum = 0;
   for (const cairn_batch& b : system.batches)
-    sum += double(b.contacts) * double(sizeof(Contact) + sizeof(double) * numbers_of(kind_of(b), system.dim));
+    sum += double(b.contacts) * double(sizeof(Contact) + sizeof(double) * numbers_of(kind_of(b), system.dim) +
+                                       sizeof(std::int32_t) * indices_of(kind_of(b)));
   return sum;
 }
 
@@ -196,12 +241,17 @@ Bytes ContactParcel::pack() const {
   Packer out;
   std::vector<Contact> contacts;
   std::vector<double> numbers;
+  std::vector<std::int32_t> indices;
+  const auto name = [&](bool mapped, std::int32_t body) { return mapped ? body : *bodies_.id[body]; };
   for (const cairn_batch& b : system_.batches) {
     const Kind kind = kind_of(b);
     for (int lane = 0; lane < b.contacts; ++lane) {
       const auto candidate = std::size_t(system_.candidate[std::size_t(b.first + lane)]);
-      contacts.push_back({colours_.key[candidate], *bodies_.id[b.body_a[lane]], *bodies_.id[b.body_b[lane]],
+      contacts.push_back({colours_.key[candidate], name(b.mapped_a, b.body_a[lane]), name(b.mapped_b, b.body_b[lane]),
                           colours_.colour[candidate], b.status[lane], kind, b.context->h, b.context->theta});
+      each_index(kind, [&](auto array, int columns) {
+        for (int k = 0; k < columns; ++k) indices.push_back((b.*array)[k * b.count + lane]);
+      });
       each_block(b, kind, system_.dim, [&](double* field, int columns, bool packed) {
         for (int k = 0; k < columns; ++k) numbers.push_back(packed ? at(b, field, lane, k) : field[k * b.count + lane]);
       });
@@ -227,6 +277,7 @@ Bytes ContactParcel::pack() const {
   out.put(std::int32_t(!system_.general.empty()));
   out.put_all(std::span<const Contact>(contacts));
   out.put_all(std::span<const double>(numbers));
+  out.put_all(std::span<const std::int32_t>(indices));
   out.put_all(std::span<const Touched>(touched));
   out.put_all(std::span<const std::int64_t>(others));
   return std::move(out.bytes);
@@ -258,7 +309,8 @@ struct GatheredContacts::Given {
   bool wide = false;
   std::vector<Contact> contacts;
   std::vector<double> numbers;
-  std::vector<std::size_t> first; // (contacts) of its numbers
+  std::vector<std::int32_t> indices;
+  std::vector<std::size_t> first, first_index; // (contacts) of its numbers
   std::vector<Touched> touched;
   std::vector<std::int64_t> others;
 };
@@ -278,12 +330,15 @@ void GatheredContacts::lay_out(const std::vector<Bytes>& parcels) {
     one.wide = from.get<std::int32_t>() != 0;
     one.contacts = from.get_all<Contact>();
     one.numbers = from.get_all<double>();
+    one.indices = from.get_all<std::int32_t>();
     one.touched = from.get_all<Touched>();
     one.others = from.get_all<std::int64_t>();
-    std::size_t first = 0;
+    std::size_t first = 0, first_index = 0;
     for (const Contact& contact : one.contacts) {
       one.first.push_back(first);
+      one.first_index.push_back(first_index);
       first += numbers_of(contact.kind, system_.dim);
+      first_index += indices_of(contact.kind);
     }
     std::vector<std::int64_t>& asked = asked_.emplace_back();
     for (const Touched& body : one.touched) asked.push_back(body.id);
@@ -325,7 +380,8 @@ void GatheredContacts::number_bodies(const std::vector<Given>& given) {
   }
 }
 
-// Batches of a colour and a kind, in one task: it is swept by one thread.
+// Batches of a colour and a kind, in one task: it is swept by one thread. Contacts of deformable bodies, which have a
+// colour in common, are swept one after the other: by their batch, or in batches of their own.
 void GatheredContacts::plan(const std::vector<Given>& given) {
   place_.clear();
   for (std::size_t p = 0; p < given.size(); ++p)
@@ -343,7 +399,8 @@ void GatheredContacts::plan(const std::vector<Given>& given) {
   std::int64_t first = 0;
   for (std::size_t k = 0, end; k < place_.size(); k = end) {
     const Contact& begin = of(place_[k]);
-    for (end = k + 1; end < place_.size() && end - k < std::size_t(batch_size); ++end)
+    const std::size_t most = is_mapped(begin.kind) && !begin.kind.in_turn ? 1 : std::size_t(batch_size);
+    for (end = k + 1; end < place_.size() && end - k < most; ++end)
       if (of(place_[end]).colour != begin.colour || of(place_[end]).kind != begin.kind) break;
     for (std::size_t j = k; j < end; ++j) {
       place_[j].batch = std::int32_t(system_.batches.size());
@@ -351,6 +408,8 @@ void GatheredContacts::plan(const std::vector<Given>& given) {
       system_.candidate.push_back(std::int32_t(j));
     }
     system_.batches.push_back(batch_of(begin.kind, int(end - k), first, system_.dim));
+    system_.batches.back().condensed = system_.condensed_dofs.data();
+    system_.batches.back().condensed_velocity = system_.condensed_velocity.data();
     first += system_.batches.back().count;
     system_.candidate.resize(std::size_t(first), -1);
   }
@@ -361,7 +420,7 @@ void GatheredContacts::plan(const std::vector<Given>& given) {
 void GatheredContacts::lay_out_numbers(const std::vector<Given>& given) {
   const int dim = system_.dim;
   std::vector<Kind> kinds(system_.batches.size());
-  std::size_t numbers = 0;
+  std::size_t numbers = 0, indices = 0;
   context_.assign(system_.batches.size(), {});
   for (const Place& place : place_) {
     const Contact& contact = given[std::size_t(place.parcel)].contacts[std::size_t(place.contact)];
@@ -369,18 +428,28 @@ void GatheredContacts::lay_out_numbers(const std::vector<Given>& given) {
     context_[std::size_t(place.batch)].h = contact.h;
     context_[std::size_t(place.batch)].theta = contact.theta;
   }
-  for (std::size_t k = 0; k < kinds.size(); ++k)
-    numbers += (numbers_of(kinds[k], dim) + 1) * std::size_t(system_.batches[k].count); // and the scale
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    numbers += columns_of(kinds[k], dim) * std::size_t(system_.batches[k].count);
+    indices += indices_of(kinds[k]) * std::size_t(system_.batches[k].count);
+  }
   number_.assign(numbers, 0.0);
+  index_.assign(indices, 0);
   body_a_.assign(std::size_t(system_.places()), std::int32_t(system_.bodies));
   body_b_.assign(body_a_.size(), std::int32_t(system_.bodies));
   status_.assign(body_a_.size(), cairn_open);
   system_.compliant = false;
   double* next = number_.data();
+  std::int32_t* index = index_.data();
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     cairn_batch& b = system_.batches[k];
     b.body_a = body_a_.data() + b.first;
     b.body_b = body_b_.data() + b.first;
+    if (b.mapped_a) std::fill_n(b.body_a, b.count, 0);
+    if (b.mapped_b) std::fill_n(b.body_b, b.count, 0);
+    each_index(kinds[k], [&](auto array, int columns) {
+      b.*array = index;
+      index += std::ptrdiff_t(columns) * b.count;
+    });
     b.status = status_.data() + b.first;
     next = place_blocks(b, context_[k], kinds[k], dim, next);
     system_.compliant = system_.compliant || b.compliance;
@@ -392,15 +461,21 @@ void GatheredContacts::fill(const std::vector<Given>& given) {
     const Given& from = given[std::size_t(place.parcel)];
     const Contact& contact = from.contacts[std::size_t(place.contact)];
     const cairn_batch& b = system_.batches[std::size_t(place.batch)];
-    b.body_a[place.lane] = number_of(contact.body_a);
-    b.body_b[place.lane] = number_of(contact.body_b);
+    b.body_a[place.lane] = b.mapped_a ? std::int32_t(contact.body_a) : number_of(contact.body_a);
+    b.body_b[place.lane] = b.mapped_b ? std::int32_t(contact.body_b) : number_of(contact.body_b);
     b.status[place.lane] = contact.status;
     const double* next = from.numbers.data() + from.first[std::size_t(place.contact)];
     each_block(b, contact.kind, system_.dim, [&](double* field, int columns, bool packed) {
       for (int k = 0; k < columns; ++k)
         (packed ? at(b, field, place.lane, k) : field[k * b.count + place.lane]) = *next++;
     });
-    if (place.lane == b.contacts - 1) fill_dummies(b, contact.kind, system_.dim);
+    const std::int32_t* index = from.indices.data() + from.first_index[std::size_t(place.contact)];
+    each_index(contact.kind, [&](auto array, int columns) {
+      for (int k = 0; k < columns; ++k) (b.*array)[k * b.count + place.lane] = *index++;
+    });
+    if (place.lane < b.contacts - 1) continue;
+    fill_dummies(b, contact.kind, system_.dim);
+    if (b.stride_a || b.stride_b) cairn_mapped_responses(&b, system_.dim);
   }
 }
 

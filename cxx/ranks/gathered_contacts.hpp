@@ -41,7 +41,9 @@ public:
   // For each parcel: impulses of its contacts, velocities of its bodies.
   std::vector<Bytes> answers() const;
   ContactSystem& system() { return system_; }
-  Velocities velocity_free() const { return {velocity_free_}; }
+  // Free velocities of nodes on which contacts rest; null: there are none.
+  void see_nodes(const Field<double>* velocity_free) { nodes_free_ = velocity_free; }
+  Velocities velocity_free() const { return {velocity_free_, nodes_free_}; }
 
 private:
   struct Given;
@@ -56,10 +58,11 @@ private:
 
   ContactSystem system_;
   Field<double> velocity_free_;
+  const Field<double>* nodes_free_ = nullptr;
   std::vector<std::int64_t> id_; // of bodies, rising
   std::vector<cairn_law_context> context_;
   Array<double> number_;
-  Array<std::int32_t> body_a_, body_b_, status_;
+  Array<std::int32_t> body_a_, body_b_, status_, index_;
   std::vector<Place> place_;                     // in the order of batches
   std::vector<std::vector<std::int64_t>> asked_; // ids of bodies whose velocity a parcel asks for
 };

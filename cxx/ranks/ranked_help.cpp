@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "../base/call.hpp"
 #include "../contacts/body_speeds.hpp"
@@ -14,6 +15,7 @@
 #include "../solvers/sweeps/solid_correction.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "exact_sum.hpp"
+#include "gathered_meshes.hpp"
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
@@ -23,8 +25,8 @@ constexpr int last_sweeps = 16;      // of a step, for which the last call is ma
 constexpr int most_sweeps = 512;     // of a call, on one rank
 constexpr double few_unknowns = 768; // that are gathered at once: the active set solves them
 
-// Speeds of own bodies.
-void add_speeds(const Part& part, int dim, std::span<ExactSum> sums) {
+// Speeds of own bodies, and of nodes with the rank that has contacts on them.
+void add_speeds(const Part& part, bool nodes, int dim, std::span<ExactSum> sums) {
   const Bodies& b = part.simulation->scene.bodies;
   for (std::int64_t i = 0; i < b.count; ++i)
     if (part.own[std::size_t(i)])
@@ -32,6 +34,12 @@ void add_speeds(const Part& part, int dim, std::span<ExactSum> sums) {
         sums[0].add(by_loads);
         sums[1].add(at_begin);
       });
+  const Nodes& n = part.simulation->scene.nodes;
+  for (std::int64_t i = 0; i < n.count && nodes; ++i)
+    for (int k = 0; k < dim; ++k) {
+      const double change = n.velocity_free[i][k] - n.velocity_begin[i][k];
+      sums[0].add(*n.mass[i] * change * change);
+    }
 }
 
 const std::array<const char*, 3> solvers = {"nlgs", "ppa_newton", "newton_over_bodies"};
@@ -66,17 +74,18 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 
 // Figures of all ranks.
 void RankedHelp::count() {
-  std::int64_t counts[] = {0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move
-  double any[] = {0, 0, 0};             // own solutions, deformable bodies, components
+  std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
+  double any[] = {0, 0, 0};                // own solutions, deformable bodies, components
   ExactSum speeds[2];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
     counts[2] += std::int64_t(ContactParcel::bytes_of(system));
     for (std::size_t i = 0; i < part.bodies.size(); ++i) counts[3] += part.own[i] && !part.fixed[i];
+    for (const CondensedBody& body : system.condensed) counts[4] += body.dofs.dofs;
     for (const cairn_batch& b : system.batches) {
       counts[b.pack ? 0 : 1] += b.contacts;
       if (law_infos()[std::size_t(b.law)].has_solve) any[0] = 1;
-      if (b.mapped_a || b.mapped_b) any[1] = 1;
+      if (!system.condensed.empty()) any[1] = 1;
       any[2] = std::max(any[2], double(b.components));
     }
   }
@@ -84,7 +93,7 @@ void RankedHelp::count() {
   exchange_.largest(any);
   solid_ = any[0] > 0;
   if (solid_ || exact_) {
-    for (const Part& part : parts_) add_speeds(part, dim_, speeds);
+    for (const Part& part : parts_) add_speeds(part, part.has_meshes && part.rank == memory_.rank, dim_, speeds);
     add_over_ranks(speeds, exchange_);
   }
   packed_ = double(counts[0]);
@@ -92,12 +101,12 @@ void RankedHelp::count() {
   by_loads_ = speeds[0].value();
   at_begin_ = speeds[1].value();
   bytes_ = double(counts[2]);
-  dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]);
+  dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]) + double(counts[4]);
+  bends_ = any[1] > 0;
   components_ = int(any[2]);
   char text[200];
   std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, the limit is %.2g", bytes_,
                 options_.max_bytes);
-  if (any[1] > 0) obstacle_ = "contacts of deformable bodies are not gathered";
   if (bytes_ > options_.max_bytes) obstacle_ = text;
 }
 
@@ -133,7 +142,9 @@ bool RankedHelp::accepts(int iterations, double light) {
   if (possible() && exact_) return false;
   if (!possible() || !by_newton_ || iterations < light_from_) return true;
   if (solid_) return light <= options_.tolerance || refinements_ >= policy().passes_refinements;
-  if (light <= light_enough(options_.tolerance, mass_ratio_) || refinements_ >= policy().light_refinements) return true;
+  constexpr double on_nodes = 0.1; // as in newton_help.cpp
+  const double enough = bends_ ? on_nodes * options_.tolerance : light_enough(options_.tolerance, mass_ratio_);
+  if (light <= enough || refinements_ >= policy().light_refinements) return true;
   const bool urgent = light > policy().light_urgent;
   if (urgent) return false;
   if (packed_ + full_ > policy().light_contacts) return true;
@@ -190,6 +201,12 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   return answer;
 }
 
+// Place of the rank that solves among those of this process; their number: it is of another one.
+std::size_t RankedHelp::local() const {
+  const std::vector<int>& here = exchange_.local();
+  return std::size_t(std::ranges::find(here, memory_.rank) - here.begin());
+}
+
 RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   const bool few = (packed_ + full_) * components_ <= few_unknowns;
   const Request request{iterations, alone_ || few || small || iterations >= last_call()};
@@ -198,23 +215,29 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     Simulation& s = *parts_[l].simulation;
     parcels.emplace_back(s.interactions.system(), s.scene.bodies, colours_[l], parts_[l].own);
-    out[l].push_back({0, parcels.back().pack()});
+    out[l].push_back({memory_.rank, parcels.back().pack()});
+  }
+  const std::size_t here = local();
+  std::optional<BorrowedRows> rows;
+  if (here < parts_.size() && parts_[here].has_meshes) {
+    Simulation& s = *parts_[here].simulation;
+    rows.emplace(s.interactions.system(), s.scene.nodes, memory_.contacts);
   }
   std::vector<std::vector<Parcel>> in = exchange_.deliver(std::move(out));
   std::vector<std::string> fault(parts_.size());
   std::vector<std::vector<Parcel>> back(parts_.size());
-  if (exchange_.local()[0] == 0) try {
+  if (here < parts_.size()) try {
       std::vector<Bytes> all;
-      for (Parcel& parcel : in[0]) all.push_back(std::move(parcel.bytes));
+      for (Parcel& parcel : in[here]) all.push_back(std::move(parcel.bytes));
       const Answer answer = solve(all, request);
       std::vector<Bytes> answers = answer.taken ? memory_.contacts.answers() : std::vector<Bytes>(all.size());
       for (std::size_t rank = 0; rank < answers.size(); ++rank) {
         Packer head;
         head.put(answer);
         head.bytes.insert(head.bytes.end(), answers[rank].begin(), answers[rank].end());
-        back[0].push_back({int(rank), std::move(head.bytes)});
+        back[here].push_back({int(rank), std::move(head.bytes)});
       }
-    } catch (const std::exception& e) { fault[0] = e.what(); }
+    } catch (const std::exception& e) { fault[here] = e.what(); }
   if (const std::string told = exchange_.agree(fault); !told.empty()) throw Error(told);
   in = exchange_.deliver(std::move(back));
   Answer answer;
@@ -223,6 +246,8 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
     answer = from.get<Answer>();
     if (answer.taken) parcels[l].unpack(from);
   }
+  if (rows && answer.taken) rows->keep_velocities();
+  rows.reset();
   memory_.bytes = bytes_;
   ++memory_.calls;
   if (small) ++refinements_;

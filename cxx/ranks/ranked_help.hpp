@@ -1,6 +1,6 @@
-// Another solver over ranks, where sweeps would take long: the contacts of all ranks are gathered on the first one,
-// which solves them as a run without ranks does, and impulses and velocities go back. All that decides whether is alike
-// on all ranks, for every number of them.
+// Another solver over ranks, where sweeps would take long: the contacts of all ranks are gathered on the first one, or
+// on the one that has the contacts of deformable bodies, which solves them as a run without ranks does, and impulses
+// and velocities go back. All that decides whether is alike on all ranks, for every number of them.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -19,6 +19,7 @@ namespace cairn {
 struct GatheredMemory {
   explicit GatheredMemory(int dim) : contacts(dim) {}
   GatheredContacts contacts;
+  int rank = 0;           // that solves
   std::int64_t calls = 0; // so far
   double bytes = 0;       // of the contacts when they were gathered last
 };
@@ -52,6 +53,7 @@ public:
 private:
   struct Request;
   struct Answer;
+  std::size_t local() const;
   void count();
   double sweep_operations() const;
   Answer solve(const std::vector<Bytes>& parcels, const Request& request);
@@ -70,6 +72,7 @@ private:
   double dofs_ = 0, cost_ = 0;
   int dim_ = 2, components_ = 1;
   bool solid_ = false; // laws have a local solution of their own
+  bool bends_ = false; // contacts rest on deformable bodies
   bool asked_ = false; // its cost is known
   double patience_ = 0;
   int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;

@@ -9,6 +9,12 @@
 
 namespace cairn {
 
+void MeshesInLiquid::change() {
+  if (!from_) return;
+  std::swap(from_->simulation->meshes.meshes, to_.meshes.meshes);
+  std::swap(from_->simulation->scene.nodes, to_.scene.nodes);
+}
+
 RankedLiquid::RankedLiquid() = default;
 RankedLiquid::~RankedLiquid() = default;
 
@@ -72,18 +78,24 @@ void RankedLiquid::make(Simulation& whole, const Strategy& model, const std::vec
   }
 }
 
-void RankedLiquid::press(double h, std::vector<Part>& parts) {
+void RankedLiquid::press(double h, std::vector<Part>& parts, Part* meshes) {
   Simulation& s = beside();
   stages().begin_step(s, h);
   stages().predict_configuration(s);
   stages().compute_free_velocity(s);
   pressed_ = true;
-  stages().press_fluid(s);
+  {
+    const MeshesInLiquid lent(meshes, s); // whose free velocities the part has found
+    stages().press_fluid(s);
+  }
   give_free(parts);
 }
 
-void RankedLiquid::press_again(std::vector<Part>& parts) {
-  beside().fluid->press(beside().scene, true);
+void RankedLiquid::press_again(std::vector<Part>& parts, Part* meshes) {
+  {
+    const MeshesInLiquid lent(meshes, beside());
+    beside().fluid->press(beside().scene, true);
+  }
   give_free(parts);
 }
 
@@ -125,13 +137,16 @@ const Array<double>& RankedLiquid::velocities(const std::vector<Part>& parts, Ex
   return velocity_;
 }
 
-void RankedLiquid::settle(std::vector<Part>& parts, Exchange& exchange) {
+void RankedLiquid::settle(std::vector<Part>& parts, Exchange& exchange, Part* meshes) {
   fetch(parts, exchange, [](const Part& part, std::int32_t body) -> const double* {
     return part.simulation->scene.bodies.velocity[body];
   });
   Simulation& s = beside();
   s.scene.bodies.velocity.values = velocity_;
-  s.fluid->settle(s.scene);
+  {
+    const MeshesInLiquid lent(meshes, s);
+    s.fluid->settle(s.scene);
+  }
   for (Field<double> Bodies::*field :
        {&Bodies::velocity, &Bodies::inverse_mass, &Bodies::inverse_inertia, &Bodies::force})
     give(field, parts);
@@ -153,18 +168,16 @@ std::int64_t RankedLiquid::bytes() const { return copy_.simulation ? copy_.simul
 class LiquidContactsOfRanks final : public ContactsBesideFluid {
 public:
   LiquidContactsOfRanks(RankedNscd& ranks, Simulation& whole, const SolverOptions& options, double h)
-      : ranks_(ranks), whole_(whole), options_(options), h_(h) {}
-  const Array<double>& velocities() override { return ranks_.liquid_.velocities(ranks_.parts_, *ranks_.exchange_); }
+      : ranks_(ranks), whole_(whole), options_(options), h_(h), meshes_(ranks.mesh_part(), ranks.liquid_.beside()) {}
+  const Array<double>& velocities() override {
+    meshes_.with_contacts([&] { ranks_.give_meshes(); });
+    return ranks_.liquid_.velocities(ranks_.parts_, *ranks_.exchange_);
+  }
   void keep() override {
     for (const Part& part : ranks_.parts_) at_begin_.push_back(part.simulation->interactions.memory());
   }
   void again() override {
-    ranks_.liquid_.give_free(ranks_.parts_);
-    ranks_.on_ranks(whole_, "prepare_contacts", [](Part& part) {
-      part.simulation->interactions.keep_impulses();
-      RankedNscd::of(part).prepare_contacts(*part.simulation);
-    });
-    ranks_.solve_step(whole_, options_, h_);
+    meshes_.with_contacts([&] { solve_again(); });
     ranks_.liquid_.beside().report.solve = whole_.report.solve;
   }
   void restore() override {
@@ -172,10 +185,19 @@ public:
   }
 
 private:
+  void solve_again() {
+    ranks_.liquid_.give_free(ranks_.parts_);
+    ranks_.on_ranks(whole_, "prepare_contacts", [](Part& part) {
+      part.simulation->interactions.keep_impulses();
+      RankedNscd::of(part).prepare_contacts(*part.simulation);
+    });
+    ranks_.solve_step(whole_, options_, h_);
+  }
   RankedNscd& ranks_;
   Simulation& whole_;
   const SolverOptions& options_;
   double h_;
+  MeshesInLiquid meshes_;
   std::vector<ContactMemory> at_begin_;
 };
 
@@ -193,11 +215,11 @@ void RankedNscd::with_liquid(Simulation& s, const char* stage, F&& f) {
 }
 
 void RankedNscd::press_fluid(Simulation& s, double h) {
-  with_liquid(s, "press_fluid", [&] { liquid_.press(h, parts_); });
+  with_liquid(s, "press_fluid", [&] { liquid_.press(h, parts_, mesh_part()); });
 }
 
 void RankedNscd::press_fluid_again(Simulation& s) {
-  with_liquid(s, "press_fluid", [&] { liquid_.press_again(parts_); });
+  with_liquid(s, "press_fluid", [&] { liquid_.press_again(parts_, mesh_part()); });
 }
 
 void RankedNscd::fluid_passes(Simulation& s, const SolverOptions& options, double h) {

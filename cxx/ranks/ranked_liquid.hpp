@@ -1,6 +1,7 @@
 // An incompressible liquid over ranks. Each process finds the whole pressure, to the same bits, beside a copy of the
 // bodies that the liquid meets, which it moves to where contacts are detected as their owners move them. The velocities
-// that pressure gives go to the parts, and those that contacts leave come back from their owners.
+// that pressure gives go to the parts, and those that contacts leave come back from their owners. Deformable bodies are
+// whole in each process: they are with the copy while the liquid is at work, and with a part while contacts are.
 #pragma once
 #include <array>
 #include <memory>
@@ -12,6 +13,27 @@
 #include "part.hpp"
 
 namespace cairn {
+
+// Deformable bodies and their nodes go from a part to the copy of the liquid, and back at the end; to: null: there are
+// none.
+class MeshesInLiquid {
+public:
+  MeshesInLiquid(Part* from, Simulation& to) : from_(from), to_(to) { change(); }
+  ~MeshesInLiquid() { change(); }
+  MeshesInLiquid(const MeshesInLiquid&) = delete;
+  MeshesInLiquid& operator=(const MeshesInLiquid&) = delete;
+  // f() while they are with the part.
+  template <class F>
+  void with_contacts(F&& f) {
+    const MeshesInLiquid back(from_, to_);
+    f();
+  }
+
+private:
+  void change();
+  Part* from_;
+  Simulation& to_;
+};
 
 class RankedLiquid {
 public:
@@ -27,16 +49,16 @@ public:
   Simulation& beside() { return *copy_.simulation; } // the liquid and its bodies
   Nscd& stages() { return static_cast<Nscd&>(*copy_.strategy); }
 
-  // Where contacts are detected: the first pressure, of contacts as in the last step.
-  void press(double h, std::vector<Part>& parts);
+  // Where contacts are detected: the first pressure, of contacts as in the last step. meshes: the part that has them.
+  void press(double h, std::vector<Part>& parts, Part* meshes);
   // In a later pass of Newton's method, before contacts are solved anew.
-  void press_again(std::vector<Part>& parts);
+  void press_again(std::vector<Part>& parts, Part* meshes);
   // Free velocities and inverse masses, by the pressure, to the parts.
   void give_free(std::vector<Part>& parts) const;
   // Velocities of the solution of contacts at hand, from their owners.
   const Array<double>& velocities(const std::vector<Part>& parts, Exchange& exchange);
   // Velocities at the end of the step, and forces, with the sum of both impulses.
-  void settle(std::vector<Part>& parts, Exchange& exchange);
+  void settle(std::vector<Part>& parts, Exchange& exchange, Part* meshes);
   void finish();
   void undo();
   std::int64_t bytes() const;

@@ -52,7 +52,6 @@ void RankedNscd::check_scene(const Simulation& s) const {
   if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");
-  if (RankedLiquid::flows_in(s) && s.fluid->meets_meshes()) refuse("deformable bodies meet the incompressible fluid");
   OverRanks::check_scene(s);
 }
 
@@ -253,6 +252,7 @@ SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
   if (h > 0) sweeps.drive_cell(h);
   if (options.solver != "nlgs" || std::isfinite(options.accuracy)) {
     if (!gathered_) gathered_ = std::make_unique<GatheredMemory>(parts_[0].simulation->scene.dim);
+    gathered_->rank = std::max(mesh_rank_, 0);
     sweeps.ask_help(shares_, *gathered_);
   }
   return sweeps.solve();
@@ -357,7 +357,7 @@ void RankedNscd::end_velocities(Simulation& s) {
   }
   follow_ghosts(&Bodies::velocity);
   push_meshes();
-  if (liquid_.taken()) liquid_.settle(parts_, *exchange_);
+  if (liquid_.taken()) liquid_.settle(parts_, *exchange_, mesh_part());
   add_reactions(s);
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;

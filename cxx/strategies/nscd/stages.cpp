@@ -80,7 +80,7 @@ void Nscd::begin_step(Simulation& s, double h) {
   s.place_meshes();
   constexpr double swept_sooner = 0x1p26; // by reaches, where nothing but sweeps asks for compliances [bytes]
   const double most = settings.solver.max_bytes;
-  const bool swept = settings.solver.solver == "nlgs" || leave_out; // ranks solve contacts of meshes by sweeps alone
+  const bool swept = settings.solver.solver == "nlgs";
   s.meshes.compliance_bytes = {most, swept ? std::min(most, swept_sooner) : most};
   bool anew = false;
   try {

@@ -57,12 +57,12 @@ def body(kind, low, size, counts, young=3e5, **more):
 
 
 def grid(low, size, counts):
-    """Points and quads of a block, with its groups "top" and "all"."""
+    """Points and quads of a block, with its groups "top", "ends" and "all"."""
     axes = [a + np.linspace(0, s, n + 1) for a, s, n in zip(low, size, counts)]
     points = np.stack([x.ravel() for x in np.meshgrid(*axes, indexing="ij")], axis=1)
     k = np.arange(len(points)).reshape(counts[0] + 1, counts[1] + 1)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
-    return points, {"quad": quads}, {"top": k[:, -1], "all": k.ravel()}
+    return points, {"quad": quads}, {"top": k[:, -1], "ends": k[[0, -1]].ravel(), "all": k.ravel()}
 
 
 def gate(kind):
@@ -394,17 +394,6 @@ def test_bodies_come_and_go(scene):
         sim.remove(sim.bodies.id[4:5])
         found.append(digest(stepped(sim, 6)))
     assert found[0] == found[1]
-
-
-def test_an_incompressible_liquid_that_meets_deformable_bodies_is_refused():
-    def scene():
-        scene, water = tank(1.2, 0.4, incompressible=True)
-        scene.add(body("linear", (0.4, 0.45), (0.4, 0.2), (4, 2), contact="all", edges="all", name="pad"))
-        scene.add(water)
-        return scene
-
-    with pytest.raises(ValueError, match="deformable bodies meet the incompressible fluid, which does not run over ranks"):
-        start(scene, 2)
 
 
 def test_one_exchange_a_sweep_gives_the_same_to_the_tolerance():

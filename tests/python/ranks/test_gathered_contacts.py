@@ -262,4 +262,4 @@ def test_default_takes_auto_by_the_scene_and_explain_tells_of_it():
     sim = run(tower, 2, 3, cn.NSCD())[0]
     assert isinstance(sim.strategy.solver, cn.Auto) and sim.strategy.solver.enough is None
     text = sim.explain()
-    assert "contacts of all ranks were gathered on the first one" in text and "bytes" in text
+    assert "contacts of all ranks were gathered on one" in text and "bytes" in text
