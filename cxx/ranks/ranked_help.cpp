@@ -21,10 +21,6 @@
 namespace cairn {
 namespace {
 
-constexpr int last_sweeps = 16;      // of a step, for which the last call is made
-constexpr int most_sweeps = 512;     // of a call, on one rank
-constexpr double few_unknowns = 768; // that are gathered at once: the active set solves them
-
 // Speeds of own bodies, and of nodes with the rank that has contacts on them.
 void add_speeds(const Part& part, bool nodes, int dim, std::span<ExactSum> sums) {
   const Bodies& b = part.simulation->scene.bodies;
@@ -116,7 +112,7 @@ double RankedHelp::sweep_operations() const {
          full_ * (plane ? policy().sweep_full_plane : policy().sweep_full);
 }
 
-int RankedHelp::last_call() const { return std::max(options_.max_iterations - last_sweeps, 1); }
+int RankedHelp::last_call() const { return std::max(options_.max_iterations - policy().gathered_last, 1); }
 
 // The rules of newton_help.cpp and solid_help.cpp, with figures of all ranks.
 bool RankedHelp::pays(int iterations, double error) {
@@ -126,7 +122,7 @@ bool RankedHelp::pays(int iterations, double error) {
                to_come = std::min(foreseen, policy().newton_believed * iterations), sweep = sweep_operations();
   if (!called_last_ && iterations >= last_call()) return true;
   if (iterations < patience_) return false;
-  if ((packed_ + full_) * components_ <= few_unknowns && iterations >= few_from_) return true;
+  if ((packed_ + full_) * components_ <= policy().gathered_unknowns && iterations >= few_from_) return true;
   if (solid_) {
     const double passes = failures_ > 0 ? policy().passes_price_failed : policy().passes_price;
     const bool again = failures_ == 0 && (options_.again == 2 || (options_.again == 1 && iterations * sweep >= cost_));
@@ -187,7 +183,7 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
     options.max_iterations = std::max(options_.max_iterations, request.iterations + 1);
     if (!exact_)
       options.max_iterations =
-          std::min(options.max_iterations, request.iterations + std::max(most_sweeps, request.iterations));
+          std::min(options.max_iterations, request.iterations + std::max(policy().gathered_sweeps, request.iterations));
     const SolveReport report = solve_nlgs(system, free, options, help.get());
     answer.taken = report.status != SolveStatus::diverged;
     answer.converged = report.status == SolveStatus::converged;
@@ -208,7 +204,7 @@ std::size_t RankedHelp::local() const {
 }
 
 RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
-  const bool few = (packed_ + full_) * components_ <= few_unknowns;
+  const bool few = (packed_ + full_) * components_ <= policy().gathered_unknowns;
   const Request request{iterations, alone_ || few || small || iterations >= last_call()};
   std::vector<ContactParcel> parcels;
   std::vector<std::vector<Parcel>> out(parts_.size());

@@ -539,6 +539,7 @@ SolveReport RankedSweeps::solve() {
     if (small && report.light_error <= std::sqrt(wanted) && iterations_ >= options_.min_iterations) break;
     keep_best(error.square);
     relax(error.square);
+    if (!small) sequence_.follow_error(iterations_);
     ratio_ = counted_ && !small ? error.square / change_ : 0;
     next_check_ =
         iterations_ + (small ? std::max(least_between, iterations_ / 8) : sweeps_to_check(error.square, wanted));

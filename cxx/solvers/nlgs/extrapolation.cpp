@@ -72,6 +72,10 @@ public:
       pass.sweeps = std::min(pass.sweeps, policy().plain_sweeps - done);
   }
 
+  void measured(StepError& error) override {
+    if (s_.above(error)) sequence_.follow_error(s_.report.iterations);
+  }
+
   // Sweeps, some of whose work is done where most is left to do.
   int sweep(int sweeps) override {
     if (s_.changed) sequence_.restart(); // they begin from impulses and velocities as they are

@@ -52,7 +52,7 @@ def test_the_page_has_every_number_of_the_list():
 
 
 def test_every_number_is_read_by_a_solver():
-    sources = [path for path in (ROOT / "cxx/solvers").rglob("*.?pp") if path.stem != "policy"]
+    sources = [path for of in ("solvers", "ranks") for path in (ROOT / "cxx" / of).rglob("*.?pp") if path.stem != "policy"]
     text = "".join(path.read_text(encoding="utf-8") for path in sources)
     assert not [name for _, name, *_ in listed() if f"policy().{name}" not in text]
 
