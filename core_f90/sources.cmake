@@ -69,6 +69,7 @@ set(CAIRN_CORE_SOURCES
   elements/solid_cells.f90
   elements/stress_by_energy.f90
   fluid/fluid_grains.f90
+  fluid/fluid_grain_lattice.f90
   fluid/fluid_pressure.f90
   fluid/fluid_rates.f90
   fluid/fluid_surface.f90

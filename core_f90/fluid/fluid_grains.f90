@@ -7,8 +7,9 @@ module fluid_grains
   use fluid_view, only: cairn_fluid, fluid, open_fluid
   implicit none
   private
-  public :: cairn_fluid_grains, cairn_fluid_grain_weights, cairn_fluid_grain_solids, cairn_fluid_grain_push, &
-            cairn_fluid_grain_bear, cairn_fluid_grain_drag, cairn_fluid_grain_react
+  public :: cairn_fluid_grains, grain_pairs, open_grains
+  public :: cairn_fluid_grain_weights, cairn_fluid_grain_solids, cairn_fluid_grain_push, cairn_fluid_grain_bear, &
+            cairn_fluid_grain_drag, cairn_fluid_grain_react
   integer, parameter :: grain_size = 12
   integer, parameter :: di_felice = 3, ergun = 4, gidaspow = 5 !< numbers of laws, as rules of a fluid have them
   real(c_double), parameter :: most_solid = 0.9_c_double !< share of a particle's volume that grains take; more of them are dry
@@ -20,16 +21,16 @@ module fluid_grains
     type(c_ptr) :: grain, first_of, particle, weight, first, grain_of, pair, wet, solid, mass
   end type cairn_fluid_grains
 
-  type :: view
+  type :: grain_pairs
     real(c_double), pointer, contiguous :: grain(:, :), weight(:), wet(:), solid(:), mass(:)
     integer(c_int64_t), pointer, contiguous :: first_of(:), first(:), pair(:)
     integer(c_int32_t), pointer, contiguous :: particle(:), grain_of(:)
-  end type view
+  end type grain_pairs
 contains
 
   subroutine open_grains(given, v)
     type(cairn_fluid_grains), intent(in) :: given
-    type(view), intent(out) :: v
+    type(grain_pairs), intent(out) :: v
     integer(c_int64_t), parameter :: any_size = huge(1_c_int32_t)
     call c_f_pointer(given%grain, v%grain, [int(grain_size, c_int64_t), int(given%grains, c_int64_t)])
     call c_f_pointer(given%wet, v%wet, [int(given%grains, c_int64_t)])
@@ -49,7 +50,7 @@ contains
     type(cairn_fluid_grains), intent(in) :: given
     integer(c_int64_t), value :: first, last
     type(fluid) :: v
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: g, k, a, e
     integer :: i
     real(c_double) :: r(3), q, sum_of, bare, peak
@@ -85,7 +86,7 @@ contains
     integer(c_int64_t), value :: first, last
     real(c_double), intent(inout) :: swift
     type(fluid) :: v
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: i, k
     integer :: g
     real(c_double) :: share, solid, light
@@ -122,7 +123,7 @@ contains
     real(c_double), intent(inout) :: force(3, 0:*)   !< on grains [N | N/m]
     real(c_double), intent(inout) :: of_pair(3, 0:*) !< the part of each pair [N | N/m]
     type(fluid) :: v
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: g, k, a, e
     integer :: i
     real(c_double) :: r(3), q, p, mean, sum_of
@@ -155,7 +156,7 @@ contains
   !> Way from grain g to particle i.
   pure function from_grain(v, to, g, i) result(r)
     type(fluid), intent(in) :: v
-    type(view), intent(in) :: to
+    type(grain_pairs), intent(in) :: to
     integer(c_int64_t), intent(in) :: g
     integer, intent(in) :: i
     real(c_double) :: r(3)
@@ -180,7 +181,7 @@ contains
     integer(c_int64_t), value :: first, last
     real(c_double), intent(in) :: of_pair(3, 0:*)         !< [N | N/m]
     real(c_double), intent(inout) :: acceleration(3, 0:*) !< [m/s2]
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: i, k
     real(c_double) :: sum_of(3)
     call open_grains(given, to)
@@ -202,7 +203,7 @@ contains
     real(c_double), intent(in) :: velocity(3, 0:*)   !< of particles [m/s]
     real(c_double), intent(inout) :: impulse(4, 0:*) !< [N s | N s/m], 1 over the sum of weights
     type(fluid) :: v
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: g, k
     integer :: i
     real(c_double) :: flow(3), solid, mass, sum_of, volume, w
@@ -240,7 +241,7 @@ contains
     real(c_double), intent(in) :: impulse(4, 0:*)     !< [N s | N s/m], 1 over the sum of weights
     real(c_double), intent(inout) :: velocity(3, 0:*) !< [m/s]
     real(c_double), intent(inout) :: lost
-    type(view) :: to
+    type(grain_pairs) :: to
     integer(c_int64_t) :: i, k
     real(c_double) :: change(3)
     call open_grains(given, to)

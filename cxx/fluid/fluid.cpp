@@ -315,6 +315,7 @@ void Fluid::find_forces(const Scene& scene) {
   tell(on_points_, 3, of_points_.first());
   tell(shear_on_points_, 3, of_points_.first());
   if (settings.viscosity > 0) tell(side_of_points_, 3, of_points_.first());
+  if (granular_) align_among_grains(scene);
   open_.swap(open_new_);
   if (ends_) hold_ends();
   add_surface_forces();
@@ -348,6 +349,7 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   find_forces(scene);
   accelerate(dt);
   if (granular_) drag_grains(scene, 0.5 * dt);
+  if (granular_) spread_among_grains(dt);
   if (!spreads()) return;
   const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
 #pragma omp parallel for schedule(static)

@@ -291,6 +291,8 @@ private:
   void list_grains();
   void weigh_grains(const Scene& scene);
   void make_room(const Scene& scene);
+  void align_among_grains(const Scene& scene);
+  void spread_among_grains(double dt);
   void push_grains(const Scene& scene);
   void drag_grains(const Scene& scene, double dt);
   cairn_fluid_grains grains() const;

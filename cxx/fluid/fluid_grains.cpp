@@ -17,6 +17,8 @@ struct Fluid::Granular {
   std::vector<std::int64_t> first, pair; // by particles
   std::vector<std::int32_t> grain_of;
   std::vector<double> weight, wet, impulse, force, of_pair, of_tile, mean, pressure;
+  std::vector<double> shape, uneven, stirred; // see fluid_grain_lattice.f90 (6, n) [-], (3, n) [1/m], (n) [m/s]
+  std::vector<std::int8_t> within;            // (n)
   double swift = 1;
 };
 
@@ -35,12 +37,12 @@ std::int64_t Fluid::bytes_of_grains() const {
   if (!granular_) return 0;
   const Granular& g = *granular_;
   std::int64_t sum = 0;
-  for (const auto* v :
-       {&g.record, &g.weight, &g.wet, &g.impulse, &g.force, &g.of_pair, &g.of_tile, &g.mean, &g.pressure})
+  for (const auto* v : {&g.record, &g.weight, &g.wet, &g.impulse, &g.force, &g.of_pair, &g.of_tile, &g.mean,
+                        &g.pressure, &g.shape, &g.uneven, &g.stirred})
     sum += std::int64_t(8 * v->capacity());
   for (const auto* v : {&g.first_of, &g.first, &g.pair}) sum += std::int64_t(8 * v->capacity());
   for (const auto* v : {&g.body, &g.particle, &g.grain_of}) sum += std::int64_t(4 * v->capacity());
-  return sum;
+  return sum + std::int64_t(g.within.capacity());
 }
 
 void Fluid::set_grains(FluidGrains grains, const std::vector<std::int32_t>& body) {
@@ -191,6 +193,39 @@ void Fluid::make_room(const Scene& scene) {
     density_[i] *= 1 - solid_[i];
   }
   find_forces(scene);
+}
+
+// Pressure among grains as the adjoint of the divergence, wherever the flow has drawn particles out.
+void Fluid::align_among_grains(const Scene& scene) {
+  Granular& s = *granular_;
+  const auto n = std::size_t(count());
+  s.shape.resize(6 * n);
+  s.uneven.resize(3 * n);
+  s.within.resize(n);
+  const cairn_fluid f = view(scene);
+  each_grain_tile(count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    cairn_fluid_grain_shapes(&f, first, last, s.shape.data(), s.within.data());
+  });
+  each_grain_tile(count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    cairn_fluid_grain_align(&f, first, last, s.shape.data(), s.within.data(), acceleration_.data(), s.uneven.data());
+  });
+}
+
+// Particles that the liquid carries past grains drift to where an equal pressure pushes none of them: at the faces of a
+// bed their volumes change over less than the kernel reaches.
+void Fluid::spread_among_grains(double dt) {
+  Granular& s = *granular_;
+  constexpr double fast = 32; // drift over flow past grains and unevenness: higher ones change little
+  s.stirred.resize(std::size_t(count()));
+  const cairn_fluid_grains g = grains();
+  const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
+  each_grain_tile(count(), [&](std::int64_t, std::int64_t first, std::int64_t last) {
+    cairn_fluid_grain_stir(&g, first, last, velocity_.data(), s.stirred.data());
+    for (std::int64_t i = 3 * first; i < 3 * last; ++i) {
+      const double way = std::min(fast * dt * h * s.stirred[std::size_t(i / 3)], 0.1 * h * h); // beyond, it overshoots
+      position_[std::size_t(i)] += std::clamp(way * s.uneven[std::size_t(i)], -most, most);
+    }
+  });
 }
 
 // Pressures of the liquid act on the grains in it, and these on the liquid.

@@ -109,6 +109,12 @@ void cairn_fluid_grain_drag(const cairn_fluid* f, const cairn_fluid_grains* g, d
                             const double* velocity, double* impulse);
 void cairn_fluid_grain_react(const cairn_fluid_grains* g, int64_t first, int64_t last, const double* impulse,
                              double* velocity, double* lost);
+/* Lattice of the particles among grains. shape: (6, particles) xx xy xz yy yz zz. */
+void cairn_fluid_grain_shapes(const cairn_fluid* f, int64_t first, int64_t last, double* shape, int8_t* within);
+void cairn_fluid_grain_align(const cairn_fluid* f, int64_t first, int64_t last, const double* shape,
+                             const int8_t* within, double* acceleration, double* uneven);
+void cairn_fluid_grain_stir(const cairn_fluid_grains* g, int64_t first, int64_t last, const double* velocity,
+                            double* speed);
 
 #ifdef __cplusplus
 }
