@@ -27,8 +27,6 @@ void reorder(std::vector<T>& values, const std::vector<std::int32_t>& order, std
 }
 } // namespace
 
-double Fluid::mass() const { return settings.density * std::pow(settings.spacing, dim_); }
-
 void Fluid::set_particles(std::span<const double> position, std::span<const double> velocity,
                           std::span<const double> pressure) {
   const std::size_t n = pressure.size();
