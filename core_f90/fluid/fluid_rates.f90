@@ -22,6 +22,7 @@ module fluid_rates
   type :: near_particles
     integer :: count = 0
     real(c_double), dimension(most_near + 1) :: r1, r2, r3, d2, u1, u2, u3, volume, pressure
+    integer :: place(most_near + 1) !< numbers of the neighbours
   end type near_particles
 contains
 
@@ -35,13 +36,13 @@ contains
     logical, intent(in) :: held          !< pressures as a free surface holds them
     integer, intent(inout) :: beside     !< greatest `open` of these particles
     real(c_double) :: r(3), d2, reach
-    integer :: j, n, place(most_near + 1)
+    integer :: j, n
     reach = 4*v%h**2
     n = 1
     do while (k < last .and. n <= most_near)
       k = k + 1
-      place(n) = v%neighbour(k) + 1
-      r = own(1:3) - v%record(1:3, place(n))
+      near%place(n) = v%neighbour(k) + 1
+      r = own(1:3) - v%record(1:3, near%place(n))
       if (v%periodic) r = r - v%period*int(r*v%per + sign(0.5_c_double, r))
       d2 = r(1)**2 + r(2)**2 + r(3)**2
       near%r1(n) = r(1)
@@ -52,7 +53,7 @@ contains
     end do
     near%count = n - 1
     do n = 1, near%count
-      j = place(n)
+      j = near%place(n)
       near%u1(n) = own(4) - v%record(4, j)
       near%u2(n) = own(5) - v%record(5, j)
       near%u3(n) = own(6) - v%record(6, j)
@@ -61,23 +62,25 @@ contains
     end do
     if (.not. held) return
     do n = 1, near%count
-      near%pressure(n) = held_pressure(near%pressure(n), v%open(place(n)))
-      beside = max(beside, int(v%open(place(n))))
+      near%pressure(n) = held_pressure(near%pressure(n), v%open(near%place(n)))
+      beside = max(beside, int(v%open(near%place(n))))
     end do
   end subroutine gather
 
-  !> Rate of density of particles first to last - 1.
-  subroutine cairn_fluid_density_rate(f, first, last, rate) bind(c)
+  !> Rate of density of particles first to last - 1, and the correction of their gradients where pressure takes it too.
+  subroutine cairn_fluid_density_rate(f, first, last, rate, bend) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     real(c_double), intent(inout) :: rate(0:*) !< [kg/(m3 s)]
+    real(c_double), intent(inout) :: bend(6, 0:*) !< `shape` less 1: xx xy xz yy yz zz, where the liquid bends [-]
     type(fluid) :: v
     type(wall_points) :: w
     type(near_particles) :: near
     integer(c_int64_t) :: i, k
     integer :: j, beside
     real(c_double) :: own(8), r(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3)
-    real(c_double) :: rates(3, 3), shape(3, 3), mirrored
+    real(c_double) :: rates(3, 3), shape(3, 3), own_bend(6), mirrored
+    logical :: within
     call open_fluid(f, last, v)
     per_c2 = 1/v%c**2
     beside = 0
@@ -111,9 +114,14 @@ contains
           rates(:, j) = rates(:, j) + mirrored*g*(own(4:6) - w%velocity(:, k))*r(j)
         end do
       end do
-      ! Exact for linear fields away from walls, also where the flow has stretched the lattice of the particles.
-      call invert(v%dim, second, v%open(i) == 0 .and. w%count == 0, shape)
+      ! Exact for linear fields away from walls, also where the flow has stretched the lattice of the particles; at walls where
+      ! pressure takes the same gradients.
+      within = v%open(i) == 0 .and. (w%count == 0 .or. v%bends)
+      call invert(v%dim, second, within, shape)
       divergence = sum(shape*rates)
+      own_bend = 0
+      if (within) own_bend = [shape(1:3, 1) - [1, 0, 0], shape(2:3, 2) - [1, 0], shape(3, 3) - 1]
+      if (v%bends) bend(:, i - 1) = own_bend
       if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity: it is one of pressure
       rate(i - 1) = mass_of(v, i)/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
     end do
@@ -240,10 +248,11 @@ contains
       do while (k < v%first(i + 1))
         call gather(v, own, v%first(i + 1), k, near, .true., beside)
         call add_forces(v, near, own(8), peak, a, s, spread)
+        if (v%bends) call add_bends(v, near, own(8)*v%bend(:, i), a)
       end do
       call wall_points_of(v, i, w)
       do k = 1, w%count
-        call from_wall(v, own, w%r(:, k), w%velocity(:, k), w%normal(:, k), w%depth(k), w%holds(k), push, shear, g)
+        call from_wall(v, own, i, w%r(:, k), w%velocity(:, k), w%normal(:, k), w%depth(k), w%holds(k), push, shear, g)
         push = (push + shear)*w%volume(k)
         a = a + push
         s = s - g*w%volume(k)*w%r(:, k)
@@ -298,6 +307,30 @@ contains
     spread = spread + sum_of
   end subroutine add_forces
 
+  !> Adds what the correction of gradients changes in the pressure forces, which are the adjoint of the rate of density then.
+  !> Without it particles have to be evenly spread for their pressure to be in balance: they resist a change of places as a
+  !> solid does, with a strength that grows with the pressure, and a slow body that moves them stands still.
+  pure subroutine add_bends(v, near, own, a)
+    type(fluid), intent(in) :: v
+    type(near_particles), intent(in) :: near
+    real(c_double), intent(in) :: own(6) !< pressure times the correction [Pa]
+    real(c_double), intent(inout) :: a(3)
+    real(c_double) :: g, b(6)
+    integer :: k
+    do k = 1, near%count
+      g = v%scale*near%volume(k)*(1 - 0.5_c_double*sqrt(near%d2(k))/v%h)**3
+      b = own + near%pressure(k)*v%bend(:, near%place(k))
+      a = a + g*bent(b, [near%r1(k), near%r2(k), near%r3(k)])
+    end do
+  end subroutine add_bends
+
+  !> Product of a symmetric matrix, xx xy xz yy yz zz, and a vector.
+  pure function bent(b, r) result(out)
+    real(c_double), intent(in) :: b(6), r(3)
+    real(c_double) :: out(3)
+    out = [b(1)*r(1) + b(2)*r(2) + b(3)*r(3), b(2)*r(1) + b(4)*r(2) + b(5)*r(3), b(3)*r(1) + b(5)*r(2) + b(6)*r(3)]
+  end function bent
+
   !> Forces of the fluid on points first to last - 1 of surfaces, the part of them by viscosity, and the normals of sides that
   !> hold the fluid, as particles see them.
   subroutine cairn_fluid_on_points(f, first, last, first_of, particle, force, shear, side) bind(c)
@@ -331,8 +364,8 @@ contains
         if (periodic) r = r - period*int(r*per + sign(0.5_c_double, r))
         if (sum(r**2) >= 4*v%h**2) cycle
         if (from_behind(v, int(b) + 1, r)) cycle
-        call from_wall(v, own, r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), v%surface(10, b + 1), &
-                       holds, push, drag, g)
+        call from_wall(v, own, int(i, c_int64_t), r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), &
+                       v%surface(10, b + 1), holds, push, drag, g)
         sum_of = sum_of - own(7)*((push + drag)*v%surface(11, b + 1))
         of_shear = of_shear - own(7)*(drag*v%surface(11, b + 1))
         if (holds .and. v%viscosity > 0) of_side = of_side + 2*g*own(7)*v%surface(11, b + 1)*r
@@ -343,11 +376,12 @@ contains
     end do
   end subroutine cairn_fluid_on_points
 
-  !> Forces of a point of a wall on a particle by pressure and by viscosity, over the volumes of both, with own(8) the pressure that
+  !> Forces of a point of a wall on particle i by pressure and by viscosity, over the volumes of both, with own(8) the pressure that
   !> acts.
-  pure subroutine from_wall(v, own, r, velocity, normal, depth, holds, push, shear, g)
+  pure subroutine from_wall(v, own, i, r, velocity, normal, depth, holds, push, shear, g)
     type(fluid), intent(in) :: v
     real(c_double), intent(in) :: own(8), r(3), velocity(3), normal(3), depth
+    integer(c_int64_t), intent(in) :: i
     logical, intent(in) :: holds
     real(c_double), intent(out) :: push(3), shear(3) !< [N/m6 | N/m4]
     real(c_double), intent(out) :: g !< W'/r
@@ -357,8 +391,10 @@ contains
     u = own(4:6) - velocity
     p = 2*own(8) - v%density*dot_product(v%resting, r)
     if (own(8) >= 0) p = max(p, 0.0_c_double)
+    push = 0
+    if (v%bends) push = -g*p*bent(v%bend(:, i), r)
     p = p + approach(v, dot_product(u, normal)*dot_product(r, normal), d) ! a shear along it is none
-    push = -g*p*r
+    push = push - g*p*r
     high = dot_product(r, normal) - depth
     if (high < nearest*v%dx .and. dot_product(r, normal) > facing*d) & ! whatever the pressure, nothing goes through
       push = push - g*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal

@@ -15,18 +15,19 @@ module fluid_view
     integer(c_int32_t) :: dim, planes
     real(c_double) :: smoothing, spacing, mass, density, sound_speed, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3)
-    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open, masses
+    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open, masses, bend
   end type cairn_fluid
 
   type :: fluid
     integer :: dim, planes
     real(c_double) :: h, dx, mass, density, c, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3), per(3), scale !< per: 1/period, 0 without one
-    logical :: periodic, grains
+    logical :: periodic, grains, bends !< bends: pressure takes corrected gradients
     real(c_double), pointer, contiguous :: record(:, :), surface(:, :), plane(:, :)
     integer(c_int64_t), pointer, contiguous :: first(:), first_point(:)
     integer(c_int32_t), pointer, contiguous :: neighbour(:), point(:)
     integer(c_int8_t), pointer, contiguous :: open(:)
+    real(c_double), pointer, contiguous :: bend(:, :) !< correction of gradients: xx xy xz yy yz zz
     real(c_double), pointer, contiguous :: masses(:) !< of particles beside grains; none where all have that of a spacing
   end type fluid
 
@@ -88,6 +89,9 @@ contains
     nullify (f%masses)
     f%grains = c_associated(given%masses)
     if (f%grains) call c_f_pointer(given%masses, f%masses, [any_size])
+    nullify (f%bend)
+    f%bends = c_associated(given%bend)
+    if (f%bends) call c_f_pointer(given%bend, f%bend, [6_c_int64_t, any_size])
   end subroutine open_fluid
 
   !> Mass of particle i [kg | kg/m].

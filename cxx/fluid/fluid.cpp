@@ -27,8 +27,6 @@ void reorder(std::vector<T>& values, const std::vector<std::int32_t>& order, std
 }
 } // namespace
 
-double Fluid::mass() const { return settings.density * std::pow(settings.spacing, dim_); }
-
 void Fluid::set_particles(std::span<const double> position, std::span<const double> velocity,
                           std::span<const double> pressure) {
   const std::size_t n = pressure.size();
@@ -275,6 +273,7 @@ cairn_fluid Fluid::view(const Scene& scene) const {
   f.plane = plane_.data();
   f.open = open_.data();
   f.masses = mass_.empty() ? nullptr : mass_.data();
+  f.bend = bend_.empty() ? nullptr : bend_.data();
   return f;
 }
 
@@ -334,9 +333,11 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   pack();
   rate_.resize(std::size_t(n));
   const cairn_fluid f = view(scene);
-  of_particles_.each_tile(
-      [&](std::int64_t first, std::int64_t last) { cairn_fluid_density_rate(&f, first, last, rate_.data()); });
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_density_rate(&f, first, last, rate_.data(), bend_.data());
+  });
   tell(rate_, 1, of_particles_.first());
+  if (!bend_.empty()) tell(bend_, 6, of_particles_.first());
   // A free surface bears no tension beyond the pressure of the flow.
   const double mach = fastest_ / settings.sound_speed, least = settings.density * (1 - mach * mach);
 #pragma omp parallel for schedule(static)
@@ -416,6 +417,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
   try {
     if (meets_meshes()) load_meshes(scene, step);
     place_surfaces();
+    bend_.clear();
     if (!known_) {
       if (list_is_old()) renew_list();
       find_forces(scene);
@@ -446,6 +448,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
     if (!(parts <= 1e6))
       throw Error("a step of " + number_text(h) + " s takes the fluid " + number_text(parts) + " sub-steps of " +
                   number_text(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
+    if (bends()) bend_.assign(std::size_t(6 * count()), 0.0);
     report.sub_steps = int(parts);
     for (int k = 0; k < report.sub_steps; ++k) sub_step(scene, h / parts);
     measure_flow();
@@ -566,6 +569,7 @@ std::int64_t Fluid::bytes() const {
                         &surface_,
                         &plane_,
                         &rate_,
+                        &bend_,
                         &on_points_,
                         &shear_on_points_,
                         &side_of_points_,

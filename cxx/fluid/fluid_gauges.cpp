@@ -9,6 +9,8 @@
 
 namespace cairn {
 
+double Fluid::mass() const { return settings.density * std::pow(settings.spacing, dim_); }
+
 namespace {
 
 // Kernel times the volume of a particle of one spacing, at a distance over the length of the kernel.

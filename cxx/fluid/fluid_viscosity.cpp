@@ -1,4 +1,4 @@
-// Viscosity of the incompressible form.
+// Viscosity of the incompressible form, and what it allows in the weakly compressible one.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,17 @@ namespace cairn {
 
 namespace {
 constexpr double most_shears = 1000; // sub-steps of viscosity
+constexpr double calm = 10; // Reynolds number of a spacing at the speed sqrt(p/rho) up to which viscosity calms
 } // namespace
+
+// Pressure forces that are the adjoint of a corrected divergence leave particles free to change their places, which
+// water uses to stir itself from rest: they are those of liquids whose viscosity calms that.
+bool Fluid::bends() const {
+  if (!(settings.viscosity > 0) || granular_) return false;
+  double most = 0;
+  for (std::size_t i = 0; i < density_.size(); ++i) most = std::max(most, std::abs(pressure_of(i) + raised_));
+  return std::sqrt(most * settings.density) * settings.spacing <= calm * settings.viscosity;
+}
 
 // Viscosity, explicit, in as many parts as it needs, of the liquid and the bodies that it holds.
 void Fluid::shear(double h) {

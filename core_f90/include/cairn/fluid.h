@@ -32,9 +32,11 @@ typedef struct cairn_fluid {
   const double* plane;                   /* (16, planes) */
   const int8_t* open;   /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
   const double* masses; /* (particles) [kg | kg/m], null: all have `mass` */
+  const double* bend;   /* (6, particles) correction of gradients, xx xy xz yy yz zz; null: pressure takes none */
 } cairn_fluid;
 
-void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate);
+/* bend: written where the liquid has one. */
+void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate, double* bend);
 void cairn_fluid_acceleration(const cairn_fluid* f, int64_t first, int64_t last, double* acceleration, double* drift,
                               int8_t* open, double* on_planes);
 void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, const int64_t* first_of,

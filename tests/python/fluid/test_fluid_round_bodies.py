@@ -128,3 +128,24 @@ def test_the_liquid_about_a_body_is_as_symmetric_as_the_body():
     sim.run(steps=50, progress=False)
     row = int(np.flatnonzero(sim.bodies.id == made)[0])
     assert abs(sim.bodies.position[row, 0] - 0.8) < 1e-5 and abs(sim.bodies.rotation[row]) < 1e-5
+
+
+@pytest.mark.parametrize("gravity", [9.81, 30.0])
+def test_a_disk_keeps_its_speed_as_it_sinks_slowly(gravity):
+    """Between walls five diameters apart (Faxen 1946), at a Reynolds number of .3, whatever the pressure of the liquid."""
+    radius, width, viscosity, load = 0.12, 1.2, 100.0, 221.9
+    ratio = 2 * radius / width
+    due = load * (-np.log(ratio) - 0.9157 + 1.7244 * ratio**2 - 1.7302 * ratio**4) / (4 * np.pi * viscosity)
+    scene = cn.Scene(dim=2, gravity=(0.0, -gravity))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((width, 0), (-1, 0), rock))
+    down = load - 500 * np.pi * radius**2 * gravity  # its weight less that of the liquid has the rest
+    iron = cn.Material("iron", density=1500.0)
+    made = scene.add(cn.disks([[width / 2, 1.2]], radius, iron, force=(0.0, -down, 0.0)))[0]
+    scene.add(cn.fluid([(0, 0), (width, 1.6)], 0.05, 1000.0, viscosity, 56.0))
+    scene.interact("*", "*", None)
+    sim, heights = cn.Simulation(scene, dt=4e-3), []
+    for _ in range(13):
+        sim.run(steps=25, progress=False)
+        heights.append(sim.bodies.position[sim.bodies.id == made][0, 1])
+    speed = -np.diff(heights) / 0.1 / due
+    assert 0.9 < speed[5] and np.all(abs(speed[7:] - 1) < 0.1)
