@@ -71,6 +71,7 @@ set(CAIRN_CORE_SOURCES
   fluid/fluid_grains.f90
   fluid/fluid_grain_lattice.f90
   fluid/fluid_pressure.f90
+  fluid/fluid_damping.f90
   fluid/fluid_rates.f90
   fluid/fluid_surface.f90
   fluid/fluid_view.f90

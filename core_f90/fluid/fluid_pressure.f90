@@ -7,6 +7,7 @@ module fluid_pressure
   implicit none
   private
   public :: cairn_fluid_rows, cairn_fluid_fill_rows, cairn_fluid_push, cairn_fluid_divergence, cairn_fluid_viscous
+  public :: rows, open_rows
   integer, parameter :: wall_size = 16
   real(c_double), parameter :: open_share = 0.75_c_double  !< divergence of places, over dim, below which a surface is free
   real(c_double), parameter :: least_height = 0.5_c_double !< of a particle above a wall that holds it, over the spacing

@@ -217,14 +217,16 @@ contains
 
   !> Inverse of the second moment of the gradients about a particle within the liquid, with which they are exact for linear fields
   !> (Randles & Libersky 1996); 1 elsewhere, and where neighbours lie too unevenly.
-  pure subroutine invert(dim, second, within, shape)
+  pure subroutine invert(dim, second, within, shape, least)
     integer, intent(in) :: dim
     real(c_double), intent(in) :: second(3, 3)
     logical, intent(in) :: within
     real(c_double), intent(out) :: shape(3, 3)
-    real(c_double), parameter :: least = 0.3_c_double !< determinant that is inverted [-]
-    real(c_double) :: a(3, 3), det
+    real(c_double), intent(in), optional :: least !< determinant that is inverted, 0.3 if not given [-]
+    real(c_double) :: a(3, 3), det, enough
     integer :: l
+    enough = 0.3_c_double
+    if (present(least)) enough = least
     shape = 0
     do l = 1, 3
       shape(l, l) = 1
@@ -237,7 +239,7 @@ contains
     shape(:, 2) = cross(a(:, 3), a(:, 1))
     shape(:, 3) = cross(a(:, 1), a(:, 2))
     det = dot_product(a(:, 1), shape(:, 1))
-    if (det > least) then
+    if (det > enough) then
       shape = shape/det
     else
       shape = 0

@@ -254,6 +254,7 @@ private:
   void begin_changes(const Scene& scene);
   void free_bodies(const Scene& scene);
   void add_mass();
+  void damp_noise();
   void spread();
   void begin_rows();
   void product(const std::vector<double>& p, std::vector<double>& out);

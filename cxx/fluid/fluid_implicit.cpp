@@ -29,9 +29,9 @@ Fluid::~Fluid() = default;
 
 std::int64_t Fluid::Implicit::bytes() const {
   std::int64_t sum = solver.bytes();
-  for (const auto* v : {&wall,       &centre,   &shape,  &load,     &rest,      &level, &star,    &change,  &bent,
-                        &divergence, &constant, &beside, &diagonal, &of_change, &free,  &contact, &pressed, &given,
-                        &known,      &impulse,  &left,   &now,      &begin,     &later, &of_begin})
+  for (const auto* v : {&wall,       &centre,   &shape,  &load,     &rest,      &level, &star,     &change,  &bent,
+                        &divergence, &constant, &beside, &diagonal, &of_change, &free,  &contact,  &pressed, &given,
+                        &known,      &impulse,  &left,   &now,      &begin,     &later, &of_begin, &slope})
     sum += std::int64_t(8 * v->capacity());
   for (const auto* v : {&used, &near, &used_wall, &wall_body, &body_of_point}) sum += std::int64_t(4 * v->capacity());
   return sum + std::int64_t(8 * first_wall.capacity() + 4 * pair.capacity() + filtered.capacity());
@@ -197,6 +197,7 @@ void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
   s.ahead = ahead;
   move_ahead(scene);
   begin_changes(scene);
+  damp_noise();
   free_bodies(scene);
   free_skins(scene);
   if (settings.viscosity > 0) shear_at_middle(scene);
@@ -252,6 +253,30 @@ void Fluid::begin_changes(const Scene& scene) {
         s.known[6 * std::size_t(s.wall_body[std::size_t(k)]) + c] -= h * volume * w[6 + c];
     }
   }
+}
+
+// Beside a free surface, walls that the lattice of the particles does not fit stir the liquid without end: what gravity
+// adds to the pressure at points of walls does work on particles that circulate there. The damping has the speed of a
+// fall from the highest particle, and less where the pressure is less. Without a surface the drift keeps particles
+// even.
+void Fluid::damp_noise() {
+  if (closed_) return;
+  Implicit& s = *implicit_;
+  s.slope.resize(9 * std::size_t(count()));
+  s.divergence.resize(std::size_t(count())); // here the part of the pressure that is by gravity
+  const double high = s.level.empty() ? 0 : *std::min_element(s.level.begin(), s.level.end());
+  for (std::size_t i = 0; i < s.level.size(); ++i) s.divergence[i] = std::min(pressure_[i], s.level[i] - high);
+  const cairn_fluid_rows r = rows();
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_velocity_slopes(&r, first, last, velocity_.data(), s.slope.data());
+  });
+  tell(s.slope, 9, of_particles_.first());
+  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
+    cairn_fluid_damp(&r, settings.viscosity, settings.spacing, first, last, velocity_.data(), s.slope.data(),
+                     s.divergence.data(), s.change.data());
+  });
+  tell(s.change, 3, of_particles_.first());
+  for (std::size_t i = 0; i < s.star.size(); ++i) s.star[i] += s.change[i];
 }
 
 // Velocities of bodies without pressure and contacts, and changes by contacts as in the last step.

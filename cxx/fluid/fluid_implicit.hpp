@@ -22,6 +22,7 @@ struct Fluid::Implicit {
   std::vector<double> rest, level;
   std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change;
   std::vector<std::int8_t> filtered;
+  std::vector<double> slope; // of velocities about particles (9, n) [1/s]
   // Velocities of bodies, and behind them of points of meshes (6, n): without pressure and contacts, changes by
   // contacts, with pressure, those that contacts begin from. Impulses on them: before pressure, of it. Velocities that
   // contacts left.

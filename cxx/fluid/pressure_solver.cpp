@@ -85,6 +85,11 @@ PressureSolver::Report PressureSolver::solve(const Problem& problem, std::vector
     reference = std::min(reference, found);
   gradient_ = constant;
   Report report;
+  if (std::isnan(reference)) { // velocities are not finite: pressures say so
+    std::fill(p.begin(), p.end(), reference);
+    report.residual = reference;
+    return report;
+  }
   if (!(reference > 0)) { // nothing presses
     std::fill(p.begin(), p.end(), 0.0);
     report.products = products_;

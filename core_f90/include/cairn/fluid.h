@@ -82,6 +82,13 @@ void cairn_fluid_divergence(const cairn_fluid_rows* rows, int64_t first, int64_t
 void cairn_fluid_viscous(const cairn_fluid_rows* rows, double viscosity, int64_t first, int64_t last,
                          const double* velocity, const double* of_body, double* acceleration);
 
+/* Damping of the motion of particles between each other that no slope of the velocity explains: slopes by component and
+ * direction (3, 3, particles) [1/s], viscosity [Pa s], spacing [m], changes of velocities [m/s]. */
+void cairn_fluid_velocity_slopes(const cairn_fluid_rows* rows, int64_t first, int64_t last, const double* velocity,
+                                 double* slope);
+void cairn_fluid_damp(const cairn_fluid_rows* rows, double viscosity, double spacing, int64_t first, int64_t last,
+                      const double* velocity, const double* slope, const double* pressure, double* change);
+
 /* Grains smaller than a particle. A record is position [m], velocity [m/s], volume [m3 | m2], diameter of a sphere of
  * it [m], number of the law of drag, inverse masses along the axes [1/kg | m/kg]. Pairs stand by grains; particles name
  * theirs by place. */

@@ -12,7 +12,7 @@ from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
 from .fluid_room import crowd, depth_in_bodies, outside, refuse_crowded, refuse_liquid_behind, refuse_wrong_way_out
-from .fluid_start import refuse_squeezed, warn_of_depth
+from .fluid_start import refuse_squeezed, warn_of_depth, warn_of_light_mesh
 from .fluid_watch import FluidWatch
 
 
@@ -221,6 +221,7 @@ class Running:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
             if not first.artificial:
                 warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, above + 1)
+            warn_of_light_mesh(d, first, self._simulation.strategy.theta, above + 1)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}

@@ -11,6 +11,9 @@ from .fluid_gaps import FluidWarning
 
 MANY = 2000  # sub-steps of a step from which they are told: such a step takes as long as a usual run
 USUAL = 100  # sub-steps of a step that the remedy names
+DAMPING_THETA = 0.6  # theta from which vibrations that a step does not resolve die out beside the liquid
+# Density of a deformable body over that of the liquid, below which they grow at theta = 1/2: weakly compressible, incompressible.
+LIGHT = 1.0, 0.002
 SQUEEZED = 0.5  # change of density at the start from which the core refuses the flow
 
 
@@ -104,3 +107,32 @@ def warn_of_sub_steps(settings, stable_step, h, above):
         stacklevel=above + 1,
     )
     return True
+
+
+def warn_of_light_mesh(d, settings, theta, above):
+    """Warns of a deformable body lighter than the liquid whose vibrations nothing damps: those that a step does not resolve grow.
+
+    Parameters
+    ----------
+    d : Deformable
+        The body.
+    settings : Fluid
+        A region of the liquid, with its density and form.
+    theta : float
+        That of the step.
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    given = d.body.given.get("density")
+    if given is None or theta >= DAMPING_THETA or d.modal_damping is not None or np.any(d.body.lower[4]):
+        return
+    density = min(float(np.min(one)) for one in (given.values() if isinstance(given, dict) else [given]))
+    if density >= LIGHT[settings.incompressible] * settings.density:
+        return
+    other = "" if settings.incompressible else ", or the liquid incompressible=True"
+    warnings.warn(
+        f"deformable body {d.name!r} has {density:g} kg/m3 in a liquid of {settings.density:g}, no damping, and theta={theta:g}: "
+        f"vibrations that a step does not resolve grow; give NSCD(theta={DAMPING_THETA:g}), the body rayleigh=(a, b){other}",
+        FluidWarning,
+        stacklevel=above + 1,
+    )

@@ -181,3 +181,30 @@ def test_warnings_point_to_the_line_of_the_script(make, text):
     found = [w for w in found if issubclass(w.category, FluidWarning) and text in str(w.message)]
     assert len(found) == 1
     assert found[0].filename == __file__
+
+
+def held_block(density, theta=0.5, **options):
+    """A block of rubber in the tank, and the simulation."""
+    points = [(x, y) for y in (0.1, 0.4) for x in (0.3, 0.7)]
+    form = {"incompressible": options.pop("incompressible", False)}
+    body = cn.SolidBody(points, {"quad": [[0, 1, 3, 2]]}, cn.NeoHookean(young=1e6, poisson=0.3), density=density, **options)
+    scene = cn.Scene(dim=2, gravity=(0.0, -G))
+    scene.add(cn.wall((0, 0), (0, 1), stone), cn.deformable(body, wood, name="block"))
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.1, **form))
+    scene.interact("*", "*", None)
+    return cn.Simulation(scene, dt=2e-3, strategy=cn.NSCD(theta=theta))
+
+
+def test_a_light_mesh_without_damping_is_told_by_name():
+    texts = told(lambda: held_block(100.0))
+    assert len(texts) == 1
+    assert "deformable body 'block' has 100 kg/m3 in a liquid of 1000, no damping, and theta=0.5" in texts[0]
+    assert "give NSCD(theta=0.6), the body rayleigh=(a, b), or the liquid incompressible=True" in texts[0]
+    assert len(told(lambda: held_block(1.0, incompressible=True))) == 1
+    for silent in (
+        lambda: held_block(1200.0),
+        lambda: held_block(100.0, theta=0.6),
+        lambda: held_block(100.0, rayleigh=(0.0, 1e-3)),
+        lambda: held_block(100.0, incompressible=True),
+    ):
+        assert not told(silent)
