@@ -7,6 +7,7 @@
 #include "../base/call.hpp"
 #include "../fluid/fluid.hpp"
 #include "../networks/network.hpp"
+#include "../simulation/contact_fields.hpp"
 #include "../simulation/probes.hpp"
 #include "../solvers/sweeps/batch.hpp"
 #include "ranked_nscd.hpp"
