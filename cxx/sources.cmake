@@ -263,8 +263,10 @@ set(CAIRN_CXX_SOURCES
   ranks/colouring.cpp
   ranks/gathered_contacts.cpp
   ranks/gathered_meshes.cpp
+  ranks/ghost_links.cpp
   ranks/growth.cpp
   ranks/meetings.cpp
+  ranks/memory_rows.cpp
   ranks/meshes_over_ranks.cpp
   ranks/mpi_ranks.cpp
   ranks/part.cpp
@@ -281,6 +283,7 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_smooth.cpp
   ranks/ranked_light.cpp
   ranks/ranked_sweeps.cpp
+  ranks/shown_contacts.cpp
   ranks/sweep_exchange.cpp
   ranks/sweeps_with_help.cpp
   ranks/virtual_ranks.cpp

@@ -7,9 +7,11 @@
 
 #include "exact_sum.hpp"
 #include "exchange.hpp"
+#include "ghost_links.hpp"
 #include "liquid_shares.hpp"
 #include "part.hpp"
 #include "partition.hpp"
+#include "shown_contacts.hpp"
 
 namespace cairn {
 
@@ -83,7 +85,7 @@ protected:
   bool owns_contact(const Part& part, std::int32_t one, std::int32_t two) const;
   void leave_contacts_of_others(Part& part);
   // The field of ghosts from their owners.
-  void follow_ghosts(Field<double> Bodies::*field);
+  void follow_ghosts(Field<double> Bodies::*field) { ghosts_.follow(parts_, *exchange_, field); }
   // f(part) of each rank of this process. One that fails ends the step on all of them.
   template <class F>
   void on_ranks(Simulation& s, const char* stage, F&& f) {
@@ -148,7 +150,6 @@ private:
   void add_held(const Simulation& s, const Surroundings& around, const std::vector<ContactMemory>& memory,
                 std::vector<std::vector<std::int32_t>>& ghosts);
   void keep_joints_together(const Simulation& s, const std::vector<double>& radius);
-  void link_ghosts();
   // Contactors of deformable bodies as balls about the nodes that they are mapped from.
   struct MeshBalls {
     std::vector<double> position, radius; // (dim, contactors), (contactors) [m]
@@ -167,7 +168,6 @@ private:
   void share_touched(Simulation& s) const;
   bool knows_meshes(const Simulation& s) const;
   bool lacks_bodies(const Simulation& s) const;
-  void show(Simulation& s);
   bool reads_state(const Simulation& s) const; // at the end of a step, or at the begin of the next one
   void gather_state(Simulation& s, bool workspace);
   void gather_contacts(Simulation& s);
@@ -182,18 +182,15 @@ private:
   Cell cell_then_;                           // when bodies were given to ranks
   ContactMemory pending_;                    // of contacts before the next partition, where it came from elsewhere
   bool has_pending_ = false;
-  Links ghost_links_; // from owners to ghosts
-  std::vector<std::vector<std::vector<std::int32_t>>> ghosts_out_, ghosts_in_;
+  GhostLinks ghosts_;
   double imbalance_ = 1;
   bool leaves_state_ = false, held_ = false, workspace_known_ = false;
   bool loads_written_ = false;
-  bool unread_ = false;      // nobody read the state of the step before
-  std::int64_t gathers_ = 0; // of the state
-  // Contacts that can be read: by the order of their keys.
-  struct Shown;
-  std::shared_ptr<Shown> shown_;
-  bool all_shown_ = false; // also those of other processes
-  bool serves_ = false;    // what another rank asks for alone
+  bool unread_ = false;                  // nobody read the state of the step before
+  std::int64_t gathers_ = 0;             // of the state
+  std::unique_ptr<ShownContacts> shown_; // null: they are not known
+  bool all_shown_ = false;               // also those of other processes
+  bool serves_ = false;                  // what another rank asks for alone
 };
 
 // Radius of a ball about the centre of each body that holds its contactors; infinite where one has no bound [m].

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
 #include "../base/call.hpp"
 #include "../base/held_bytes.hpp"
 #include "../contactors/shapes.hpp"
+#include "memory_rows.hpp"
 #include "over_ranks.hpp"
 
 namespace cairn {
@@ -34,107 +34,6 @@ std::vector<std::uint8_t> jointed_bodies(const Simulation& s, const std::vector<
     jointed[body] = !fixed[body];
   }
   return jointed;
-}
-
-// Some rows of a memory.
-ContactMemory rows_of(const ContactMemory& m, const std::vector<std::size_t>& rows) {
-  ContactMemory some;
-  some.h = m.h;
-  some.contactors_seen = m.contactors_seen;
-  some.seen_besides = m.seen_besides;
-  some.joints_came = m.joints_came;
-  some.impulse_components = m.impulse_components;
-  some.state_components = m.state_components;
-  some.seats = m.seats;
-  for (const std::size_t i : rows) {
-    some.keys.push_back(m.keys[i]);
-    const auto copy = [i](const std::vector<double>& from, int n, std::vector<double>& to) {
-      to.insert(to.end(), from.begin() + std::ptrdiff_t(i) * n, from.begin() + std::ptrdiff_t(i + 1) * n);
-    };
-    copy(m.impulses, m.impulse_components, some.impulses);
-    copy(m.states, m.state_components, some.states);
-    if (!m.anchors.empty()) some.anchors.push_back(m.anchors[i]);
-  }
-  return some;
-}
-
-// Rows of a memory whose contactors are both there, and for which f(one, two) is true.
-template <class F>
-std::vector<std::size_t> rows_where(const Simulation& s, const ContactMemory& m, F&& f) {
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < m.keys.size(); ++i) {
-    const std::int32_t one = s.contactor(m.keys[i].contactor_a), two = s.contactor(m.keys[i].contactor_b);
-    if (one >= 0 && two >= 0 && f(one, two)) rows.push_back(i);
-  }
-  return rows;
-}
-
-// Memory of contacts on own bodies. Contacts between ghosts began later here than at their owners.
-ContactMemory own_memory(const Part& part) {
-  const Simulation& s = *part.simulation;
-  const auto own = [&](std::int32_t contactor) { // parts with contactors of meshes have all of their contacts
-    const std::int32_t body = *s.scene.contactors.body[contactor];
-    return body < 0 || part.own[std::size_t(body)] != 0;
-  };
-  const ContactMemory m = part.strategy->memory(s);
-  ContactMemory of_own =
-      rows_of(m, rows_where(s, m, [&](std::int32_t one, std::int32_t two) { return own(one) || own(two); }));
-  of_own.joints_came = m.joints_came && part.has_joints; // joints between ghosts came, too
-  return of_own;
-}
-
-void pack(const ContactMemory& m, Packer& packer) {
-  packer.put(m.h);
-  packer.put(m.contactors_seen);
-  packer.put(std::int32_t(m.joints_came));
-  packer.put(m.impulse_components);
-  packer.put(m.state_components);
-  packer.put_all(std::span<const std::int64_t>(m.seen_besides));
-  packer.put_all(std::span<const RimSeat>(m.seats));
-  packer.put_all(std::span<const ContactKey>(m.keys));
-  packer.put_all(std::span<const double>(m.impulses));
-  packer.put_all(std::span<const double>(m.states));
-  packer.put_all(std::span<const Anchor>(m.anchors));
-}
-
-void add_packed(Piece bytes, ContactMemory& to) {
-  Unpacker from(bytes);
-  const auto append = [](auto& all, const auto& some) { all.insert(all.end(), some.begin(), some.end()); };
-  while (from.more()) {
-    to.h = from.get<double>();
-    to.contactors_seen = std::max(to.contactors_seen, from.get<std::int64_t>());
-    to.joints_came = from.get<std::int32_t>() != 0 || to.joints_came;
-    const int impulses = from.get<int>(), states = from.get<int>();
-    if (const auto besides = from.get_all<std::int64_t>(); !besides.empty()) to.seen_besides = besides;
-    append(to.seats, from.get_all<RimSeat>());
-    const auto keys = from.get_all<ContactKey>();
-    const auto r = from.get_all<double>(), x = from.get_all<double>();
-    const auto anchors = from.get_all<Anchor>();
-    if (to.keys.empty()) to.impulse_components = impulses, to.state_components = states;
-    if (keys.empty()) continue;
-    if (impulses != to.impulse_components || states != to.state_components)
-      throw Disagreement("ranks disagree about what contacts remember");
-    const bool anchored = !to.anchors.empty() || !anchors.empty(); // ranks without a bond have none
-    if (anchored) to.anchors.resize(to.keys.size());
-    append(to.keys, keys);
-    append(to.impulses, r);
-    append(to.states, x);
-    append(to.anchors, anchors);
-    if (anchored) to.anchors.resize(to.keys.size());
-  }
-}
-
-void put_in_order(ContactMemory& m) {
-  std::vector<std::size_t> order(m.keys.size());
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return m.keys[a] < m.keys[b]; });
-  const auto same = [&](std::size_t a, std::size_t b) { return m.keys[a] == m.keys[b]; };
-  order.erase(std::unique(order.begin(), order.end(), same), order.end()); // ranks that share a body told both
-  const ContactMemory sorted = rows_of(m, order);
-  m.keys = sorted.keys;
-  m.impulses = sorted.impulses;
-  m.states = sorted.states;
-  m.anchors = sorted.anchors;
 }
 
 } // namespace
@@ -201,7 +100,7 @@ void OverRanks::partition(Simulation& s, double margin) {
   release_workspace(s.scene);
   workspace_known_ = false;
   give_memory(s, memory);
-  link_ghosts();
+  ghosts_.link(parts_, *exchange_);
   order_seen_ = s.scene.order_version();
   hulls_seen_ = s.scene.contactors.hulls.count();
   meshes_seen_.clear();
@@ -432,54 +331,6 @@ void OverRanks::give_memory(const Simulation& s, const std::vector<ContactMemory
   }
   pending_ = {};
   has_pending_ = false;
-}
-
-// Ranks tell owners which of their bodies they follow.
-void OverRanks::link_ghosts() {
-  ghost_links_.clear();
-  ghosts_out_.clear();
-  ghosts_in_.clear();
-  std::vector<std::vector<Parcel>> out;
-  std::vector<std::map<int, std::vector<std::int32_t>>> wanted;
-  for (const Part& part : parts_) {
-    auto& by_owner = wanted.emplace_back();
-    for (std::size_t i = 0; i < part.bodies.size(); ++i)
-      if (!part.own[i] && !part.fixed[i]) by_owner[part.owner[i]].push_back(std::int32_t(i));
-    auto& parcels = out.emplace_back();
-    for (const auto& [rank, bodies] : by_owner) {
-      std::vector<std::int64_t> ids;
-      for (const std::int32_t i : bodies) ids.push_back(*part.simulation->scene.bodies.id[i]);
-      Packer packer;
-      packer.put_all(std::span<const std::int64_t>(ids));
-      parcels.push_back({rank, std::move(packer.bytes)});
-    }
-  }
-  const auto asked = exchange_->deliver(std::move(out));
-  for (std::size_t l = 0; l < parts_.size(); ++l) {
-    const Scene& scene = parts_[l].simulation->scene;
-    const int n = scene.bodies.dofs();
-    std::map<int, std::array<std::vector<std::int32_t>, 2>> by_rank; // out, in
-    for (const auto& [rank, bodies] : wanted[l]) by_rank[rank][1] = bodies;
-    for (const Parcel& parcel : asked[l]) {
-      Unpacker from(parcel.bytes);
-      for (const std::int64_t id : from.get_all<std::int64_t>()) by_rank[parcel.rank][0].push_back(scene.internal(id));
-    }
-    auto& links = ghost_links_.emplace_back();
-    auto& bodies_out = ghosts_out_.emplace_back();
-    auto& bodies_in = ghosts_in_.emplace_back();
-    for (auto& [rank, bodies] : by_rank) {
-      Link link;
-      link.rank = rank;
-      link.out.resize(bodies[0].size() * std::size_t(n));
-      link.in.resize(bodies[1].size() * std::size_t(n));
-      link.out_first = {0, std::int32_t(link.out.size())};
-      link.in_first = {0, std::int32_t(link.in.size())};
-      links.push_back(std::move(link));
-      bodies_out.push_back(std::move(bodies[0]));
-      bodies_in.push_back(std::move(bodies[1]));
-    }
-  }
-  exchange_->match(ghost_links_);
 }
 
 // The memory of all contacts, in the order of their keys: the same whatever the number of ranks, and all arrays of

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <typeinfo>
 
 #include "../base/call.hpp"
@@ -15,37 +14,6 @@
 #include "ranked_smooth.hpp"
 
 namespace cairn {
-namespace {
-
-// Fields of contacts that are kept for readers, with their components in 2D and 3D.
-struct KeptField {
-  const char* name;
-  int in_plane, in_space;
-};
-constexpr KeptField kept_fields[] = {
-    {"impulse", 2, 3},    {"impulse_local", 2, 3}, {"moment", 1, 3},    {"relative_velocity", 2, 3},
-    {"dissipated", 1, 1}, {"beta", 1, 1},          {"stored", 1, 1},    {"released", 1, 1},
-    {"attraction", 1, 1}, {"state.beta", 1, 1},    {"state.area", 1, 1}};
-constexpr std::size_t of_networks = 8; // the first that networks alone read
-
-} // namespace
-
-struct OverRanks::Shown {
-  std::vector<ContactKey> key;
-  std::vector<double> gap, normal, point;
-  std::vector<double> field[std::size(kept_fields)];
-  std::vector<std::int32_t> status;
-  bool networks = false; // their fields are kept
-
-  template <class F>
-  void each_numbers(int dim, F&& f) {
-    f(gap, 1);
-    f(normal, dim);
-    f(point, dim);
-    for (std::size_t k = 0; k < std::size(kept_fields); ++k)
-      if (k < of_networks || networks) f(field[k], dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space);
-  }
-};
 
 void OverRanks::refuse(const std::string& what) {
   throw Error(what + ", which does not run over ranks: leave that out, or leave out ranks");
@@ -153,11 +121,9 @@ void OverRanks::changed(Simulation& s, bool places) {
 }
 
 bool OverRanks::has(const ContactFieldInfo& field) const {
-  return model_->has(field) &&
-         (std::string_view(field.name) == "status" || field.whole || std::string_view(field.name) == "gap" ||
-          std::string_view(field.name) == "normal" || std::string_view(field.name) == "point" ||
-          std::any_of(std::begin(kept_fields), std::end(kept_fields),
-                      [&](const KeptField& kept) { return std::string_view(kept.name) == field.name; }));
+  return model_->has(field) && (std::string_view(field.name) == "status" || field.whole ||
+                                std::string_view(field.name) == "gap" || std::string_view(field.name) == "normal" ||
+                                std::string_view(field.name) == "point" || ShownContacts::keeps(field.name));
 }
 
 // True if bodies or meshes of the last step went: its contacts can be read no more.
@@ -183,73 +149,12 @@ void OverRanks::view_own(Simulation& s) {
     return;
   }
   if (!shown_) {
-    auto shown = std::make_shared<Shown>();
-    shown->networks = s.networks != nullptr;
-    for (Part& part : parts_) {
-      Simulation& own = *part.simulation;
-      part.strategy->view(own);
-      const Candidates& c = own.candidates;
-      if (!own.contacts_known) continue;
-      std::vector<std::size_t> rows;
-      for (std::size_t i = 0; i < std::size_t(c.count); ++i)
-        if (owns_contact(part, c.contactor_a[i], c.contactor_b[i])) rows.push_back(i);
-      const auto append = [&](auto& to, const auto& from, int n) {
-        for (const std::size_t i : rows)
-          to.insert(to.end(), from.begin() + std::ptrdiff_t(i) * n, from.begin() + std::ptrdiff_t(i + 1) * n);
-      };
-      const auto& id = own.scene.contactors.id;
-      for (const std::size_t i : rows)
-        shown->key.push_back({*id[c.contactor_a[i]], *id[c.contactor_b[i]], c.feature[i], c.image[i]});
-      append(shown->gap, c.gap, 1);
-      append(shown->normal, c.normal, s.scene.dim);
-      append(shown->point, c.point, s.scene.dim);
-      for (std::size_t k = 0; k < std::size(kept_fields); ++k) {
-        if (k >= of_networks && !shown->networks) break;
-        const int n = s.scene.dim == 2 ? kept_fields[k].in_plane : kept_fields[k].in_space;
-        std::vector<double> numbers(std::size_t(n * c.count));
-        if (k >= of_networks || has_contact_field(own, kept_fields[k].name))
-          part.strategy->read(own, kept_fields[k].name, n, numbers.data());
-        append(shown->field[k], numbers, n);
-      }
-      std::vector<std::int32_t> status(std::size_t(c.count), 0);
-      part.strategy->status(own, status.data());
-      append(shown->status, status, 1);
-    }
+    auto shown = std::make_unique<ShownContacts>(s.networks != nullptr);
+    for (Part& part : parts_)
+      shown->add(part, [&](std::int32_t one, std::int32_t two) { return owns_contact(part, one, two); });
     shown_ = std::move(shown);
   }
-  show(s);
-}
-
-// In the order of their keys, by the numbers of the whole.
-void OverRanks::show(Simulation& s) {
-  Shown& shown = *shown_;
-  const std::size_t n = shown.key.size();
-  std::vector<std::size_t> order(n);
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return shown.key[a] < shown.key[b]; });
-  const auto put_in_order = [&](auto& values, int components) {
-    auto before = values;
-    for (std::size_t i = 0; i < n; ++i)
-      std::copy_n(before.begin() + std::ptrdiff_t(order[i]) * components, components,
-                  values.begin() + std::ptrdiff_t(i) * components);
-  };
-  shown.each_numbers(s.scene.dim, put_in_order);
-  put_in_order(shown.status, 1);
-  put_in_order(shown.key, 1);
-  Candidates& c = s.candidates;
-  for (auto* array : {&c.contactor_a, &c.contactor_b, &c.feature, &c.image}) array->resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    c.contactor_a[i] = s.contactor(shown.key[i].contactor_a);
-    c.contactor_b[i] = s.contactor(shown.key[i].contactor_b);
-    c.feature[i] = shown.key[i].feature;
-    c.image[i] = shown.key[i].image;
-  }
-  c.gap.assign(shown.gap.begin(), shown.gap.end());
-  c.normal.assign(shown.normal.begin(), shown.normal.end());
-  c.point.assign(shown.point.begin(), shown.point.end());
-  c.seats.clear();
-  c.count = std::int64_t(n);
-  s.contacts_known = true;
+  shown_->show(s);
 }
 
 void OverRanks::gather(Simulation& s) {
@@ -270,20 +175,11 @@ void OverRanks::gather_contacts(Simulation& s) {
   if (lacks[0] > 0) return;
   view_own(s);
   Packer mine;
-  mine.put_all(std::span<const ContactKey>(shown_->key));
-  mine.put_all(std::span<const std::int32_t>(shown_->status));
-  shown_->each_numbers(s.scene.dim, [&](auto& numbers, int) { mine.put_all(std::span<const double>(numbers)); });
-  auto all = std::make_shared<Shown>();
-  all->networks = shown_->networks;
-  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) {
-    Unpacker from(bytes);
-    const auto append = [](auto& to, const auto& some) { to.insert(to.end(), some.begin(), some.end()); };
-    append(all->key, from.get_all<ContactKey>());
-    append(all->status, from.get_all<std::int32_t>());
-    all->each_numbers(s.scene.dim, [&](auto& numbers, int) { append(numbers, from.get_all<double>()); });
-  }
+  shown_->pack(s.scene.dim, mine);
+  auto all = std::make_unique<ShownContacts>(shown_->networks());
+  for (const Piece bytes : exchange_->gather(std::move(mine.bytes))) all->add_packed(bytes, s.scene.dim);
   shown_ = std::move(all);
-  show(s);
+  shown_->show(s);
 }
 
 void OverRanks::advance_networks(Simulation& s, double h) {
@@ -294,16 +190,14 @@ void OverRanks::advance_networks(Simulation& s, double h) {
 }
 
 void OverRanks::read(Simulation& s, std::string_view field, int components, double* out) {
-  for (std::size_t k = 0; k < std::size(kept_fields) && s.contacts_known && shown_; ++k)
-    if (field == kept_fields[k].name) {
-      std::copy(shown_->field[k].begin(), shown_->field[k].end(), out);
-      return;
-    }
-  std::fill_n(out, components * s.candidates.count, 0.0);
+  if (const auto* numbers = s.contacts_known && shown_ ? shown_->numbers(field) : nullptr)
+    std::copy(numbers->begin(), numbers->end(), out);
+  else
+    std::fill_n(out, components * s.candidates.count, 0.0);
 }
 
 void OverRanks::status(Simulation& s, std::int32_t* out) {
-  if (s.contacts_known && shown_) std::copy(shown_->status.begin(), shown_->status.end(), out);
+  if (s.contacts_known && shown_) std::copy(shown_->status().begin(), shown_->status().end(), out);
 }
 
 std::vector<std::pair<std::string_view, double>> OverRanks::figures(Simulation& s) {
@@ -378,24 +272,6 @@ bool OverRanks::owns_contact(const Part& part, std::int32_t one, std::int32_t tw
   else if (fixed(a) != fixed(b))
     owner = fixed(a) ? b : a;
   return part.own[std::size_t(owner)] != 0;
-}
-
-void OverRanks::follow_ghosts(Field<double> Bodies::*field) {
-  if (exchange_->ranks() == 1) return;
-  const auto each = [&](const auto& bodies, auto&& f) {
-    for (std::size_t l = 0; l < parts_.size(); ++l)
-      for (std::size_t j = 0; j < ghost_links_[l].size(); ++j) {
-        Field<double>& of = parts_[l].simulation->scene.bodies.*field;
-        std::size_t at = 0;
-        for (const std::int32_t body : bodies[l][j]) {
-          f(of[body], ghost_links_[l][j], at, of.components);
-          at += std::size_t(of.components);
-        }
-      }
-  };
-  each(ghosts_out_, [](const double* v, Link& link, std::size_t at, int n) { std::copy_n(v, n, &link.out[at]); });
-  exchange_->pass(ghost_links_, 0);
-  each(ghosts_in_, [](double* v, const Link& link, std::size_t at, int n) { std::copy_n(&link.in[at], n, v); });
 }
 
 std::unique_ptr<Strategy> over_ranks(std::unique_ptr<Strategy> strategy, std::shared_ptr<Exchange> exchange,

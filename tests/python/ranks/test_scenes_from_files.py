@@ -52,6 +52,18 @@ def test_large_arrays_stay_in_the_file(tmp_path, ranks):
         assert np.array_equal(sim.bodies.velocity, sims[0].bodies.velocity)
 
 
+def test_a_run_leaves_the_state_with_its_ranks_until_it_is_read(tmp_path):
+    path, given = tmp_path / "pile.scene.h5", many_disks()
+    given.save(path)
+    here, there = stepped(given, 3), stepped(cn.Scene.load(path, ranks=3), None)
+    gathers = there.ranks.figures()["gathers"]
+    assert here.ranks.figures()["gathers"] == gathers + 1
+    assert np.array_equal(here.bodies.position, there.bodies.position)
+    assert there.ranks.figures()["gathers"] == gathers + 1
+    here.step(), there.step()
+    assert np.array_equal(here.bodies.velocity, there.bodies.velocity)
+
+
 @pytest.mark.parametrize("scene", [s for s in scenes.SCENES if s is not scenes.pushed])  # pushed by a Python function
 def test_scenes_of_all_shapes_have_the_same_bits(tmp_path, scene):
     path, given = tmp_path / "any.scene.h5", scene()
@@ -88,3 +100,18 @@ np.savez(f"{sim.ranks.rank}.npz", x=sim.bodies.position, count=sim.ranks.count)
     for rank in (0, 1):
         end = np.load(tmp_path / f"{rank}.npz")
         assert end["count"] == 2 and np.array_equal(end["x"], here.bodies.position)
+
+
+@needs_mpi
+def test_one_process_alone_reads_the_end_of_a_run(tmp_path):
+    many_disks().save(tmp_path / "pile.scene.h5")
+    script = """
+import cairn as cn, numpy as np
+scene = cn.Scene.load("pile.scene.h5", ranks="mpi")
+sim = cn.Simulation(scene, 4e-3, cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=100)), overlap="ignore")
+sim.run(3, progress=False)
+if sim.ranks.rank == 1:
+    np.save("alone.npy", sim.bodies.position)
+"""
+    started(tmp_path, script)
+    assert np.array_equal(np.load(tmp_path / "alone.npy"), stepped(many_disks(), 1).bodies.position)
