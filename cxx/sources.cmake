@@ -276,6 +276,7 @@ set(CAIRN_CXX_SOURCES
   ranks/ranked_joints.cpp
   ranks/ranked_liquid.cpp
   ranks/ranked_nscd.cpp
+  ranks/ranked_overlap.cpp
   ranks/over_ranks_partition.cpp
   ranks/over_ranks_state.cpp
   ranks/over_ranks_views.cpp

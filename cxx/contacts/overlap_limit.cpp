@@ -16,7 +16,6 @@
 namespace cairn {
 namespace {
 
-constexpr int most_sweeps = 8;               // measured: the deepest overlap of a pack is no smaller with 50
 constexpr double least_change = 1e-3;        // of a sweep, over the largest of a sweep, below which sweeps end
 constexpr double deep = 4;                   // overlap beyond the limit, over the limit, above which no step ends early
 constexpr std::int64_t least_of_packs = 100; // contacts that press, as in a step that ends early
@@ -95,6 +94,7 @@ void OverlapLimit::note_loaded() {
 
 // Velocities along normals that displacements over a step are to have at least. False: none is above 0.
 bool OverlapLimit::ask(const cairn_schedule& schedule, bool persisting) {
+  fit(asked_, std::size_t(system_.places()));
   bool any = false;
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
@@ -115,21 +115,30 @@ bool OverlapLimit::ask(const cairn_schedule& schedule, bool persisting) {
   return any;
 }
 
+void OverlapLimit::begin() {
+  fit(impulse_, std::size_t(system_.places()));
+  std::fill_n(impulse_.begin(), system_.places(), 0.0);
+  system_.clear_velocities();
+}
+
+void OverlapLimit::sweep(const cairn_schedule& schedule) {
+  cairn_normal_sweep(1, &schedule, asked_.data(), impulse_.data(), system_.change.data());
+}
+
+bool OverlapLimit::ends(double change, double largest) { return !(change > least_change * largest); }
+
 bool OverlapLimit::find_velocities(const Bodies& bodies, bool persisting, Array<double>& velocity) {
   if (system_.batches.empty()) return false;
   const cairn_schedule schedule = system_.schedule(omp_get_max_threads());
-  fit(asked_, std::size_t(system_.places()));
-  fit(impulse_, std::size_t(system_.places()));
   if (!ask(schedule, persisting)) return false;
-  std::fill_n(impulse_.begin(), system_.places(), 0.0);
-  system_.clear_velocities();
+  begin();
   double largest = 0;
   for (int n = 0; n < most_sweeps; ++n) {
-    cairn_normal_sweep(1, &schedule, asked_.data(), impulse_.data(), system_.change.data());
+    sweep(schedule);
     double change = 0;
     for (std::size_t b = 0; b < system_.batches.size(); ++b) change += system_.change[b];
     largest = std::max(largest, change);
-    if (!(change > least_change * largest)) break;
+    if (ends(change, largest)) break;
   }
   const int dofs = system_.velocities();
   fit(velocity, std::size_t(dofs) * std::size_t(bodies.count));

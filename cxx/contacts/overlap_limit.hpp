@@ -22,15 +22,24 @@ public:
   // contacts alone that press in this step and did in the last one. False: there is none.
   bool find_velocities(const Bodies& bodies, bool persisting, Array<double>& velocity);
 
+  // Its parts, for ranks. Velocities that displacements are to have along normals; false: none is above 0.
+  bool ask(const cairn_schedule& schedule, bool persisting);
+  void begin(); // without impulses and velocities
+  void keep() { before_ = impulse_; }
+  void sweep(const cairn_schedule& schedule); // over the contacts of a colour, or all
+  double impulse(std::int32_t place) const { return impulse_[std::size_t(place)]; }
+  double impulse_before(std::int32_t place) const { return before_[std::size_t(place)]; } // when they were kept
+  static constexpr int most_sweeps = 8;            // measured: the deepest overlap of a pack is no smaller with 50
+  static bool ends(double change, double largest); // energies of this sweep, and of the largest
+
 private:
   bool applies_to(const cairn_batch& b) const;
   double overlap_beyond(std::int64_t i, double gap, double& size) const;
-  bool ask(const cairn_schedule& schedule, bool persisting);
 
   const AssemblyInput& in_;
   ContactSystem& system_;
-  Array<double> asked_, impulse_; // per place [m/s], [N s]
-  Array<char> loaded_, pressed_;  // per place, per candidate: the contact pressed in the last step
+  Array<double> asked_, impulse_, before_; // per place [m/s], [N s]
+  Array<char> loaded_, pressed_;           // per place, per candidate: the contact pressed in the last step
 };
 
 } // namespace cairn

@@ -49,7 +49,11 @@ void RankedNscd::check_scene(const Simulation& s) const {
   if (o.integrator.name != "theta")
     throw Error("the integrator is " + o.integrator.name +
                 ", and over ranks NSCD makes steps by theta: give integrator=cn.Theta(), or leave out ranks");
-  if (std::isfinite(o.overlap)) refuse("overlap is limited, to " + std::to_string(o.overlap));
+  if (std::isfinite(o.overlap) && o.solver.enough > o.solver.tolerance)
+    refuse("overlap is limited, to " + std::to_string(o.overlap) +
+           ", beside steps of dense packs that end at enough=" + std::to_string(o.solver.enough));
+  if (std::isfinite(o.overlap) && rhythm_ == Rhythm::sweep)
+    refuse("overlap is limited, to " + std::to_string(o.overlap) + ", beside one exchange a sweep");
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");
   OverRanks::check_scene(s);
@@ -73,6 +77,7 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
     names.insert(names.begin() + 7, "fluid_passes");
     names.insert(names.end() - 1, "finish_fluid");
   }
+  if (std::isfinite(settings().overlap)) names.insert(names.end() - 1, "part_overlaps");
   return names;
 }
 
@@ -233,6 +238,7 @@ bool RankedNscd::attempt(Simulation& s, double h) {
   on_ranks(s, "update_configuration", [&](Part& part) { of(part).update_configuration(*part.simulation); });
   finish_fluid(s); // after all that may refuse the step, which takes the liquid back
   if (s.scene.cell.any()) add_work_of_cell(s);
+  if (std::isfinite(settings().overlap)) s.timed("part_overlaps", [&] { part_overlaps(s, h); });
   lent.lend(false);
   liquid_.give_back(s);
   s.timed("gather", [&] { collect_meshes(s); });

@@ -135,6 +135,10 @@ void RankedSweeps::tell(int colour) {
   each(false, [n](double* x, const double* numbers) { std::copy_n(numbers, n, x); });
 }
 
+void RankedSweeps::each_colour(const std::function<void(const cairn_schedule&, const ContactSystem&)>& f) {
+  by_colours(f);
+}
+
 void RankedSweeps::give_impulses() {
   for (Share& share : shares_) share.system->load(share.free());
   by_colours([](const cairn_schedule& schedule, ContactSystem&) { cairn_add_impulses(&schedule); });

@@ -1,6 +1,7 @@
 // Sweeps of NLGS over ranks: colour by colour, with the velocities of shared bodies told after each. All that decides
 // how they go on is a sum over contacts or bodies that is exact, so that no bit depends on which rank has which.
 #pragma once
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -33,6 +34,8 @@ public:
   // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
   // on.
   SolveReport solve();
+  // f(schedule, contacts) of each colour and part, with velocities told after each colour.
+  void each_colour(const std::function<void(const cairn_schedule&, const ContactSystem&)>& f);
 
 private:
   struct Share { // of a part
