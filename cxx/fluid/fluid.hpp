@@ -214,6 +214,7 @@ private:
   void accelerate(double dt);
   void move_bodies(double dt);
   void place_surfaces();
+  void hide_points_in_planes();
   double fastest() const; // [m/s]
   double lightness(const Body& body) const;
   std::string too_fast() const;

@@ -227,6 +227,25 @@ void Fluid::place_surfaces() {
     for (int c = 0; c < 6; ++c) plane_.push_back(b.velocity[c] + b.belt[c] - (c < 3 ? through * normal[c] : 0));
     plane_.push_back(planes_.slip[std::size_t(i)]);
   }
+  hide_points_in_planes();
+}
+
+// A half-space fills what is below its surface: points of bodies that are let into it take no space there again, which
+// would stir the liquid above.
+void Fluid::hide_points_in_planes() {
+  const std::int64_t n = points_.count();
+  const std::size_t planes = std::size_t(planes_.count());
+  if (planes == 0) return;
+#pragma omp parallel for schedule(static) if (n > 4096)
+  for (std::int64_t i = 0; i < n; ++i) {
+    double* point = &surface_[std::size_t(cairn_fluid_surface_record * i)];
+    for (std::size_t p = 0; p < planes; ++p) {
+      const double* plane = &plane_[cairn_fluid_plane_record * p];
+      double high = 0;
+      for (std::size_t c = 0; c < 3; ++c) high += (point[c] - plane[c]) * plane[3 + c];
+      if (high < 0) point[11 - 1] = 0;
+    }
+  }
 }
 
 // Sums in the order of points and tiles.

@@ -146,3 +146,26 @@ def test_the_last_mesh_may_go():
     sim.step()
     sim.remove(sim.meshes[0].all_ids)
     assert sim.step()["status"] == "converged"
+
+
+@pytest.mark.parametrize("form", [{"incompressible": True}, {}])
+def test_a_block_flush_in_the_floor_leaves_the_liquid_at_rest(form):
+    # Its points below the floor would take the space of the half-space again: .16 and .12 m/s
+    stone = cn.Material("stone", density=2600.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    bed = scene.add(cn.wall((0, 0), (0, 1), stone), cn.wall((0, 0), (1, 0), stone), cn.wall((2, 0), (-1, 0), stone))[0]
+    corners = np.array([(0.8, -0.4), (1.2, -0.4), (1.2, 0.0), (0.8, 0.0)])
+    block = scene.add(cn.polygons([corners], stone, fixed=True))[0]
+    scene.add(cn.fluid([(0, 0), (2, 0.6)], 0.05, **form))
+    scene.interact("*", "*", None)
+    scene.interact("fluid", stone, cn.FreeSlip())
+    sim = cn.Simulation(scene, dt=2e-3)
+    force, still = [], np.asarray(sim.fluid.position)
+    for _ in range(150):
+        sim.step()
+        force.append(sim.fluid.force_on(bed)[1])
+        assert not sim.fluid.force_on(block).any()
+    assert abs(np.mean(force[50:]) / (-9810 * 1.2) - 1) < 0.02
+    assert np.abs(np.asarray(sim.fluid.position) - still).max() < 0.2 * 0.05
+    if form:
+        assert np.linalg.norm(sim.fluid.velocity, axis=1).max() < 0.02
