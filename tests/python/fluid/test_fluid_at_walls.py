@@ -169,3 +169,18 @@ def test_a_block_flush_in_the_floor_leaves_the_liquid_at_rest(form):
     assert np.abs(np.asarray(sim.fluid.position) - still).max() < 0.2 * 0.05
     if form:
         assert np.linalg.norm(sim.fluid.velocity, axis=1).max() < 0.02
+
+
+@pytest.mark.parametrize("viscosity", [3.0, 16.0])
+def test_a_viscous_liquid_calms_from_uneven_places(viscosity):
+    """Reynolds numbers of a spacing of 50 and of 10, below which pressure takes corrected gradients."""
+    x = 0.05 * (np.stack(np.meshgrid(np.arange(40), np.arange(20)), axis=-1).reshape(-1, 2) + 0.5)
+    x = x + 0.01 * (np.random.default_rng(1).random(x.shape) - 0.5)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 0), (1, 0), rock), cn.wall((2, 0), (-1, 0), rock))
+    scene.add(cn.fluid(x, 0.05, 1000.0, viscosity, pressure=9810 * (1 - x[:, 1])))
+    sim, kinetic = cn.Simulation(scene, dt=0.01), []
+    for _ in range(4):
+        sim.run(steps=50, progress=False)
+        kinetic.append(sim.fluid.energy()["kinetic"])
+    assert kinetic[3] < 0.5 * kinetic[0]
