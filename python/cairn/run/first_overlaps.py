@@ -12,6 +12,7 @@ from .step_warnings import OverlapWarning
 from .views import core_of
 
 REMEDY = "or shrink the radii, or set overlap='ignore'"
+OVER_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly)"
 WITHOUT_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly, and project_positions removes all)"
 CHUNK = 64  # bodies compared with all facets of a surface at a time
 
@@ -36,7 +37,7 @@ def check(simulation, action, share, over_ranks=False):
     gap, pairs = _first_gaps(simulation)
     listed, deepest = _listed(simulation, gap, pairs, share, ~np.isin(pairs, list(turned)).any(axis=1))
     if listed:
-        text = f"{listed}: move them apart, {REMEDY}{'' if over_ranks else WITHOUT_RANKS}"
+        text = f"{listed}: move them apart, {REMEDY}{OVER_RANKS if over_ranks else WITHOUT_RANKS}"
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
@@ -51,7 +52,7 @@ def look_at_added(simulation, ids, share):
     theirs = np.isin(pairs, ids).any(axis=1)
     listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
     if listed:
-        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS if simulation.ranks is None else ''}"
+        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS if simulation.ranks is None else OVER_RANKS}"
         text = f"of the bodies added before step {simulation.steps}, {listed}: {remedy}"
         warnings.warn(text, OverlapWarning, stacklevel=5)
     return deepest

@@ -17,7 +17,7 @@ from .views import core_of
 def with_default_solver(strategy):
     """The strategy, with Auto in the place of Default: sweeps of ranks alone do not solve contacts at rest to rounding.
 
-    Steps of dense packs do not end earlier than others, since over ranks nothing takes back overlap."""
+    Steps of dense packs do not end earlier than others, since over ranks nothing takes back the overlap that they would leave."""
     if isinstance(strategy, NSCD) and isinstance(strategy.solver, Default):
         given = strategy.solver
         return replace(strategy, solver=Auto(tol=given.tol or TOL, min_iter=given.min_iter, max_iter=given.max_iter))
