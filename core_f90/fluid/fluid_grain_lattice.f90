@@ -9,7 +9,7 @@ module fluid_grain_lattice
   implicit none
   private
   public :: cairn_fluid_grain_shapes, cairn_fluid_grain_align, cairn_fluid_grain_stir
-  real(c_double), parameter :: few = 0.1_c_double !< share of grains up to which particles drift the less, the fewer of them there are
+  real(c_double), parameter :: few = 0.1_c_double !< share of grains below which particles drift less, in proportion
 contains
 
   !> What the inverse second moments of the gradients about particles first to last - 1 have beyond 1, 0 at free surfaces and walls.
@@ -48,7 +48,7 @@ contains
     real(c_double), intent(in) :: shape_of(6, 0:*)
     integer(c_int8_t), intent(in) :: within(0:*)
     real(c_double), intent(inout) :: acceleration(3, 0:*) !< [m/s2]
-    real(c_double), intent(inout) :: uneven(3, 0:*)       !< minus half the sum of both gradients, 0 at free surfaces and walls [1/m]
+    real(c_double), intent(inout) :: uneven(3, 0:*)       !< minus half the sum of both gradients, 0 at surfaces and walls [1/m]
     type(fluid) :: v
     integer(c_int64_t) :: i, k
     integer :: j
