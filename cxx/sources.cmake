@@ -279,6 +279,7 @@ set(CAIRN_CXX_SOURCES
   ranks/rows_between_ranks.cpp
   ranks/ranked_smooth.cpp
   ranks/ranked_light.cpp
+  ranks/ranked_scale.cpp
   ranks/ranked_sweeps.cpp
   ranks/sweep_exchange.cpp
   ranks/sweeps_with_help.cpp

@@ -46,6 +46,7 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
   if (once_) once_->start();
   double least = std::numeric_limits<double>::infinity(), most = 0;
   std::int64_t counts[] = {0, 0}; // contacts, those on faces
+  const bool ends_early = options.enough > options.tolerance; // as without ranks, where clumps count in such packs
   double other_shapes[] = {0};
   for (Part& part : parts) {
     ContactSystem& system = part.simulation->interactions.system();
@@ -60,7 +61,7 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
       counts[0] += b.contacts;
       if (faced(b)) counts[1] += b.contacts;
     }
-    if (!system.batches.empty() && !system.clumps) other_shapes[0] = 1;
+    if (!system.batches.empty() && !(system.clumps && ends_early)) other_shapes[0] = 1;
     for (std::size_t i = 0; i < part.bodies.size(); ++i) {
       if (!part.own[i] || part.fixed[i]) continue;
       const double* inverse = part.simulation->scene.bodies.inverse_mass[std::int64_t(i)];
@@ -331,6 +332,7 @@ void RankedSweeps::measure_free() {
   free_energy_ = sums[0].value();
   rounding_ = rounding_square * sums[1].value();
   change_ = free_energy_;
+  scale_.begin(parts_, mesh_rank_, options_.tolerance, exchange_);
 }
 
 // last: the status and the scale of each contact, and the largest of all for the report.
@@ -357,9 +359,13 @@ RankedSweeps::Error RankedSweeps::measure(SolveReport* last) {
   add_over_ranks(sums, exchange_);
   exchange_.largest(largest);
   ++checks_;
-  const double residual = sums[0].value(), size = sums[1].value(), scale = std::max(size, free_energy_);
+  const double residual = sums[0].value(), size = sums[1].value();
+  const double scale = scale_.measure(std::max(size, free_energy_), parts_, exchange_);
   Error error;
-  error.finite = std::isfinite(residual) && std::isfinite(scale) && std::isfinite(free_energy_) && !(largest[0] > 0);
+  error.finite = std::isfinite(residual) && std::isfinite(size) && std::isfinite(scale) &&
+                 std::isfinite(free_energy_) && !(largest[0] > 0);
+  error.growth = free_energy_ > 0 ? size / free_energy_ : 0;
+  error.of_velocities = scale_.of_velocities(residual, size);
   error.square = residual > rounding_ && scale > 0 ? residual / scale : 0;
   if (!error.finite) error.square = std::numeric_limits<double>::infinity();
   if (last) {
@@ -480,7 +486,7 @@ void RankedSweeps::look_further(Error& error, double& wanted, SolveReport& repor
   if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
   if (error.square <= wanted && uneven_) measure_light(report);
   if (!help_ || (may_end_early && iterations_ < options_.patience)) return;
-  if (!get_help(error.square <= wanted, error.square, report)) return;
+  if (!get_help(error, error.square <= wanted, report)) return;
   error = measure();
   helped_astray_ = !error.finite;
   if (error.square <= wanted && uneven_) measure_light(report);
@@ -563,7 +569,9 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   report.error = std::sqrt(end.square);
   SolverOptions asked = options_;
   asked.tolerance = std::sqrt(wanted);
-  StepError last{end.square, end.finite};
+  if (!std::isfinite(options_.accuracy) && report.velocity_error > 0) asked.accuracy = options_.tolerance;
+  StepError last{end.square, end.finite, end.growth};
+  last.unbounded = end.square <= wanted && report.light_error <= asked.tolerance && grows_without_end(end);
   last.vague = std::isfinite(options_.accuracy) && !proven_;
   conclude(report, last, asked, hint_of(report, asked.tolerance));
 }
