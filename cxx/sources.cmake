@@ -269,6 +269,7 @@ set(CAIRN_CXX_SOURCES
   ranks/part.cpp
   ranks/partition.cpp
   ranks/ranked_cell.cpp
+  ranks/ranked_error.cpp
   ranks/ranked_help.cpp
   ranks/ranked_joints.cpp
   ranks/ranked_liquid.cpp
