@@ -512,6 +512,7 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   StepError last{end.square, end.finite, end.growth};
   last.unbounded = end.square <= wanted && report.light_error <= asked.tolerance && grows_without_end(end);
   last.vague = std::isfinite(options_.accuracy) && !proven_;
+  last.rounded = last.vague && !(end.square > 0);
   conclude(report, last, asked, hint_of(report, asked.tolerance));
 }
 

@@ -102,6 +102,23 @@ def test_velocities_that_rounding_hides_are_told():
     assert infos[0]["velocity_error"] > 1e-4 >= infos[0]["error"]
 
 
+def test_an_accuracy_beyond_rounding_is_told_as_without_ranks():
+    def make(ranks):
+        scene = cn.Scene(2, gravity=(0.0, -GRAVITY))
+        scene.add(cn.disks([(i + 0.5 * (j % 2), 0.5 + 0.87 * j) for j in range(6) for i in range(6)], 0.5, ROCK))
+        scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((-0.5, 0), (1, 0), ROCK), cn.wall((6, 0), (-1, 0), ROCK))
+        scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+        return cn.Simulation(scene, STEP, cn.NSCD(accuracy=1e-9), ranks=ranks)
+
+    alone = make(None)
+    for _ in range(3):
+        alone.step()
+    _, infos = ends(make, 3)
+    why = alone.info["hint"].partition("iterations, and ")[2]
+    assert "more iterations change nothing" in why and infos[-1]["hint"].endswith(why)
+    assert infos[-1]["status"] == alone.info["status"] == "iteration_limit"
+
+
 def test_a_solver_that_gives_up_tells_why():
     def make(ranks):
         scene = cn.Scene(2, gravity=(0, -GRAVITY))
