@@ -272,6 +272,7 @@ set(CAIRN_CXX_SOURCES
   ranks/part.cpp
   ranks/partition.cpp
   ranks/ranked_cell.cpp
+  ranks/ranked_error.cpp
   ranks/ranked_help.cpp
   ranks/ranked_joints.cpp
   ranks/ranked_liquid.cpp
@@ -283,6 +284,7 @@ set(CAIRN_CXX_SOURCES
   ranks/rows_between_ranks.cpp
   ranks/ranked_smooth.cpp
   ranks/ranked_light.cpp
+  ranks/ranked_scale.cpp
   ranks/ranked_sweeps.cpp
   ranks/shown_contacts.cpp
   ranks/sweep_exchange.cpp

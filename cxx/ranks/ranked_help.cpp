@@ -11,6 +11,7 @@
 #include "../laws/law_info.hpp"
 #include "../solvers/nlgs/nlgs.hpp"
 #include "../solvers/policy.hpp"
+#include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/solid_correction.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
@@ -48,8 +49,9 @@ struct RankedHelp::Request {
   bool anyway = false; // whatever it costs
 };
 struct RankedHelp::Answer {
-  std::int32_t taken = 0, converged = 0, iterations = 0, solver = 0, given_up = 0;
+  std::int32_t taken = 0, converged = 0, diverged = 0, iterations = 0, solver = 0, given_up = 0;
   double operations = 0, velocity_error = 0;
+  char hint[500] = ""; // of a solver of problems
 };
 
 RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>& colours, Exchange& exchange,
@@ -71,23 +73,29 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 // Figures of all ranks.
 void RankedHelp::count() {
   std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
-  double any[] = {0, 0, 0};                // own solutions, deformable bodies, components
+  double any[] = {0, 0, 0, 0, 0};          // own solutions, deformable bodies, components, growth, bonds and joints
   ExactSum speeds[2];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
+    if (part.simulation->scene.bodies.stretch.active) any[3] = 1;
+    if (SolidCorrection::makes_solid(system, exact_, options_.tolerance) || JointedProblem::needed(system)) any[4] = 1;
     counts[2] += std::int64_t(ContactParcel::bytes_of(system));
     for (std::size_t i = 0; i < part.bodies.size(); ++i) counts[3] += part.own[i] && !part.fixed[i];
-    for (const CondensedBody& body : system.condensed) counts[4] += body.dofs.dofs;
+    if (part.rank == memory_.rank && !system.condensed.empty()) { // other processes have meshes, too
+      any[1] = 1;
+      for (const CondensedBody& body : system.condensed) counts[4] += body.dofs.dofs;
+    }
     for (const cairn_batch& b : system.batches) {
       counts[b.pack ? 0 : 1] += b.contacts;
       if (law_infos()[std::size_t(b.law)].has_solve) any[0] = 1;
-      if (!system.condensed.empty()) any[1] = 1;
       any[2] = std::max(any[2], double(b.components));
     }
   }
   exchange_.sum(counts);
   exchange_.largest(any);
   solid_ = any[0] > 0;
+  grows_ = any[3] > 0;
+  adds_up_ = any[4] > 0;
   if (solid_ || exact_) {
     for (const Part& part : parts_) add_speeds(part, part.has_meshes && part.rank == memory_.rank, dim_, speeds);
     add_over_ranks(speeds, exchange_);
@@ -147,12 +155,22 @@ bool RankedHelp::accepts(int iterations, double light) {
   return asked_ && policy().light_cost * cost_ > std::max(policy().light_sweeps, 2.0 * iterations) * sweep_operations();
 }
 
+// As in solid_help.cpp, but that self-stress alone is no reason to gather.
+bool RankedHelp::refines(int iterations, double velocities) {
+  if (!possible() || !by_newton_ || !adds_up_ || refined_ || std::isfinite(options_.accuracy)) return false;
+  const double cost = cost_ / (std::max(iterations, 1) * sweep_operations());
+  refined_ =
+      velocities > std::clamp(cost / policy().refinement_share, 1.0, policy().refinement_dearest) * options_.tolerance;
+  return refined_;
+}
+
 RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Request& request) {
   GatheredContacts& gathered = memory_.contacts;
   gathered.lay_out(parcels);
   ContactSystem& system = gathered.system();
   system.weight_speed_square = by_loads_;
   system.begin_speed_square = at_begin_;
+  system.grows = grows_;
   SolverOptions options = options_;
   options.enough = 0;
   options.threads = 1;
@@ -166,9 +184,12 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   if (by_newton_) help = solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
   Answer answer;
   if (alone_) {
-    const SolveReport report = solve_step(system, free, options);
+    std::string hint;
+    const SolveReport report = solve_step(system, free, options, &hint);
     answer.taken = 1;
     answer.iterations = report.iterations;
+    answer.diverged = report.status == SolveStatus::diverged;
+    std::snprintf(answer.hint, sizeof answer.hint, "%s", hint.c_str());
     return answer;
   }
   bool wants = request.anyway;
@@ -248,10 +269,14 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   ++memory_.calls;
   if (small) ++refinements_;
   learn(answer, iterations);
-  Outcome outcome{answer.taken != 0, answer.iterations};
+  Outcome outcome;
+  outcome.taken = answer.taken != 0;
+  outcome.iterations = answer.iterations;
   outcome.solver = solvers[std::size_t(answer.solver)];
   outcome.velocity_error = answer.velocity_error;
   outcome.proven = answer.converged;
+  outcome.diverged = answer.diverged != 0;
+  outcome.hint = answer.hint;
   exact_ = exact_ && !small && !answer.converged;
   return outcome;
 }

@@ -38,14 +38,20 @@ public:
   // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called. Where
   // an accuracy of velocities is asked for, it is called once: the first rank measures it, and sweeps until it is met.
   bool accepts(int iterations, double light);
+  // True, once a step, if velocities of bonded or jointed bodies may err by much more than impulses, whose error is
+  // small enough: that of velocities is `velocities` at most, over their size.
+  bool refines(int iterations, double velocities);
   // Sweeps after which the error has to be known, for the last call of a step.
   int last_call() const;
   struct Outcome {
     bool taken = false;  // impulses and records are those of the other solver
     int iterations = 0;  // sweeps that it made besides
     bool proven = false; // velocities are as exact as was asked
+    // NaN: neither asked for, nor found to be larger than that of impulses
     double velocity_error = std::numeric_limits<double>::quiet_NaN();
     const char* solver = "nlgs";
+    bool diverged = false; // a solver of problems did
+    std::string hint;      // of a solver of problems
   };
   // small: the error itself is, and that of light bodies or of velocities was not accepted.
   Outcome improve(int iterations, bool small);
@@ -71,9 +77,11 @@ private:
   double by_loads_ = 0, at_begin_ = 0;                    // squares of speeds [J]
   double dofs_ = 0, cost_ = 0;
   int dim_ = 2, components_ = 1;
-  bool solid_ = false; // laws have a local solution of their own
-  bool bends_ = false; // contacts rest on deformable bodies
-  bool asked_ = false; // its cost is known
+  bool solid_ = false;                     // laws have a local solution of their own
+  bool bends_ = false;                     // contacts rest on deformable bodies
+  bool asked_ = false;                     // its cost is known
+  bool grows_ = false;                     // bodies change their size
+  bool adds_up_ = false, refined_ = false; // errors of contacts do along bonds and joints; see refines()
   double patience_ = 0;
   int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;
   bool called_last_ = false, by_newton_, alone_, exact_; // of Auto; an accuracy is asked for, and not yet looked at

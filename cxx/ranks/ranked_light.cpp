@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../solvers/policy.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/start_work.hpp"
 #include "../solvers/sweeps/step_error.hpp"
@@ -53,13 +54,11 @@ void RankedSweeps::leave_stale_start() {
 }
 
 // Light error of the impulses, as a run without ranks has it; the contact where it is largest is not known to all.
-void RankedSweeps::measure_light(SolveReport& report) {
+LightError RankedSweeps::light_error() {
   RankedLight terms;
-  bool bends = false;
   for (std::size_t l = 0; l < shares_.size(); ++l) {
     terms.own = &parts_[l].own;
     give_light_bodies(*shares_[l].system, shares_[l].free(), terms);
-    bends = bends || !shares_[l].system->condensed.empty();
   }
   add_over_ranks(terms.bodies, exchange_);
   const double mass = terms.bodies[0].value(), energy = terms.bodies[1].value();
@@ -67,7 +66,7 @@ void RankedSweeps::measure_light(SolveReport& report) {
   for (Share& share : shares_) give_light_contacts(*share.system, share.schedule, share.free(), terms);
   add_over_ranks(terms.contacts, exchange_);
   std::int64_t count[] = {terms.count};
-  double largest[] = {terms.largest, bends ? 1.0 : 0.0};
+  double largest[] = {terms.largest};
   exchange_.sum(count);
   exchange_.largest(largest);
   LightError light;
@@ -76,8 +75,16 @@ void RankedSweeps::measure_light(SolveReport& report) {
   const double wrong = terms.contacts[0].value(), many = double(count[0]);
   if (wrong > 0) light.power = wrong / energy;
   if (count[0] > 0) light.mean = std::sqrt(terms.contacts[1].value() / many);
-  if (count[0] > 0 && !(largest[1] > 0)) light.load = std::sqrt(terms.contacts[2].value() / many);
-  note(light, report);
+  if (count[0] > 0 && !scale_.bends()) light.load = std::sqrt(terms.contacts[2].value() / many);
+  return light;
+}
+
+// See step_error.hpp; a cell that follows a stress gives way.
+bool RankedSweeps::grows_without_end(const Error& error) {
+  const bool exact = std::isfinite(options_.accuracy);
+  const double least = endless_growth(exact ? policy().accuracy_aim * options_.accuracy : options_.tolerance);
+  if (cell_.follows() || scale_.bends() || !error.finite || !(error.growth > least * least)) return false;
+  return light_error().power > least;
 }
 
 } // namespace cairn

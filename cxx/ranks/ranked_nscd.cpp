@@ -255,6 +255,7 @@ void RankedNscd::solve_step(Simulation& s, const SolverOptions& options, double 
 // h: of the step, where the periodic cell is driven; 0: its rates stay as they are.
 SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
   RankedSweeps sweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr);
+  sweeps.meshes_are_with(mesh_rank_);
   if (h > 0) sweeps.drive_cell(h);
   if (options.solver != "nlgs" || std::isfinite(options.accuracy)) {
     if (!gathered_) gathered_ = std::make_unique<GatheredMemory>(parts_[0].simulation->scene.dim);

@@ -9,10 +9,7 @@
 
 #include "../solvers/policy.hpp"
 #include "../solvers/sweeps/batch.hpp"
-#include "../solvers/sweeps/contact_rounding.hpp"
-#include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/step_error.hpp"
-#include "cairn/rows/contact_terms.h"
 #include "cairn/rows/ranked_sweep.h"
 
 namespace cairn {
@@ -45,7 +42,8 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
       once_(exchange.ranks() > 1 ? once_a_sweep : nullptr) {
   if (once_) once_->start();
   double least = std::numeric_limits<double>::infinity(), most = 0;
-  std::int64_t counts[] = {0, 0}; // contacts, those on faces
+  std::int64_t counts[] = {0, 0};                             // contacts, those on faces
+  const bool ends_early = options.enough > options.tolerance; // as without ranks, where clumps count in such packs
   double other_shapes[] = {0};
   for (Part& part : parts) {
     ContactSystem& system = part.simulation->interactions.system();
@@ -60,7 +58,7 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
       counts[0] += b.contacts;
       if (faced(b)) counts[1] += b.contacts;
     }
-    if (!system.batches.empty() && !system.clumps) other_shapes[0] = 1;
+    if (!system.batches.empty() && !(system.clumps && ends_early)) other_shapes[0] = 1;
     for (std::size_t i = 0; i < part.bodies.size(); ++i) {
       if (!part.own[i] || part.fixed[i]) continue;
       const double* inverse = part.simulation->scene.bodies.inverse_mass[std::int64_t(i)];
@@ -320,59 +318,6 @@ void RankedSweeps::sweep() {
   ++iterations_;
 }
 
-// Scale of the error, from records that hold the free velocity.
-void RankedSweeps::measure_free() {
-  ExactSum sums[2];
-  for (Share& share : shares_) {
-    ContactSystem& system = *share.system;
-    system.load(share.free());
-    cairn_contact_scale(&share.schedule, system.sums.data());
-    for (const cairn_batch& b : system.batches)
-      for (int lane = 0; lane < b.contacts; ++lane) sums[0].add(b.scale[lane]);
-    each_rounding(system, [&](double of_a, double of_b) { sums[1].add(of_a + of_b); });
-  }
-  add_over_ranks(sums, exchange_);
-  free_energy_ = sums[0].value();
-  rounding_ = rounding_square * sums[1].value();
-  change_ = free_energy_;
-}
-
-// last: the status and the scale of each contact, and the largest of all for the report.
-RankedSweeps::Error RankedSweeps::measure(SolveReport* last) {
-  const double least_scale = 0x1p-40 * free_energy_ / double(contacts_);
-  ExactSum sums[2];             // of errors, of sizes
-  double largest[] = {0, 0, 0}; // whether a velocity is no number; error of a contact, distance outside the cone
-  for (Share& share : shares_) {
-    const ContactSystem& system = *share.system;
-    for (std::size_t k = 0; k < system.batches.size(); ++k) {
-      const cairn_batch& b = system.batches[k];
-      double terms[2 * 128], of_batch[6];
-      cairn_contact_terms(&share.schedule, std::int32_t(k), 0, last != nullptr, least_scale, of_batch, terms);
-      for (int lane = 0; lane < b.contacts; ++lane) {
-        sums[0].add(terms[lane]);
-        sums[1].add(terms[b.count + lane]);
-      }
-      largest[1] = std::max(largest[1], of_batch[2]);
-      largest[2] = std::max(largest[2], of_batch[4]);
-    }
-    for (const cairn_record& r : system.record)
-      if (!std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5])) largest[0] = 1;
-  }
-  add_over_ranks(sums, exchange_);
-  exchange_.largest(largest);
-  ++checks_;
-  const double residual = sums[0].value(), size = sums[1].value(), scale = std::max(size, free_energy_);
-  Error error;
-  error.finite = std::isfinite(residual) && std::isfinite(scale) && std::isfinite(free_energy_) && !(largest[0] > 0);
-  error.square = residual > rounding_ && scale > 0 ? residual / scale : 0;
-  if (!error.finite) error.square = std::numeric_limits<double>::infinity();
-  if (last) {
-    last->worst_error = std::sqrt(largest[1]);
-    last->cone_distance = std::sqrt(largest[2]);
-  }
-  return error;
-}
-
 // Errors of counted sweeps follow their changes, as the last measurement found them to.
 bool RankedSweeps::worth_measuring(double wanted) const {
   const bool promising = ratio_ > 0 && change_ * ratio_ <= wanted;
@@ -484,7 +429,7 @@ void RankedSweeps::look_further(Error& error, double& wanted, SolveReport& repor
   if (may_end_early && iterations_ >= options_.patience && persists()) wanted = options_.enough * options_.enough;
   if (error.square <= wanted && uneven_) measure_light(report);
   if (!help_ || (may_end_early && iterations_ < options_.patience)) return;
-  if (!get_help(error.square <= wanted, error.square, report)) return;
+  if (!get_help(error, error.square <= wanted, report)) return;
   error = measure();
   helped_astray_ = !error.finite;
   if (error.square <= wanted && uneven_) measure_light(report);
@@ -568,8 +513,11 @@ void RankedSweeps::finish(double wanted, SolveReport& report) {
   report.error = std::sqrt(end.square);
   SolverOptions asked = options_;
   asked.tolerance = std::sqrt(wanted);
-  StepError last{end.square, end.finite};
+  if (!std::isfinite(options_.accuracy) && report.velocity_error > 0) asked.accuracy = options_.tolerance;
+  StepError last{end.square, end.finite, end.growth};
+  last.unbounded = end.square <= wanted && report.light_error <= asked.tolerance && grows_without_end(end);
   last.vague = std::isfinite(options_.accuracy) && !proven_;
+  last.rounded = last.vague && !(end.square > 0);
   conclude(report, last, asked, hint_of(report, asked.tolerance));
 }
 

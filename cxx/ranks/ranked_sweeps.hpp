@@ -5,17 +5,20 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../solvers/solve_report.hpp"
 #include "../solvers/solver_options.hpp"
 #include "../solvers/sweeps/contact_system.hpp"
+#include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/nesterov_sequence.hpp"
 #include "colouring.hpp"
 #include "exact_sum.hpp"
 #include "part.hpp"
 #include "ranked_cell.hpp"
 #include "ranked_help.hpp"
+#include "ranked_scale.hpp"
 #include "sweep_exchange.hpp"
 
 namespace cairn {
@@ -29,6 +32,8 @@ public:
                const SolverOptions& options, SweepExchange* once_a_sweep);
   // The shape of the periodic cell of the parts is driven: its rates and its stress follow the impulses.
   void drive_cell(double h);
+  // The rank that has the contacts of deformable bodies; -1: there are none.
+  void meshes_are_with(int rank) { mesh_rank_ = rank; }
   // Another solver takes over where sweeps would take long.
   void ask_help(const std::vector<ColourShare>& colours, GatheredMemory& memory);
   // Leaves impulses in the batches and velocities in the records of each part: of bodies that it owns or has contacts
@@ -56,6 +61,8 @@ private:
   struct Error {
     double square = 0;
     bool finite = true;
+    double growth = 0;        // as in StepError
+    double of_velocities = 0; // see RankedScale
   };
 
   template <class Kernel>
@@ -76,7 +83,9 @@ private:
   static double reciprocal_unit(double scale);
   void measure_free();
   Error measure(SolveReport* last = nullptr);
-  void measure_light(SolveReport& report);
+  LightError light_error();
+  void measure_light(SolveReport& report) { note(light_error(), report); }
+  bool grows_without_end(const Error& error);
   bool worth_measuring(double wanted) const;
   int sweeps_to_check(double square, double wanted);
   void damp();
@@ -88,7 +97,7 @@ private:
   void look_further(Error& error, double& wanted, SolveReport& report);
   bool falls_back(const Error& error, SolveReport& report);
   void solve_elsewhere(SolveReport& report);
-  bool get_help(bool small, double square, SolveReport& report);
+  bool get_help(const Error& error, bool small, SolveReport& report);
   std::string hint_of(const SolveReport& report, double tolerance) const;
   void finish(double wanted, SolveReport& report);
   template <class F>
@@ -108,7 +117,10 @@ private:
   double least_square_ = std::numeric_limits<double>::infinity();   // that of the impulses that were kept
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
+  RankedScale scale_;
+  int mesh_rank_ = -1;
   std::optional<RankedHelp> help_;
+  std::string hint_of_solver_; // of problems
   bool proven_ = true;         // velocities are as exact as was asked
   bool uneven_ = false;        // masses differ so much that light bodies have an error of their own
   bool helped_astray_ = false; // the impulses of another solver have no error that is a number

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "../base/call.hpp"
 #include "../solvers/problems/friction_problem.hpp"
@@ -27,21 +28,27 @@ void RankedSweeps::ask_help(const std::vector<ColourShare>& colours, GatheredMem
 
 // By a solver of problems alone.
 void RankedSweeps::solve_elsewhere(SolveReport& report) {
-  iterations_ = help_->improve(0, false).iterations;
+  const RankedHelp::Outcome outcome = help_->improve(0, false);
+  iterations_ = outcome.iterations;
+  hint_of_solver_ = outcome.hint;
+  if (outcome.diverged) report.status = SolveStatus::diverged;
   for (const ProblemSolverInfo& row : problem_solvers())
     if (row.name == options_.solver) report.solver = row.name.c_str();
 }
 
 // small: the error is small enough, and that of light bodies is in the report. True if the other solver's impulses were
 // taken.
-bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
+bool RankedSweeps::get_help(const Error& error, bool small, SolveReport& report) {
   const bool calls =
-      small ? !help_->accepts(iterations_, report.light_error) : help_->pays(iterations_, std::sqrt(square));
+      small ? !help_->accepts(iterations_, report.light_error) || help_->refines(iterations_, error.of_velocities)
+            : help_->pays(iterations_, std::sqrt(error.square));
   if (!calls) return false;
   const RankedHelp::Outcome outcome = help_->improve(iterations_, small);
   if (std::isfinite(options_.accuracy) && (small || outcome.proven)) {
     report.velocity_error = outcome.velocity_error;
     proven_ = outcome.proven;
+  } else if (!std::isfinite(options_.accuracy)) {
+    report.velocity_error = outcome.velocity_error;
   }
   if (!outcome.taken) return false;
   iterations_ += outcome.iterations;
@@ -51,23 +58,29 @@ bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
   return true;
 }
 
+// Empty: that of a run without ranks holds.
 std::string RankedSweeps::hint_of(const SolveReport& report, double tolerance) const {
-  char text[500];
+  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
+  if (help_ && help_->alone()) return hint_of_solver_;
   const std::string obstacle = help_ ? help_->obstacle() : "";
+  const char* between = obstacle.empty() ? "" : "; ";
+  if (!std::isfinite(report.error) || report.status == SolveStatus::diverged) return {};
+  const bool light = report.light_error > tolerance, rounded = report.error <= rounding && obstacle.empty();
+  if (report.error <= tolerance && (!light || rounded)) return {};
+  char text[500];
   const char* remedy =
       options_.solver == "auto" ? "let masses differ less, or lower dt" : "take cairn.Auto, or let masses differ less";
-  if (report.error <= tolerance && report.light_error > tolerance)
+  if (report.error <= tolerance)
     std::snprintf(text, sizeof text,
                   "light bodies under heavy ones are not solved: light_error %.2e after %d iterations over %d ranks, "
                   "tol is %.2e: %s%s%s",
                   report.light_error, report.iterations, exchange_.ranks(), options_.tolerance, obstacle.c_str(),
-                  obstacle.empty() ? "" : "; ", remedy);
+                  between, remedy);
   else
     std::snprintf(text, sizeof text,
                   "error %.2e after %d iterations over %d ranks, tol is %.2e: %s%sallow more iterations, a larger tol "
                   "or a smaller dt",
-                  report.error, report.iterations, exchange_.ranks(), options_.tolerance, obstacle.c_str(),
-                  obstacle.empty() ? "" : "; ");
+                  report.error, report.iterations, exchange_.ranks(), options_.tolerance, obstacle.c_str(), between);
   return text;
 }
 

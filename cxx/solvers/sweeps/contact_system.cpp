@@ -4,6 +4,7 @@
 
 #include "../../laws/law_info.hpp"
 #include "batch.hpp"
+#include "body_speed.hpp"
 #include "cairn/rows/side.h"
 #include "contact_rows.hpp"
 #include "side_names.hpp"
@@ -160,14 +161,7 @@ bool ContactSystem::may_hold() const {
 
 double ContactSystem::speed() const {
   double sum = mesh_speed_square;
-  const int d = dim, n = velocities();
-  for (std::int64_t b = 0; b < bodies; ++b) {
-    const double* x = record[b].x;
-    for (int k = 0; k < n; ++k) {
-      const double inverse = d == 2 ? x[3 + k] : x[k < 3 ? 6 : 7];
-      if (inverse > 0 && (k < d || general.empty())) sum += x[k] * x[k] / inverse;
-    }
-  }
+  for (std::int64_t b = 0; b < bodies; ++b) each_speed(*this, b, general.empty(), [&](double term) { sum += term; });
   return std::sqrt(std::max(sum, weight_speed_square));
 }
 

@@ -104,7 +104,7 @@ ProblemReport solve_jointed(ContactSystem& system, const cairn_schedule& schedul
 } // namespace
 
 SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
-                             const ProblemSolverInfo& solver) {
+                             const ProblemSolverInfo& solver, std::string* hint_of_solver) {
   SolveReport report;
   report.penetration = system.penetration;
   report.drift = system.drift;
@@ -138,6 +138,7 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
   }
   if (report.light_error <= options.tolerance)
     error.unbounded = grows_without_end(system, schedule, velocity_free, error, options.tolerance);
+  if (hint_of_solver) *hint_of_solver = solved.hint;
   conclude(report, error, options, solved.hint);
   return report;
 }

@@ -9,8 +9,9 @@ namespace cairn {
 
 // Options of a solver of problems: it goes a little further than the step asks, as the two errors differ by rounding.
 ProblemOptions problem_options(const SolverOptions&);
-// Failure to converge is a status; throws Error where the solver cannot take these contacts.
+// Failure to converge is a status; throws Error where the solver cannot take these contacts. hint_of_solver: see
+// step_solver.hpp.
 SolveReport solve_by_problem(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
-                             const ProblemSolverInfo&);
+                             const ProblemSolverInfo&, std::string* hint_of_solver = nullptr);
 
 } // namespace cairn

@@ -34,12 +34,15 @@ double rounding_of(const ContactSystem& system) {
 // error relative to these alone could be as large as the weight: the solid would fall, with each step called converged.
 // So the scale there is that of velocities and of their changes by loads, if smaller. Bodies at rest without loads have
 // neither: they are solved to some digits above rounding. Pressure by growth is no load, so it is left out.
-FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule, double tolerance) {
+double least_of_scale(bool holds, bool grows, double tolerance) {
   constexpr double digits = 0x1p-30;
+  return holds && !grows ? std::min(1.0, digits * digits / (tolerance * tolerance)) : 1;
+}
+
+FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule, double tolerance) {
   cairn_contact_scale(&schedule, system.sums.data());
-  FreeScale free{total(system.sums, system.batches.size(), 6, 0), rounding_of(system)};
-  if (system.may_hold() && !system.grows) free.least = std::min(1.0, digits * digits / (tolerance * tolerance));
-  return free;
+  return {total(system.sums, system.batches.size(), 6, 0), rounding_of(system),
+          least_of_scale(system.may_hold(), system.grows, tolerance)};
 }
 
 StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale free, bool last,
@@ -77,10 +80,14 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
   return e;
 }
 
+double endless_growth(double tolerance) {
+  constexpr double share = 0.1;
+  return share / std::max(tolerance, std::sqrt(std::numeric_limits<double>::epsilon()));
+}
+
 bool grows_without_end(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                        const StepError& error, double tolerance) {
-  constexpr double share = 0.1;
-  const double least = share / std::max(tolerance, std::sqrt(std::numeric_limits<double>::epsilon()));
+  const double least = endless_growth(tolerance);
   if (!error.finite || !(error.growth > least * least) || !system.condensed.empty()) return false;
   return measure_light(system, schedule, velocity_free).power > least;
 }
@@ -100,6 +107,14 @@ struct Remedy {
   }
 };
 
+// A contact by its place, after a few words; over ranks it is not known.
+struct Named {
+  char text[64] = "";
+  Named(const char* words, std::int64_t contact) {
+    if (contact >= 0) std::snprintf(text, sizeof text, "%s%lld", words, static_cast<long long>(contact));
+  }
+};
+
 std::string hint_of(const SolveReport& r, const StepError& last, const SolverOptions& options) {
   constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
   char text[500];
@@ -107,28 +122,25 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
   if (last.unbounded)
     std::snprintf(text, sizeof text,
                   "impulses grow without end, and contacts close as without them: no motion obeys bodies that are "
-                  "squeezed; look for what is driven or held on both sides, near contact %lld",
-                  static_cast<long long>(r.worst_contact));
+                  "squeezed; look for what is driven or held on both sides%s",
+                  Named(", near contact ", r.worst_contact).text);
   else if (r.status == SolveStatus::diverged)
     std::snprintf(text, sizeof text,
                   "impulses are not finite after %d iterations, so none were given: look for velocities, masses or "
-                  "gaps of absurd size near "
-                  "contact %lld, or lower dt",
-                  r.iterations, static_cast<long long>(r.worst_contact));
+                  "gaps of absurd size%s, or lower dt",
+                  r.iterations, Named(" near contact ", r.worst_contact).text);
   else if (r.error <= rounding && r.light_error > options.tolerance)
-    std::snprintf(
-        text, sizeof text,
-        "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, the worst contact is %lld, and "
-        "only rounding is left of the error: their masses differ by more than 16 digits tell apart, so that neither "
-        "more iterations nor a smaller tol help: give %smasses that differ less, or a tol of %.0e or more",
-        r.light_error, options.tolerance, static_cast<long long>(r.light_contact),
-        options.solver == "auto" ? "" : "cairn.Auto, ", 2 * r.light_error);
+    std::snprintf(text, sizeof text,
+                  "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e%s, and only rounding is "
+                  "left of the error: their masses differ by more than 16 digits tell apart, so that neither "
+                  "more iterations nor a smaller tol help: give %smasses that differ less, or a tol of %.0e or more",
+                  r.light_error, options.tolerance, Named(", the worst contact is ", r.light_contact).text,
+                  options.solver == "auto" ? "" : "cairn.Auto, ", 2 * r.light_error);
   else if (r.error <= options.tolerance && r.light_error > options.tolerance)
     std::snprintf(
         text, sizeof text,
-        "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations, the "
-        "worst contact is %lld: %s",
-        r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact),
+        "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations%s: %s",
+        r.light_error, options.tolerance, r.iterations, Named(", the worst contact is ", r.light_contact).text,
         Remedy(r, options, limited && options.solver != "auto" ? "cairn.Auto or a smaller dt" : "a smaller tol or dt")
             .text);
   else if (r.error <= options.tolerance && last.rounded)
@@ -150,9 +162,9 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
         "iterations: %s",
         r.velocity_error, options.accuracy, r.iterations, Remedy(r, options, "a larger accuracy or a smaller dt").text);
   else
-    std::snprintf(text, sizeof text, "error %.2e after %d iterations, tol is %.2e: %s; the worst contact is %lld",
-                  r.error, r.iterations, options.tolerance, Remedy(r, options, "a larger tol or a smaller dt").text,
-                  static_cast<long long>(r.worst_contact));
+    std::snprintf(text, sizeof text, "error %.2e after %d iterations, tol is %.2e: %s%s", r.error, r.iterations,
+                  options.tolerance, Remedy(r, options, "a larger tol or a smaller dt").text,
+                  Named("; the worst contact is ", r.worst_contact).text);
   return text;
 }
 

@@ -24,6 +24,8 @@ struct FreeScale {
   double least = 1; // of the scale, where velocities may make it smaller, over that by impulses
 };
 
+// FreeScale::least where a contact holds (ContactSystem::may_hold), and where bodies grow.
+double least_of_scale(bool holds, bool grows, double tolerance);
 // Records hold the free velocity.
 FreeScale measure_free(ContactSystem&, const cairn_schedule&, double tolerance);
 // Records hold the velocity that the impulses leave. last: the status of each contact too.
@@ -34,6 +36,8 @@ StepError measure(ContactSystem&, const cairn_schedule&, FreeScale, bool last, S
 // 1/tolerance.
 bool grows_without_end(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free, const StepError&,
                        double tolerance);
+// Power from which it is so, and root of the growth.
+double endless_growth(double tolerance);
 // Sum of values (n), stride apart, in the order of batches, on any number of threads.
 double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset);
 // Sets the status by the last error, whatever the solver reported, and a hint; a divergence found before stays. hint:

@@ -8,7 +8,8 @@
 namespace cairn {
 
 // Solves the contacts of a step. Failure to converge is a status; throws Error where the solver cannot take these
-// contacts.
-SolveReport solve_step(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
+// contacts. hint_of_solver: what a solver of problems told when it gave up; empty: it did not.
+SolveReport solve_step(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
+                       std::string* hint_of_solver = nullptr);
 
 } // namespace cairn
