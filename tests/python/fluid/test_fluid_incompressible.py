@@ -220,6 +220,22 @@ def test_what_the_incompressible_form_does_not_do_is_refused():
         sim.step()
 
 
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("viscosity", [0.0, 0.1])
+def test_velocities_that_are_not_finite_are_an_error(closed, viscosity):
+    # In a periodic cell such a particle met no other one, and the step was "converged"
+    water = cn.fluid([(0, 0), (1, 0.6)], 0.05, viscosity=viscosity, incompressible=True)
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((1.0, 0.6))) if closed else cn.Scene(dim=2, gravity=(0.0, -1.0))
+    if not closed:
+        scene.add(cn.wall((0, 0), (0, 1), rock))
+    water.velocity[37, 1] = np.nan
+    scene.add(water)
+    sim = cn.Simulation(scene, dt=1e-3)
+    for _ in range(2):  # the state is that before the step
+        with pytest.raises(cn.Error, match="velocity of particle 37 of the fluid along axis 1 is nan"):
+            sim.step()
+
+
 def test_gaps_that_no_particle_fits_in_are_told():
     scene, _ = tank(0.6, 1.2, gravity=9.81)
     scene.add(cn.polygons(square_block(), rock, position=[[0.6, 0.15]]))
