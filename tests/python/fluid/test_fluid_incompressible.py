@@ -58,7 +58,7 @@ def test_light_bodies_rise_as_in_potential_flow(share):
     held, found = released(share, 0.125)
     expected = (1 + share) / (1.103 + share)
     assert abs(held - 1) < 0.03
-    assert abs(found / expected - 1) < 0.19  # 4 spacings a radius; 8: 0.03
+    assert abs(found / expected - 1) < 0.19  # 4 spacings a radius; 8: 0.03 to 0.06
 
 
 def square_block(size=0.3):
