@@ -175,6 +175,7 @@ set(CAIRN_CXX_SOURCES
   couplings/heat_step.cpp
   fluid/fluid.cpp
   fluid/fluid_bodies.cpp
+  fluid/fluid_damping.cpp
   fluid/fluid_draft.cpp
   fluid/fluid_end_draft.cpp
   fluid/fluid_ends.cpp

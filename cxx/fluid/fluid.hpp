@@ -251,11 +251,12 @@ private:
   cairn_fluid_rows rows() const;
   void shear(double h);
   void shear_at_middle(const Scene& scene);
+  void refuse_not_finite() const;
   void move_ahead(const Scene& scene);
   void begin_changes(const Scene& scene);
   void free_bodies(const Scene& scene);
   void add_mass();
-  void damp_noise();
+  void damp_noise(); // see fluid_damping.cpp
   void spread();
   void begin_rows();
   void product(const std::vector<double>& p, std::vector<double>& out);

@@ -208,9 +208,19 @@ void Fluid::predict(Scene& scene, double h, double ahead, MeshSet& meshes) {
   report.passes = report.products = 0;
 }
 
+// A particle that meets no other one would hide it: pressures would not tell of it.
+void Fluid::refuse_not_finite() const {
+  for (std::size_t i = 0; i < velocity_.size(); ++i)
+    if (!std::isfinite(velocity_[i]))
+      throw Error("the velocity of particle " + std::to_string(number_[i / 3]) + " of the fluid along axis " +
+                  std::to_string(i % 3) + " is " + number_text(velocity_[i]) +
+                  " m/s: begin from finite velocities, or restore a checkpoint from before");
+}
+
 // To where contacts are detected.
 void Fluid::move_ahead(const Scene& scene) {
   const double h = implicit_->h, ahead = implicit_->ahead;
+  refuse_not_finite();
   fastest_ = fastest();
   if (!(fastest_ * h <= most_way * settings.spacing))
     throw Error("a step of " + number_text(h) + " s moves the fluid by " +
@@ -253,30 +263,6 @@ void Fluid::begin_changes(const Scene& scene) {
         s.known[6 * std::size_t(s.wall_body[std::size_t(k)]) + c] -= h * volume * w[6 + c];
     }
   }
-}
-
-// Beside a free surface, walls that the lattice of the particles does not fit stir the liquid without end: what gravity
-// adds to the pressure at points of walls does work on particles that circulate there. The damping has the speed of a
-// fall from the highest particle, and less where the pressure is less. Without a surface the drift keeps particles
-// even.
-void Fluid::damp_noise() {
-  if (closed_) return;
-  Implicit& s = *implicit_;
-  s.slope.resize(9 * std::size_t(count()));
-  s.divergence.resize(std::size_t(count())); // here the part of the pressure that is by gravity
-  const double high = s.level.empty() ? 0 : *std::min_element(s.level.begin(), s.level.end());
-  for (std::size_t i = 0; i < s.level.size(); ++i) s.divergence[i] = std::min(pressure_[i], s.level[i] - high);
-  const cairn_fluid_rows r = rows();
-  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
-    cairn_fluid_velocity_slopes(&r, first, last, velocity_.data(), s.slope.data());
-  });
-  tell(s.slope, 9, of_particles_.first());
-  of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
-    cairn_fluid_damp(&r, settings.viscosity, settings.spacing, first, last, velocity_.data(), s.slope.data(),
-                     s.divergence.data(), s.change.data());
-  });
-  tell(s.change, 3, of_particles_.first());
-  for (std::size_t i = 0; i < s.star.size(); ++i) s.star[i] += s.change[i];
 }
 
 // Velocities of bodies without pressure and contacts, and changes by contacts as in the last step.

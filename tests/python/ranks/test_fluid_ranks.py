@@ -241,6 +241,17 @@ def across_a_cell():
     return scene
 
 
+def between_slopes():
+    """Water without viscosity in a trench, whose lattice does not fit the walls: it is damped."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    c, s = np.cos(np.radians(35)), np.sin(np.radians(35))
+    scene.add(cn.wall((0, 0), (s, c), ROCK), cn.wall((0, 0), (-s, c), ROCK))
+    scene.add(cn.disks([(-0.1, 0.47), (0.15, 0.48)], 0.1, WOOD, velocity=[(0.0, -1.0)] * 2))
+    scene.add(cn.fluid([(-0.8, 0), (0.8, 0.4)], 0.05, incompressible=True))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    return scene
+
+
 STRONG = {
     "afloat": afloat,
     "weir": weir,
@@ -250,6 +261,7 @@ STRONG = {
     "raft of blocks": raft,
     "beside a mesh": beside_a_mesh,
     "across a cell": across_a_cell,
+    "between slopes, incompressible": between_slopes,
     "vortices, incompressible": lambda: vortices(incompressible=True),
     "water alone": lambda: only(*tank(incompressible=True)),
 }
