@@ -128,10 +128,11 @@ void Fluid::check(const Scene& scene) {
     corner_[std::size_t(k)] = cell.corner[k];
     const double least = 3 * (reach() + skin());
     if (period_[std::size_t(k)] < least)
-      throw Error("the periodic cell is " + number_text(period_[std::size_t(k)]) + " m long along axis " +
-                  std::to_string(k) + ", and the fluid needs " + number_text(least) +
-                  " m, three times the distance over which particles are listed: give it a smaller spacing, or a longer "
-                  "cell");
+      throw Error(
+          "the periodic cell is " + number_text(period_[std::size_t(k)]) + " m long along axis " + std::to_string(k) +
+          ", and the fluid needs " + number_text(least) +
+          " m, three times the distance over which particles are listed: give it a smaller spacing, or a longer "
+          "cell");
   }
   list_.period = period_;
   list_.low = corner_;

@@ -305,8 +305,8 @@ void Fluid::add_force(Scene& scene, std::size_t body) {
 
 void Fluid::add_force_again(Scene& scene, std::int64_t body) {
   if (!added_) return;
-  const auto found = std::lower_bound(bodies_.begin(), bodies_.end(), body,
-                                      [](const Body& b, std::int64_t id) { return b.id < id; });
+  const auto found =
+      std::lower_bound(bodies_.begin(), bodies_.end(), body, [](const Body& b, std::int64_t id) { return b.id < id; });
   if (found != bodies_.end() && found->id == body) add_force(scene, std::size_t(found - bodies_.begin()));
 }
 

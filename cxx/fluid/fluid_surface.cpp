@@ -106,8 +106,8 @@ void Fluid::pull_surface(const Scene& scene) {
   });
 }
 
-// Beside a wall within the liquid the color has a gradient too, as particles and points of the wall do not fit each other;
-// it is no surface of the liquid.
+// Beside a wall within the liquid the color has a gradient too, as particles and points of the wall do not fit each
+// other; it is no surface of the liquid.
 double Fluid::surface_energy() const {
   double area = 0;
   for (std::size_t i = 0; 4 * i < color_.size(); ++i)

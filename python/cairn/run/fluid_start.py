@@ -65,12 +65,10 @@ def refuse_narrow_cell(lengths, spacing, smoothing):
     """
     least = 3 * (2 * smoothing + LIST)
     for axis in np.flatnonzero(lengths < least * spacing):
-        most = lengths[axis] / least
-        digits = 10.0 ** (math.floor(math.log10(most)) - 2)
         raise ValueError(
             f"the periodic cell is {lengths[axis]:g} m long along axis {axis}, and a liquid needs {least:g} spacings, "
             f"{least * spacing:g} m (three times the {2 * smoothing + LIST:g} over which its particles are listed): give a longer "
-            f"cell, or cn.fluid(spacing={math.floor(most / digits) * digits:.3g})"
+            f"cell, or cn.fluid(spacing={lengths[axis] / math.ceil(least):.6g})"
         )
 
 

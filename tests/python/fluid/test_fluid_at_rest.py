@@ -1,9 +1,8 @@
 """Liquids that nothing moves, and bodies of all shapes that they meet."""
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 from cairn.model.fluid_points import points_of
 
 STONE = cn.Material("stone", density=2600.0)
@@ -108,7 +107,7 @@ def test_energy_of_a_surface_is_that_of_the_outer_one():
     assert abs(sim.fluid.energy()["surface"] / (2 * np.pi * outer * tension) - 1) < 0.06
 
 
-def test_liquid_fills_the_room_of_grains_that_go_at_its_pressure():
+def bed():
     sand = cn.Material("sand", density=2000.0)
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
     scene.add(cn.wall((0, 0), (0, 1), STONE), cn.wall((0, 0), (1, 0), STONE), cn.wall((0.5, 0), (-1, 0), STONE))
@@ -119,20 +118,25 @@ def test_liquid_fills_the_room_of_grains_that_go_at_its_pressure():
     scene.interact("fluid", sand, cn.GrainDrag())
     sim = cn.Simulation(scene, dt=1e-3)
     sim.run(20, progress=False)
+    return sim, ids
+
+
+@pytest.mark.parametrize("gone", [1, 7, 50])
+def test_liquid_fills_the_room_of_grains_that_go_at_its_pressure(gone):
+    (sim, ids), (whole, _) = bed(), bed()
     pressure, mass = np.array(sim.fluid.pressure), np.sum(sim.fluid.mass)
     with pytest.raises(ValueError):
         sim.remove([ids[20], 10**6])
     np.testing.assert_array_equal(sim.fluid.pressure, pressure)
-    sim.remove(ids[20:27])
+    sim.remove(np.roll(ids, -20)[:gone])
+    # Contacts have moved grains since the pressure of the step.
     np.testing.assert_allclose(sim.fluid.pressure, pressure, atol=1e-3 * pressure.max())
-    assert np.sum(sim.fluid.mass) - mass == pytest.approx(1000.0 * 7 * np.pi * 1e-4, rel=0.05)
+    assert np.sum(sim.fluid.mass) - mass == pytest.approx(1000.0 * gone * np.pi * 1e-4, rel=0.05)
     sim.step()
-    assert np.abs(sim.fluid.pressure - pressure).max() < 0.1 * pressure.max()
-    sim.remove(ids[:20])
-    sim.remove(ids[27:])
-    sim.step()
-    np.testing.assert_allclose(sim.fluid.porosity, 1.0)
-    assert np.abs(sim.fluid.pressure - pressure).max() < 0.3 * pressure.max()
+    whole.step()
+    # Grains that go hang no more on the liquid by drag: of the weight of one in water, 3 N/m, it is relieved.
+    assert np.abs(sim.fluid.pressure - whole.fluid.pressure).max() < 0.2 * pressure.max()
+    assert gone < 50 or np.all(sim.fluid.porosity == pytest.approx(1.0))
 
 
 def test_a_block_of_liquid_that_falls_freely_has_no_pressure():
