@@ -23,7 +23,7 @@ def add_parser(add, commands):
     plot.add_argument("file", help="a .vtkhdf file")
     plot.add_argument(
         "--what",
-        help="velocity, rotation, material, any field of the bodies, pressure, density or speed of a liquid with the bodies pale, "
+        help="velocity, rotation, material, any field of the bodies, pressure, density or speed of a liquid, "
         "forces, energy, residual, or history: probes, energy and error (default: velocity; of a liquid its speed)",
     )
     plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")

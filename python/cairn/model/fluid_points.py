@@ -244,8 +244,8 @@ def _polyhedron(form, spacing, layers):
 
 
 def _cylinder(form, spacing, layers):
-    """Rows round the mantle and rings on the ends of a cylinder moved inwards; the volume of each layer is theirs, by the share of
-    each in its surface. Points of mantle and ends both stand on the rim."""
+    """Rows round the mantle and rings on the ends of a cylinder moved inwards; the volume of each layer is theirs, by the
+    share of each in its surface. Points of mantle and ends both stand on the rim."""
     axis, across = form["direction"], np.linalg.svd(form["direction"][None])[2][1:]
     parts = []
     for k in range(layers):

@@ -119,8 +119,8 @@ def refuse_liquid_aside(table, position, spacing, reach):
     if len(beside) and not np.any((aside == 0) & (along >= end) & (along < end + reach)):
         at = tuple(float(v) for v in position[beside[0]])
         raise ValueError(
-            f"velocity of cn.Inflow leads {'up' if sign > 0 else 'down'} axis {axis}, along the side at which the liquid stands, at "
-            f"{at}: give a velocity towards the liquid, or a region on another side of it"
+            f"velocity of cn.Inflow leads {'up' if sign > 0 else 'down'} axis {axis}, along the side at which the liquid stands, "
+            f"at {at}: give a velocity towards the liquid, or a region on another side of it"
         )
 
 

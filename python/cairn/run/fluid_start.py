@@ -67,8 +67,8 @@ def refuse_narrow_cell(lengths, spacing, smoothing):
     for axis in np.flatnonzero(lengths < least * spacing):
         raise ValueError(
             f"the periodic cell is {lengths[axis]:g} m long along axis {axis}, and a liquid needs {least:g} spacings, "
-            f"{least * spacing:g} m (three times the {2 * smoothing + LIST:g} over which its particles are listed): give a longer "
-            f"cell, or cn.fluid(spacing={lengths[axis] / math.ceil(least):.6g})"
+            f"{least * spacing:g} m (three times the {2 * smoothing + LIST:g} over which its particles are listed): give a "
+            f"longer cell, or cn.fluid(spacing={lengths[axis] / math.ceil(least):.6g})"
         )
 
 
@@ -91,8 +91,8 @@ def warn_of_uneven_cell(lengths, position, spacing, above):
         rows = max(1, round(lengths[axis] / spacing))
         warnings.warn(
             f"the periodic cell is {lengths[axis]:g} m long along axis {axis}, and the rows of the liquid "
-            f"{'leave a gap of' if gap[axis] > 0 else 'overlap by'} {abs(gap[axis]) / spacing:.2g} spacings where they meet their "
-            f"images, which sets still liquid in motion: give cn.fluid(spacing={lengths[axis] / rows:.6g}), or a cell of "
+            f"{'leave a gap of' if gap[axis] > 0 else 'overlap by'} {abs(gap[axis]) / spacing:.2g} spacings where they meet "
+            f"their images, which sets still liquid in motion: give cn.fluid(spacing={lengths[axis] / rows:.6g}), or a cell of "
             f"{rows * spacing:g} m",
             FluidWarning,
             stacklevel=above + 1,
