@@ -13,6 +13,7 @@ module fluid_rates
   real(c_double), parameter :: open_share = 0.75_c_double  !< divergence of places, over dim, below which a surface is free
   real(c_double), parameter :: nearest = 0.25_c_double !< to a surface without a barrier, over the spacing
   real(c_double), parameter :: facing = 0.7_c_double   !< cosine to its normal of a point that bars the way
+  real(c_double), parameter :: bowl = 0.65_c_double    !< rise of it over the square of the way aside, both over the spacing
   real(c_double), parameter :: barrier = 0.05_c_double !< of rho c^2, over a spacing
   ! Reynolds number of the spacing, times the limiter, below which viscosity does what the limiter would.
   real(c_double), parameter :: enough = 8
@@ -253,7 +254,7 @@ contains
       call wall_points_of(v, i, w)
       do k = 1, w%count
         call from_wall(v, own, i, w%r(:, k), w%velocity(:, k), w%normal(:, k), w%depth(k), w%holds(k), push, shear, g)
-        push = (push + shear)*w%volume(k)
+        push = (push + shear + barred(v, w%r(:, k), w%normal(:, k), w%depth(k), w%centre(k), w%plane(k) > 0))*w%volume(k)
         a = a + push
         s = s - g*w%volume(k)*w%r(:, k)
         spread = spread - g*w%volume(k)*sum(w%r(:, k)**2)
@@ -366,6 +367,7 @@ contains
         if (from_behind(v, int(b) + 1, r)) cycle
         call from_wall(v, own, int(i, c_int64_t), r, v%surface(4:6, b + 1), v%surface(7:9, b + 1), &
                        v%surface(10, b + 1), holds, push, drag, g)
+        push = push + barred(v, r, v%surface(7:9, b + 1), v%surface(10, b + 1), v%surface(14, b + 1), .false.)
         sum_of = sum_of - own(7)*((push + drag)*v%surface(11, b + 1))
         of_shear = of_shear - own(7)*(drag*v%surface(11, b + 1))
         if (holds .and. v%viscosity > 0) of_side = of_side + 2*g*own(7)*v%surface(11, b + 1)*r
@@ -395,15 +397,33 @@ contains
     if (v%bends) push = -g*p*bent(v%bend(:, i), r)
     p = p + approach(v, dot_product(u, normal)*dot_product(r, normal), d) ! a shear along it is none
     push = push - g*p*r
-    high = dot_product(r, normal) - depth
-    if (high < nearest*v%dx .and. dot_product(r, normal) > facing*d) & ! whatever the pressure, nothing goes through
-      push = push - g*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal
     shear = 0
     if (holds .and. v%viscosity > 0) then
-      high = max(high, least_height*v%dx)
+      high = max(dot_product(r, normal) - depth, least_height*v%dx)
       shear = g*2*v%viscosity*(1 + depth/high)*u
     end if
   end subroutine from_wall
+
+  !> Force over both volumes of a point of a wall on a particle that is about to go through its surface, whatever the pressure.
+  !> Heights are those above the surface itself: at round sides by their centre, at flat ones of bodies, which end somewhere,
+  !> above a bowl about the point, so that a particle beyond an edge, which is near to another side alone, feels none.
+  pure function barred(v, r, normal, depth, centre, endless) result(push)
+    type(fluid), intent(in) :: v
+    real(c_double), intent(in) :: r(3), normal(3), depth, centre
+    logical, intent(in) :: endless !< of a half-space
+    real(c_double) :: push(3), along, d, high
+    push = 0
+    along = dot_product(r, normal)
+    d = sqrt(sum(r**2))
+    high = along - depth
+    if (abs(centre) > 0) then
+      high = sign(sqrt(sum((r + centre*normal)**2)), centre) - centre - depth
+    else if (.not. endless) then
+      high = high + bowl*(d**2 - along**2)/v%dx
+    end if
+    if (high < nearest*v%dx .and. along > facing*d) &
+      push = v%scale*max(0.0_c_double, 1 - 0.5_c_double*d/v%h)**3*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal
+  end function barred
 
   !> Tension at a free surface is none: particles there would clump.
   pure elemental function held_pressure(p, open) result(held)

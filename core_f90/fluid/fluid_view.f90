@@ -38,6 +38,7 @@ module fluid_view
     integer :: point(most_wall_points) !< its number there, 0: of a half-space
     real(c_double) :: r(3, most_wall_points), velocity(3, most_wall_points), normal(3, most_wall_points)
     real(c_double) :: depth(most_wall_points), volume(most_wall_points)
+    real(c_double) :: centre(most_wall_points) !< of curvature, below the point along its normal [m]; 0: of a flat side
     logical :: holds(most_wall_points)
   end type wall_points
 contains
@@ -123,6 +124,7 @@ contains
       w%velocity(:, n) = f%surface(4:6, b)
       w%normal(:, n) = f%surface(7:9, b)
       w%depth(n) = f%surface(10, b)
+      w%centre(n) = f%surface(14, b)
       w%volume(n) = f%surface(11, b)
       w%holds(n) = f%surface(12, b) < 1.5_c_double
       w%plane(n) = 0
@@ -196,6 +198,7 @@ contains
           if (turns) w%velocity(:, w%count) = f%plane(10:12, p) + cross(f%plane(13:15, p), at)
           w%normal(:, w%count) = n
           w%depth(w%count) = deep
+          w%centre(w%count) = 0
           w%volume(w%count) = f%dx**f%dim
           w%holds(w%count) = f%plane(16, p) < 1.5_c_double
           w%plane(w%count) = p

@@ -126,9 +126,11 @@ void Fluid::check(const Scene& scene) {
     corner_[std::size_t(k)] = cell.corner[k];
     const double least = 3 * (reach() + skin());
     if (period_[std::size_t(k)] < least)
-      throw Error("the periodic cell is " + number_text(period_[std::size_t(k)]) + " m long along axis " +
-                  std::to_string(k) + ", and the particles of the fluid reach over " + number_text(least) +
-                  " m: give it a smaller spacing, or a longer cell");
+      throw Error(
+          "the periodic cell is " + number_text(period_[std::size_t(k)]) + " m long along axis " + std::to_string(k) +
+          ", and the fluid needs " + number_text(least) +
+          " m, three times the distance over which particles are listed: give it a smaller spacing, or a longer "
+          "cell");
   }
   list_.period = period_;
   list_.low = corner_;
@@ -261,7 +263,7 @@ cairn_fluid Fluid::view(const Scene& scene) const {
   f.artificial = settings.artificial;
   for (std::size_t k = 0; k < 3; ++k) {
     f.gravity[k] = scene.gravity[k];
-    f.resting[k] = period_[k] > 0 ? 0 : scene.gravity[k];
+    f.resting[k] = period_[k] > 0 || !borne_ ? 0 : scene.gravity[k];
     f.period[k] = period_[k];
   }
   f.record = record_.data();
@@ -432,6 +434,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
         weigh_grains(scene);
       }
     }
+    borne_ = is_borne();
     report.drag_loss = 0;
     const double limit = stable_step(scene);
     report.light_factor = 1;

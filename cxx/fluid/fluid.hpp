@@ -99,14 +99,21 @@ public:
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
 
+  // The room of grains that go is the liquid's: what is left of the share of space of each particle over what it has
+  // now (n), empty if none of these bodies is a grain in the liquid; fill_room() gives it liquid at the pressure of
+  // now.
+  std::vector<double> room_without(const Scene& scene, std::span<const std::int64_t> grains_sorted);
+  void fill_room(std::span<const double> room);
+
   // Ranks that share the sums over particles from now on; null: this process makes all.
   void use(std::shared_ptr<ParticleShares> ranks);
   double imbalance() const { return of_particles_.imbalance(); } // largest share of these sums over the mean
 
   // Moves the liquid over a step of h, and adds its mean forces to those of the bodies. step: needed beside meshes.
   void advance(Scene& scene, double h, const FluidStep& step = {});
-  void end(Scene& scene, double h); // the step of the bodies was made
-  void undo(Scene& scene);          // it was not: all is as before
+  void add_force_again(Scene& scene, std::int64_t body); // its force was written anew within the step
+  void end(Scene& scene, double h);                      // the step of the bodies was made
+  void undo(Scene& scene);                               // it was not: all is as before
 
   // The incompressible form, within the step of the bodies, whose free velocities and inverse masses are known:
   // predicts the liquid to where contacts are detected; solves for the pressure, with bodies that have the impulses of
@@ -224,8 +231,10 @@ private:
   void keep_before();
   void restore_before();
   void give_forces(Scene& scene, double h);
+  void add_force(Scene& scene, std::size_t body);
   void put_forces_back(Scene& scene);
   bool list_is_old();
+  bool is_borne() const;
   void sub_step(const Scene& scene, double dt);
   void pack();
   bool spreads() const { return closed_ && settings.drift != 0; } // at a free surface the drift would lift the liquid
@@ -339,6 +348,7 @@ private:
   double fastest_ = 0;                  // at the begin of the step [m/s]
   double raised_ = 0;                   // of all pressures where there is no free surface [Pa]
   bool closed_ = false;                 // no particle is at a free surface
+  bool borne_ = true;                   // a wall or body is within reach of a particle
   bool known_ = false, list_known_ = false, added_ = false;
   bool within_ = false; // a step of the incompressible form
 

@@ -248,6 +248,20 @@ void Fluid::hide_points_in_planes() {
   }
 }
 
+// Liquid that nothing bears falls freely, and has no pressure by its weight.
+bool Fluid::is_borne() const {
+  if (!list_.particle.empty()) return true;
+  const std::size_t size = planes_.count() > 0 ? plane_.size() / std::size_t(planes_.count()) : 0;
+  const double near = reach() + skin();
+  for (std::size_t p = 0; p + size <= plane_.size() && size > 0; p += size)
+    for (std::size_t i = 0; i < position_.size(); i += 3) {
+      double high = 0;
+      for (std::size_t c = 0; c < 3; ++c) high += (position_[i + c] - plane_[p + c]) * plane_[p + 3 + c];
+      if (high < near) return true;
+    }
+  return false;
+}
+
 // Sums in the order of points and tiles.
 void Fluid::add_surface_forces() {
   std::fill(force_.begin(), force_.end(), 0.0);
@@ -292,13 +306,27 @@ void Fluid::give_forces(Scene& scene, double h) {
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const Body& b = bodies_[k];
     for (std::size_t c = 0; c < 6; ++c) mean_[6 * k + c] = b.impulse[c] / h;
-    if (b.at < 0) continue;
-    double* to = all.force[b.at];
-    std::copy_n(to, all.dofs(), &given_[6 * k]);
-    for (int c = 0; c < dim_; ++c) to[c] += mean_[6 * k + std::size_t(c)];
-    for (int c = dim_; c < all.dofs(); ++c) to[c] += mean_[6 * k + std::size_t(dim_ == 2 ? 5 : c)];
+    add_force(scene, k);
   }
   added_ = true;
+}
+
+// Keeps the force that a body has without the liquid, and adds that of the liquid.
+void Fluid::add_force(Scene& scene, std::size_t body) {
+  Bodies& all = scene.bodies;
+  const std::int32_t at = scene.find_body(bodies_[body].id);
+  if (at < 0) return;
+  double* to = all.force[at];
+  std::copy_n(to, all.dofs(), &given_[6 * body]);
+  for (int c = 0; c < dim_; ++c) to[c] += mean_[6 * body + std::size_t(c)];
+  for (int c = dim_; c < all.dofs(); ++c) to[c] += mean_[6 * body + std::size_t(dim_ == 2 ? 5 : c)];
+}
+
+void Fluid::add_force_again(Scene& scene, std::int64_t body) {
+  if (!added_) return;
+  const auto found =
+      std::lower_bound(bodies_.begin(), bodies_.end(), body, [](const Body& b, std::int64_t id) { return b.id < id; });
+  if (found != bodies_.end() && found->id == body) add_force(scene, std::size_t(found - bodies_.begin()));
 }
 
 void Fluid::put_forces_back(Scene& scene) {

@@ -228,6 +228,43 @@ void Fluid::spread_among_grains(double dt) {
   });
 }
 
+std::vector<double> Fluid::room_without(const Scene& scene, std::span<const std::int64_t> grains_sorted) {
+  std::vector<double> room;
+  if (!granular_ || !known_) return room;
+  FluidGrains& of = granular_->of;
+  const std::vector<double> volume = of.volume;
+  std::vector<double> less = volume;
+  for (std::size_t k = 0; k < less.size(); ++k)
+    if (std::binary_search(grains_sorted.begin(), grains_sorted.end(), of.body[k])) less[k] = 0;
+  if (less == volume) return room;
+  check(scene);
+  load_bodies(scene, 1.0);
+  place_surfaces();
+  if (!list_known_) renew_as_listed();
+  if (list_is_old()) renew_list();
+  const auto weigh = [&] {
+    pack();
+    weigh_grains(scene);
+  };
+  const std::vector<double> solid = solid_;
+  weigh();
+  room = solid_;
+  of.volume = std::move(less);
+  weigh();
+  for (std::size_t i = 0; i < room.size(); ++i) room[i] = (1 - solid_[i]) / (1 - room[i]);
+  of.volume = volume;
+  solid_ = solid; // none may go
+  return room;
+}
+
+void Fluid::fill_room(std::span<const double> room) {
+  for (std::size_t i = 0; i < room.size(); ++i) {
+    mass_[i] *= room[i];
+    density_[i] *= room[i];
+    solid_[i] = 1 - room[i] * (1 - solid_[i]);
+  }
+}
+
 // Pressures of the liquid act on the grains in it, and these on the liquid.
 void Fluid::push_grains(const Scene&) {
   Granular& s = *granular_;

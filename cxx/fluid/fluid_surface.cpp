@@ -106,9 +106,12 @@ void Fluid::pull_surface(const Scene& scene) {
   });
 }
 
+// Beside a wall within the liquid the color has a gradient too, as particles and points of the wall do not fit each
+// other; it is no surface of the liquid.
 double Fluid::surface_energy() const {
   double area = 0;
-  for (std::size_t i = 0; 4 * i < color_.size(); ++i) area += color_[4 * i + 3] * record_[cairn_fluid_record * i + 6];
+  for (std::size_t i = 0; 4 * i < color_.size(); ++i)
+    if (open_[i] > 0) area += color_[4 * i + 3] * record_[cairn_fluid_record * i + 6];
   return area > 0 ? settings.surface_tension / lattice_color_ * settings.depth * area : 0;
 }
 

@@ -33,6 +33,7 @@ public:
   void check_laws(const Simulation& s) const override;
   void changed(Simulation& s, bool places) override;
   bool scheme_beside_fluid(double h, cairn_scheme& out) const override { return model_->scheme_beside_fluid(h, out); }
+  double end_share(double h) const override { return model_->end_share(h); }
   std::shared_ptr<ParticleShares> share_particles(Simulation& s, double h) override;
   void together(const std::function<void()>& work) override { exchange_->together(work); }
   void meet(std::string_view call) const override { exchange_->meet(call); }
@@ -69,7 +70,7 @@ public:
 
 protected:
   void meet_for_step(Simulation& s, double h);
-  void begin(Simulation& s, double h, double end_share, int renumber_every);
+  void begin(Simulation& s, double h, int renumber_every);
   bool must_partition(const Simulation& s) const;
   // margin: what a body adds to the gap up to which it meets others, besides its way [m].
   void partition(Simulation& s, double margin);

@@ -66,11 +66,11 @@ std::shared_ptr<ParticleShares> OverRanks::share_particles(Simulation& s, double
   return liquid_shares_;
 }
 
-void OverRanks::begin(Simulation& s, double h, double end_share, int renumber_every) {
+void OverRanks::begin(Simulation& s, double h, int renumber_every) {
   meet_for_step(s, h);
   check_scene(s);
   check_laws(s);
-  s.apply_controls(h, end_share, true);
+  s.apply_controls(h, end_share(h), true);
   before_ = exchange_->traffic - liquid_shares_->take_told(); // a liquid may have moved already
   shown_.reset();
   all_shown_ = false;

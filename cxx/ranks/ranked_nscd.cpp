@@ -23,7 +23,7 @@ const StepReport& RankedNscd::step(Simulation& s, double h) {
 
 const StepReport& RankedNscd::step_of_all(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  begin(s, h, settings().integrator.scheme(h).end_share, settings().renumber_every);
+  begin(s, h, settings().renumber_every);
   s.place_meshes();
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought

@@ -66,7 +66,7 @@ const StepReport& RankedSmooth::step(Simulation& s, double h) {
 
 const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
-  begin(s, h, 0.5, settings().renumber_every);
+  begin(s, h, settings().renumber_every);
   s.scene.activate(Need::smooth);
   const Threads threads(settings().threads, s.scene.bodies.count);
   const bool heats = s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none;

@@ -132,13 +132,9 @@ void Controls::find_places(Simulation& s) {
   bodies_ = s.scene.bodies.count;
 }
 
-void Controls::apply(Simulation& s, double h, double end_share, bool cell_may_follow) {
-  if (!(h > 0) || !std::isfinite(h)) return; // the strategy refuses it
+void Controls::apply_to_bodies(Simulation& s, double h, double end_share) {
   Bodies& b = s.scene.bodies;
   find_places(s);
-  begin_ = s.time;
-  if (!growths_.empty() && s.strategy().name == "event_driven")
-    throw Error("bodies grow, and strategy event_driven lets none do so: take NSCD or SmoothDEM");
   for (const Drive& d : drives_) {
     const double v =
         number_at(d.velocity, s.time + h, "velocity", [&] { return "body " + std::to_string(d.ids.front()); });
@@ -157,6 +153,14 @@ void Controls::apply(Simulation& s, double h, double end_share, bool cell_may_fo
       force[k] += end_share * (late * area * n) + (1 - end_share) * (early * area * n);
     }
   }
+}
+
+void Controls::apply(Simulation& s, double h, double end_share, bool cell_may_follow) {
+  if (!(h > 0) || !std::isfinite(h)) return; // the strategy refuses it
+  apply_to_bodies(s, h, end_share);
+  begin_ = s.time;
+  if (!growths_.empty() && s.strategy().name == "event_driven")
+    throw Error("bodies grow, and strategy event_driven lets none do so: take NSCD or SmoothDEM");
   if (!has_cell()) return;
   for (const Component& c : components_)
     if (c.follows && !cell_may_follow)

@@ -61,6 +61,11 @@ public:
   // end, rates of the cell. Throws Error where a function gives no number, or the cell is to follow a stress where the
   // strategy does not let it.
   void apply(Simulation& s, double h, double end_share, bool cell_may_follow);
+  void apply_to_bodies(Simulation& s, double h, double end_share); // that part alone
+  template <class F>
+  void each_pressed_body(F&& f) const { // f(id), of those whose force is that of a stress
+    for (const Servo& one : servos_) f(one.body);
+  }
 
 private:
   struct Drive {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "../fluid/fluid.hpp"
 #include "simulation.hpp"
 
 namespace cairn {
@@ -37,7 +38,10 @@ void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
                   std::to_string(all) + ": a deformable body is removed with all of its nodes, points and sides");
     gone.push_back(m);
   }
+  std::vector<double> room;
+  if (fluid) room = fluid->room_without(scene, going);
   scene.remove_bodies(ids);
+  if (fluid) fluid->fill_room(room);
   for (std::size_t k = gone.size(); k-- > 0;) meshes.meshes.erase(gone[k]);
   if (meshes.empty()) meshes = {}; // nothing is mapped from them
   meshes_placed_ = -1;

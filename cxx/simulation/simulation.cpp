@@ -68,6 +68,7 @@ const StepReport& Simulation::step(double h) {
     beside.meshes = &meshes;
     beside.time = time;
   }
+  if (controls) controls->apply_to_bodies(*this, h, strategy_->end_share(h)); // sub-steps have the loads of this step
   timed("move_fluid", [&] { strategy_->together([&] { fluid->advance(scene, h, beside); }); });
   try {
     step_of_bodies(h);
@@ -97,7 +98,9 @@ Controls& Simulation::controlled() {
 }
 
 void Simulation::apply_controls(double h, double end_share, bool cell_may_follow) {
-  if (controls) controls->apply(*this, h, end_share, cell_may_follow);
+  if (!controls) return;
+  controls->apply(*this, h, end_share, cell_may_follow);
+  if (fluid) controls->each_pressed_body([&](std::int64_t id) { fluid->add_force_again(scene, id); });
 }
 
 void Simulation::advance_networks(double h) {

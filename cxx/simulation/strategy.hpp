@@ -81,6 +81,8 @@ public:
   virtual double stable_step(Simulation&) { return std::numeric_limits<double>::infinity(); }
   // Scheme of a step, where deformable bodies may move beside a weakly compressible liquid; false: they may not.
   virtual bool scheme_beside_fluid(double, cairn_scheme&) const { return false; }
+  // Share of the end of a step of h [s] in the mean of loads over it.
+  virtual double end_share(double) const { return 0.5; }
   // Ranks that share the sums over the particles of a liquid in the step that begins; null: there are none.
   virtual std::shared_ptr<ParticleShares> share_particles(Simulation&, double) { return nullptr; }
   // Makes work whose results all ranks share: an error of one process alone ends the others, which wait for it.

@@ -87,7 +87,7 @@ void SmoothDem::begin_step(Simulation& s, double h) {
   check_scene(s);
   check_bodies(s);
   const bool verlet = settings.integrator.name == "velocity_verlet";
-  s.apply_controls(h, verlet ? 0.5 : settings.integrator.scheme(h).end_share, verlet);
+  s.apply_controls(h, end_share(h), verlet);
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) {
     remember(s);
     s.scene.renumber();

@@ -88,6 +88,7 @@ public:
   void status(Simulation& s, std::int32_t* out) override;
   void changed(Simulation& s, bool places) override;
   bool scheme_beside_fluid(double h, cairn_scheme& out) const override;
+  double end_share(double h) const override { return settings.integrator.scheme(h).end_share; }
   double stable_step(Simulation& s) override; // of meshes under an explicit integrator
   std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override; // of the sweeps of the last step
   std::int64_t body_bytes() const override { return margins_.bytes() + histories_.bytes(); }

@@ -59,6 +59,9 @@ public:
   void check_options() const override;
   std::vector<std::string> texts_of(std::string_view option) const override;
   double stable_step(Simulation& s) override;
+  double end_share(double h) const override {
+    return settings.integrator.name == "velocity_verlet" ? 0.5 : settings.integrator.scheme(h).end_share;
+  }
   std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
 
   // Pairs that act, as candidates: gap, normal and point of now. Their forces are those of the last step.

@@ -1,6 +1,7 @@
 """`cairn plot`: pictures and animations of a run."""
 
 import os
+import sys
 
 from ..base import checks
 from ..names import listed
@@ -22,9 +23,8 @@ def add_parser(add, commands):
     plot.add_argument("file", help="a .vtkhdf file")
     plot.add_argument(
         "--what",
-        default="velocity",
-        help="velocity, rotation, material, any field of the bodies, pressure or density of a liquid, forces, energy, "
-        "residual, or history: probes, energy and error (default: velocity)",
+        help="velocity, rotation, material, any field of the bodies, pressure, density or speed of a liquid, "
+        "forces, energy, residual, or history: probes, energy and error (default: velocity; of a liquid its speed)",
     )
     plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
     plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
@@ -45,9 +45,11 @@ def main(options):
     checks.count("every", options.every, 1)
     checks.count("dpi", options.dpi, 1)
     stem = os.path.splitext(options.file)[0]
-    out = options.output or f"{stem}_{options.what}.png"
+    film = os.path.splitext(options.output or "")[1].lower() in (".gif", ".mp4")
     with load(options.file) as run:
-        of_liquid = []
+        of_liquid, liquid = [], len(run) > 0 and len(run[-1].fluid) > 0
+        options.what = options.what or ("speed" if liquid and not film else "velocity")
+        out = options.output or f"{stem}_{options.what}.png"
         if len(run):
             fields = [*run[-1].drawn.names, "speed", "spin", "forces", "energy", "residual", "history"]
             parts = AXES[run[-1].dim]
@@ -55,9 +57,10 @@ def main(options):
             fields += ["von_mises"] * ("stress" in fields)
             of_liquid = [name for name in ("pressure", "density", "porosity") if name not in fields and name in run[-1].fluid]
             fields += of_liquid
+            of_liquid += ["speed"] * (liquid and not film)
             if options.what not in fields:
                 raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
-        if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
+        if film:
             if options.what in of_liquid:
                 raise ValueError(f"a film shows no liquid, whose {options.what} this is: give -o a .png, with --step I")
             run.animate(out, options.what, every=options.every, dpi=options.dpi)
@@ -69,6 +72,9 @@ def main(options):
                 raise ValueError(f"{options.file} holds no output yet")
             i = options.step if options.time is None else run.at(options.time).index
             draw = plot_fluid if options.what in of_liquid else plot_step
+            if liquid and draw is plot_step:
+                told = f"{options.what} is that of bodies, and the liquid is not drawn: --what {' or '.join(of_liquid)} draws it"
+                print(f"cairn: warning: {told}", file=sys.stderr)
             save_picture(run.plot_force_chains(i) if options.what == "forces" else draw(run[i], options.what), out, options.dpi)
     print(out)
     return 0

@@ -343,11 +343,15 @@ def driven_at(dofs, velocity, n, dim):
     Raises
     ------
     ValueError
-        If one number is given for several dofs.
+        If one number is given for several dofs, or none.
     """
+    named = [dofs] if isinstance(dofs, str) else list(dofs)
+    if velocity is None and any(named):
+        raise ValueError(
+            f"velocity of {', '.join(map(str, named))} is None: give 0.0 to hold, or no dofs, drive(ids, ()), to let go"
+        )
     if velocity is None or callable(velocity) or np.ndim(velocity):
         return velocity if velocity is None or callable(velocity) else rows("velocity", velocity, n, dim)
-    named = [dofs] if isinstance(dofs, str) else list(dofs)
     if len(named) != 1:
         told = f"one number is of one dof, and {len(named)} are named" if named else "no dof is named"
         raise ValueError(f"velocity is {velocity!r}: {told}; give ({len(DOFS[dim])},) of all dofs")

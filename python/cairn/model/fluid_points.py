@@ -81,6 +81,8 @@ def points_of(shape, dim, form, spacing, reach):
         made = _polygon(form["vertex"], spacing, layers)
     elif shape == "polyhedron":
         made = _polyhedron(form, spacing, layers)
+    elif shape == "cylinder":
+        made = _cylinder(form, spacing, layers)
     else:
         made = _by_distance(shape, dim, form, spacing, reach)
     made.place = made.place + form["offset"]
@@ -241,6 +243,51 @@ def _polyhedron(form, spacing, layers):
     return Points(place, normal[below.argmin(axis=1)], below.min(axis=1), np.concatenate(volumes))
 
 
+def _cylinder(form, spacing, layers):
+    """Rows round the mantle and rings on the ends of a cylinder moved inwards; the volume of each layer is theirs, by the
+    share of each in its surface. Points of mantle and ends both stand on the rim."""
+    axis, across = form["direction"], np.linalg.svd(form["direction"][None])[2][1:]
+    parts = []
+    for k in range(layers):
+        outer, inner = (
+            2 * np.pi * max(0.0, form["radius"] - s * spacing) ** 2 * max(0.0, form["half"] - s * spacing) for s in (k, k + 1)
+        )
+        if outer <= 0:
+            break
+        depth = (k + 0.5) * spacing
+        radius, half = max(0.0, form["radius"] - depth), max(0.0, form["half"] - depth)
+        mantle, ends = _mantle(radius, half, spacing), _ends(radius, half, spacing)
+        volume = (outer - inner) / (mantle[:, 3].sum() + ends[:, 3].sum())
+        for of_mantle, (angle, far, high, area) in ((True, mantle.T), (False, ends.T)):
+            round_ = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ across
+            normal = round_ if of_mantle else np.where(np.signbit(high), -1.0, 1.0)[:, None] * axis
+            below = form["radius"] - radius if of_mantle else form["half"] - half
+            depths, centre = np.full(len(far), max(below, 0.25 * spacing)), np.full(len(far), radius if of_mantle else 0.0)
+            parts.append((far[:, None] * round_ + high[:, None] * axis, normal, depths, volume * area, centre))
+    return Points(*(np.concatenate(column) for column in zip(*parts)))
+
+
+def _mantle(radius, half, spacing):
+    """Points of the mantle of a cylinder: angle, distance from the axis, height and area of each (n, 4)."""
+    round_, rows = max(3, int(round(2 * np.pi * radius / spacing))), max(1, int(round(2 * half / spacing)))
+    angle, row = (x.ravel() for x in np.meshgrid(np.arange(round_) * 2 * np.pi / round_, np.arange(rows + 1), indexing="ij"))
+    area = np.where((row == 0) | (row == rows), 0.5, 1.0) * 4 * np.pi * radius * max(half, 1e-9 * spacing) / (round_ * rows)
+    return np.stack([angle, np.full(len(row), radius), half * (2 * row / rows - 1), area], axis=1)
+
+
+def _ends(radius, half, spacing):
+    """Points of both ends of a cylinder in rings, as `_mantle` gives them."""
+    rings, rows = max(1, int(round(radius / spacing))), []
+    for j in range(rings + 1):
+        far = radius * j / rings
+        many = max(1, int(round(2 * np.pi * far / spacing)))
+        inside, outside = max(0.0, j - 0.5), min(float(rings), j + 0.5)
+        area = np.pi * max(radius / rings, 1e-9 * spacing) ** 2 * (outside**2 - inside**2) / many
+        angle = (np.arange(many) + 0.5 * (j % 2)) * 2 * np.pi / many
+        rows += [np.stack([angle, *np.broadcast_arrays(far, high, area, angle)[:3]], axis=1) for high in (-half, half)]
+    return np.concatenate(rows)
+
+
 def _by_distance(shape, dim, form, spacing, reach):
     """A lattice within a shape, in its axes, up to a depth."""
     axis = form.get("direction")
@@ -267,8 +314,6 @@ def _by_distance(shape, dim, form, spacing, reach):
     else:
         depth, out = _depth_and_normal(shape, form, place)
         centre = form["radius"] - depth
-        if shape == "cylinder":  # its ends are flat
-            centre = np.where(np.abs(out @ form["direction"]) > 0.5, 0.0, centre)
     kept = (depth > 0) & (depth < reach)
     return Points(place[kept], out[kept], depth[kept], np.full(kept.sum(), volume), centre[kept])
 

@@ -109,7 +109,13 @@ def read(path) -> dict:
     except json.JSONDecodeError as error:
         told = f"line {error.lineno}, column {error.colno}: {error.msg}"
         raise FileError(path, f"it is no JSON, {told}", "mind commas, quotes and brackets") from None
-    except (ValueError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        with open(path, "rb") as file:
+            of_hdf5 = file.read(8) == b"\x89HDF\r\n\x1a\n"
+        is_what = "it is a file of results (HDF5), and no scene" if of_hdf5 else "it is no text, and no JSON"
+        remedy = "give a .json document; `cairn info` and `cairn verify` read results" if of_hdf5 else "write JSON in UTF-8"
+        raise FileError(path, is_what, remedy) from None
+    except ValueError as error:
         raise FileError(path, f"it is no JSON: {error}", "write finite numbers, each field once, in UTF-8") from None
 
 

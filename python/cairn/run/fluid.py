@@ -11,8 +11,16 @@ from ..model.fluid_points import LAYERED, PLANES, Points, depth_in, points_of
 from ..model.fluid_skins import Surface, flat_pieces, skin_of
 from ..model.fluids import FreeSlip, grain_size, slip_between, sound_speed_of
 from .fluid_gaps import warn_of_beds, warn_of_gaps, warn_of_light_beds, warn_of_tension, warn_of_thin
-from .fluid_room import crowd, depth_in_bodies, outside, refuse_crowded, refuse_liquid_behind, refuse_wrong_way_out
-from .fluid_start import refuse_squeezed, warn_of_depth, warn_of_light_mesh
+from .fluid_room import (
+    crowd,
+    depth_in_bodies,
+    outside,
+    refuse_crowded,
+    refuse_liquid_aside,
+    refuse_liquid_behind,
+    refuse_wrong_way_out,
+)
+from .fluid_start import refuse_narrow_cell, refuse_squeezed, warn_of_depth, warn_of_light_mesh, warn_of_uneven_cell
 from .fluid_watch import FluidWatch
 
 
@@ -25,7 +33,8 @@ class Running:
         self.fluids = list(scene.fluids)
         self._refuse(scene)
         first, gravity = self.fluids[0], self._gravity()
-        periodic = np.zeros(scene.dim, bool) if scene.periodic is None else scene.periodic.arrays(scene.dim)[0][: scene.dim]
+        periodic, lengths = _cell_of(scene)
+        refuse_narrow_cell(lengths, first.spacing, first.smoothing)
         across = np.where(periodic, 0.0, gravity)
         bodies = _bodies_of(scene, simulation._sets, first.spacing)
         self.sets_seen = len(simulation._sets)
@@ -35,6 +44,7 @@ class Running:
         if not len(position):
             raise ValueError("no particle of the fluid lies outside bodies and walls: give cn.fluid a region that is open")
         refuse_crowded(position, first.spacing)
+        warn_of_uneven_cell(lengths, np.concatenate([f.position for f in self.fluids]), first.spacing, above=5)
         ends = self._ends(scene, position, bodies, periodic)
         speed = first.sound_speed or 0.0
         if not (speed or first.incompressible):
@@ -98,6 +108,7 @@ class Running:
         tables = [e.lanes(first.spacing, reach) for e in inflows]
         for t in tables:
             refuse_liquid_behind(t, position, first.spacing, reach)
+            refuse_liquid_aside(t, position, first.spacing, reach)
         ways_out = [e for e in scene.fluid_ends if not hasattr(e, "velocity")]
         outflows = [e.row(0.5 * (position.min(axis=0) + position.max(axis=0)), reach, origin) for e in ways_out]
         for e, row in zip(ways_out, outflows):
@@ -397,6 +408,15 @@ class Running:
                 f"{len(inside)} grains are added within the liquid, one at {at}, and would compress it: add them above it, or to "
                 "the scene before the start, where the liquid makes room"
             )
+
+
+def _cell_of(scene):
+    """Which axes (dim,) are periodic, and the length of the cell along each, inf along others [m]."""
+    if scene.periodic is None:
+        return np.zeros(scene.dim, bool), np.full(scene.dim, np.inf)
+    periodic, vectors = scene.periodic.arrays(scene.dim)[:2]
+    periodic = np.asarray(periodic, bool)[: scene.dim]
+    return periodic, np.where(periodic, np.diag(np.asarray(vectors).reshape(3, 3))[: scene.dim], np.inf)
 
 
 def _held(sets, dim):

@@ -164,10 +164,16 @@ def warn_of_beds(bodies, sizes, spacing, smoothing, above):
 
 
 def _shares(bodies, sizes, spacing):
-    """Share of space (n,) that grains take about each of them, in cells of two spacings."""
-    place = np.array([b.position for b in bodies])
-    cells, which = np.unique(np.floor(place / (2 * spacing)), axis=0, return_inverse=True)
-    return (np.bincount(which.ravel(), sizes) / (2 * spacing) ** cells.shape[1])[which.ravel()]
+    """Share of space (n,) that grains take about each of them: volumes are shared out linearly to the corners of cells of two
+    spacings, as counts of centres in cells jump."""
+    place = np.array([b.position for b in bodies]) / (2 * spacing)
+    low, dim = np.floor(place).astype(np.int64), place.shape[1]
+    corners = np.stack([a.ravel() for a in np.meshgrid(*[[0, 1]] * dim, indexing="ij")], axis=1)
+    weight = np.prod(np.where(corners[None] == 1, (place - low)[:, None], 1 - (place - low)[:, None]), axis=2)
+    cells, which = np.unique((low[:, None] + corners[None]).reshape(-1, dim), axis=0, return_inverse=True)
+    which = which.reshape(len(place), -1)
+    share = np.bincount(which.ravel(), (weight * np.asarray(sizes)[:, None]).ravel(), len(cells)) / (2 * spacing) ** dim
+    return np.sum(weight * share[which], axis=1)
 
 
 CALM = 0.1  # viscosity over the root of density, tension and spacing, above which drops of 20 spacings stay whole

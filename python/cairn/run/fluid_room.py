@@ -96,6 +96,34 @@ def refuse_liquid_behind(table, position, spacing, reach):
         )
 
 
+def refuse_liquid_aside(table, position, spacing, reach):
+    """Refuses an inflow that leads along the side at which the liquid stands.
+
+    Parameters
+    ----------
+    table, position, spacing, reach
+        As of `refuse_liquid_behind`.
+
+    Raises
+    ------
+    ValueError
+        If the liquid stands beside the region, and none before its end.
+    """
+    axis, sign = int(table["axis"][0]), float(table["sign"][0])
+    end, length = float(np.max(table["face"])), float(np.max(table["length"]))
+    along, across = sign * position[:, axis], np.delete(position, axis, axis=1)
+    box = np.delete(table["position"], axis, axis=1)
+    low, high = box.min(axis=0) - 0.5 * spacing, box.max(axis=0) + 0.5 * spacing
+    aside = np.linalg.norm(np.maximum(0.0, np.maximum(low - across, across - high)), axis=1)
+    beside = np.flatnonzero((aside > 0) & (aside < spacing) & (along > end - length) & (along < end))
+    if len(beside) and not np.any((aside == 0) & (along >= end) & (along < end + reach)):
+        at = tuple(float(v) for v in position[beside[0]])
+        raise ValueError(
+            f"velocity of cn.Inflow leads {'up' if sign > 0 else 'down'} axis {axis}, along the side at which the liquid stands, "
+            f"at {at}: give a velocity towards the liquid, or a region on another side of it"
+        )
+
+
 def refuse_wrong_way_out(region, axis, sign, position, spacing):
     """Refuses an outflow that leads towards the liquid, or that the liquid could enter by its side alone.
 

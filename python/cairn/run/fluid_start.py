@@ -46,6 +46,62 @@ def warn_of_depth(sets, held, depth, above):
             return
 
 
+LIST = 0.5  # distance beyond their reach over which particles are listed, over the spacing: `skin` of the core
+
+
+def refuse_narrow_cell(lengths, spacing, smoothing):
+    """Refuses a periodic cell in which a particle would meet others and their images.
+
+    Parameters
+    ----------
+    lengths : ndarray (dim,)
+        Length of the cell along each axis, inf along those that are not periodic [m].
+    spacing : float
+        Distance of the particles [m].
+    smoothing : float
+        Length of the kernel over it.
+
+    Raises
+    ------
+    ValueError
+        If the cell is shorter than three times the distance over which particles are listed.
+    """
+    least = 3 * (2 * smoothing + LIST)
+    for axis in np.flatnonzero(lengths < least * spacing):
+        raise ValueError(
+            f"the periodic cell is {lengths[axis]:g} m long along axis {axis}, and a liquid needs {least:g} spacings, "
+            f"{least * spacing:g} m (three times the {2 * smoothing + LIST:g} over which its particles are listed): give a "
+            f"longer cell, or cn.fluid(spacing={lengths[axis] / math.ceil(least):.6g})"
+        )
+
+
+def warn_of_uneven_cell(lengths, position, spacing, above):
+    """Warns of a liquid that goes round a periodic cell which is no whole number of spacings long.
+
+    Parameters
+    ----------
+    lengths : ndarray (dim,)
+        As of `refuse_narrow_cell`.
+    position : ndarray (n, dim)
+        Places of the particles, those in bodies too [m].
+    spacing : float
+        Distance of the particles [m].
+    above : int
+        Frames above the caller to which the warning points.
+    """
+    gap = lengths - (np.ptp(position, axis=0) + spacing)
+    for axis in np.flatnonzero((np.abs(gap) < spacing) & (np.abs(gap) > 1e-3 * spacing)):
+        rows = max(1, round(lengths[axis] / spacing))
+        warnings.warn(
+            f"the periodic cell is {lengths[axis]:g} m long along axis {axis}, and the rows of the liquid "
+            f"{'leave a gap of' if gap[axis] > 0 else 'overlap by'} {abs(gap[axis]) / spacing:.2g} spacings where they meet "
+            f"their images, which sets still liquid in motion: give cn.fluid(spacing={lengths[axis] / rows:.6g}), or a cell of "
+            f"{rows * spacing:g} m",
+            FluidWarning,
+            stacklevel=above + 1,
+        )
+
+
 def refuse_squeezed(pressures, settings):
     """Refuses given pressures of the start by which a weakly compressible liquid would change its volume by half.
 

@@ -58,16 +58,16 @@ class FluidView:
         return _core.fluid_report(self._core)
 
     def force_on(self, body):
-        """Gives the mean force of the liquid on a body in the last step.
+        """Gives the mean force of the liquid on a body, or on several, in the last step.
 
         Parameters
         ----------
-        body : int
-            Id of a body.
+        body : int or array_like (n,)
+            Id of a body, or ids, as `Scene.add` returns them.
 
         Returns
         -------
-        ndarray (3,) or (6,)
+        ndarray (3,) or (6,); of ids (n, 3) or (n, 6)
             Force [N], and torque about its centre of mass [N m]: 0 for one that the liquid flows through.
 
         Raises
@@ -75,19 +75,23 @@ class FluidView:
         ValueError
             If there is no such body.
         """
-        number = int(checks.body_ids([body])[0])
-        if number not in self._simulation.bodies.id:
-            raise ValueError(f"there is no body {number}; it was never added, or was removed: give an id that Scene.add returned")
-        found = np.array(_core.fluid_force(self._core, number))
-        return found if self._simulation.scene.dim == 3 else found[[0, 1, 5]]
+        ids = checks.body_ids(body)
+        unknown = ids[~np.isin(ids, self._simulation.bodies.id)]
+        if len(unknown):
+            raise ValueError(
+                f"there is no body {unknown[0]}; it was never added, or was removed: give an id that Scene.add returned"
+            )
+        found = np.array([_core.fluid_force(self._core, int(k)) for k in ids]).reshape(len(ids), 6)
+        found = found if self._simulation.scene.dim == 3 else found[:, [0, 1, 5]]
+        return found if np.ndim(body) else found[0]
 
-    def forces_on_mesh(self, name):
+    def forces_on_mesh(self, mesh):
         """Gives the mean forces of the liquid on the nodes of a deformable body in the last step.
 
         Parameters
         ----------
-        name : str
-            Name of the body.
+        mesh : int, MeshView or str
+            Number of the body in `Simulation.meshes`, one of these, or its name, if no other has it.
 
         Returns
         -------
@@ -97,17 +101,35 @@ class FluidView:
         Raises
         ------
         ValueError
-            If there is no such body.
+            If there is no such body, or several have this name.
         """
-        named = [mesh for mesh in self._simulation.meshes if mesh.name == name]
-        if not named:
-            known = ", ".join(repr(mesh.name) for mesh in self._simulation.meshes)
-            due = f"there is {known}: give the name of one" if known else "the scene has none: ask force_on for a rigid body"
-            raise ValueError(f"there is no deformable body {name!r}; {due}")
-        out = np.zeros(named[0].body.points.size)
-        found = _core.fluid_mesh_forces(self._core, int(named[0].ids[0]))
+        one = self._mesh(mesh)
+        out = np.zeros(one.body.points.size)
+        found = _core.fluid_mesh_forces(self._core, int(one.ids[0]))
         out[: len(found)] = found
-        return out.reshape(named[0].body.points.shape)
+        return out.reshape(one.body.points.shape)
+
+    def _mesh(self, asked):
+        """The deformable body that a number, a view or a name tells."""
+        meshes = self._simulation.meshes
+        if isinstance(asked, (int, np.integer)) and not isinstance(asked, bool):
+            found = meshes[asked : asked + 1] if asked >= 0 else []
+        elif isinstance(asked, str):
+            found = [mesh for mesh in meshes if mesh.name == asked]
+        else:
+            first = getattr(asked, "ids", [-1])[0]
+            found = [mesh for mesh in meshes if mesh.ids[0] == first]
+        if len(found) > 1:
+            numbers = [k for k, mesh in enumerate(meshes) if mesh.name == asked]
+            raise ValueError(
+                f"{len(found)} deformable bodies have the name {asked!r}, numbers {numbers[0]}, {numbers[1]}"
+                f"{', ...' if len(numbers) > 2 else ''} of sim.meshes: give the number, or sim.meshes[{numbers[0]}]"
+            )
+        if not found:
+            known = ", ".join(repr(name) for name in dict.fromkeys(mesh.name for mesh in meshes))
+            due = f"there is {known}: give the name of one" if known else "the scene has none: ask force_on for a rigid body"
+            raise ValueError(f"there is no deformable body {asked!r}; {due}")
+        return found[0]
 
     def pressure_at(self, places):
         """Gives the mean pressure of the liquid about places, with what gravity adds from particles to the place.

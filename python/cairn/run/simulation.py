@@ -423,6 +423,13 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             If a side is no name of the scene or the law is none.
         """
         self._stage.at_rest("interact", a=a, b=b, law=law)
+        for side in (a, b):
+            if any(side is f or side == f.name for f in self.scene.fluids if isinstance(side, (str, type(f)))):
+                name = side if isinstance(side, str) else side.name
+                raise ValueError(
+                    f"{name!r} is a liquid, and how it meets bodies is known before the first step: give "
+                    "Scene.interact(fluid, ...) before cn.Simulation, or a new simulation"
+                )
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
         self._use_laws(self._species, rules)
@@ -529,7 +536,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             self._meshes.removed(ids)
         self._start_functions()
 
-    def drive(self, ids, dofs, velocity):
+    def drive(self, ids, dofs, velocity=None):
         """Imposes velocities on dofs of bodies in later steps.
 
         Other dofs keep their drive. No dofs, (), removes all drives and holds of the bodies.
@@ -540,14 +547,14 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
             Ids of the bodies.
         dofs : str or sequence of str
             Names of the dofs.
-        velocity : float, array_like (3,), (6,), (n, 3) or (n, 6), or callable
+        velocity : float, array_like (3,), (6,), (n, 3) or (n, 6), or callable, optional
             Velocities over all dofs [m/s, rad/s], a number if a single dof is named, or a function of time that gives them;
-            a Table, Harmonic or Expression of a single dof may give a number.
+            a Table, Harmonic or Expression of a single dof may give a number. Needed unless no dofs are named.
 
         Raises
         ------
         ValueError
-            If there is no such body or dof, or a velocity is not finite.
+            If there is no such body or dof, or a velocity is missing or not finite.
         """
         self._stage.at_rest("drive", ids=ids, dofs=dofs, velocity=velocity)
         ids, dim = checks.body_ids(ids), self.scene.dim

@@ -134,3 +134,18 @@ def test_a_probe_reads_the_volume_of_the_liquid(tmp_path):
     with pytest.raises(ValueError, match="no fluid: give cn.fluid"):
         dry = box_of_liquid(depth=0)
         dry.run(1, output=tmp_path / "dry.vtkhdf", progress=False, probes={"volume": cn.Probe("report.fluid_volume")})
+
+
+def test_plot_draws_the_liquid_or_says_that_it_does_not(runs, tmp_path, capsys):
+    run = str(runs / "a.vtkhdf")
+    assert main(["plot", run, "-o", str(tmp_path / "a.png")]) == 0
+    assert "warning" not in capsys.readouterr().err
+    assert main(["plot", run, "--what", "velocity", "-o", str(tmp_path / "b.png")]) == 0
+    assert "the liquid is not drawn: --what pressure or density" in capsys.readouterr().err
+    assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
+
+
+def test_check_says_that_a_file_of_results_is_no_scene(runs, capsys):
+    assert main(["check", str(runs / "a.vtkhdf")]) != 0
+    told = capsys.readouterr().err
+    assert "file of results (HDF5)" in told and "codec" not in told

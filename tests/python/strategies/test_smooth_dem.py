@@ -307,7 +307,7 @@ def test_restitution_against_a_grain_that_is_held(dim, law, share):
         sim = cn.Simulation(scene, 2e-5, cn.SmoothDEM())
         sim.step()
         if later is not None:
-            sim.drive(base, later, None)
+            sim.drive(base, later, np.zeros(len(dofs)) if later else None)
         for _ in range(2000):
             sim.step()
         v = sim.bodies.velocity[:, dim - 1]
