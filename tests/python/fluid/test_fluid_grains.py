@@ -113,7 +113,6 @@ def test_a_drop_far_below_the_weight_of_the_water_is_that_of_the_law(speed, step
     """Particles enter the bed and are drawn out there: the pressure of such a lattice was wrong by a share of the whole pressure,
     lifts 1.9 times and more those of the law, single rows 3 times."""
     _, rows = pressed(speed, 0.1, 0.4, steps)
-    print(rows)
     assert abs(rows.mean() - 1) < 0.15 and abs(rows[2:-2].mean() - 1) < 0.15
     assert rows.max() < 1.8 and rows.min() > 0.3
 
