@@ -195,50 +195,85 @@ contains
   end subroutine cairn_fluid_grain_bear
 
   !> Impulses of drag on grains first to last - 1 over a time, implicit in the velocities of a grain and of its share of the fluid.
+  !> The law has the porosity of the bed about the grain and the liquid that passes there. Particles bear the impulse, and are read,
+  !> by their liquid: the drop of pressure over a bed then is that of the law, though at its faces particles see fewer grains.
   subroutine cairn_fluid_grain_drag(f, given, time, first, last, velocity, impulse) bind(c)
     type(cairn_fluid), intent(in) :: f
     type(cairn_fluid_grains), intent(in) :: given
     real(c_double), value :: time
     integer(c_int64_t), value :: first, last
     real(c_double), intent(in) :: velocity(3, 0:*)   !< of particles [m/s]
-    real(c_double), intent(inout) :: impulse(4, 0:*) !< [N s | N s/m], 1 over the sum of weights
+    real(c_double), intent(inout) :: impulse(4, 0:*) !< [N s | N s/m], 1 over the sum of weights times porosities
     type(fluid) :: v
     type(grain_pairs) :: to
     integer(c_int64_t) :: g, k
     integer :: i
-    real(c_double) :: flow(3), solid, mass, sum_of, volume, w
+    real(c_double) :: flow(3), mass, sum_of, liquid, volume, share, dense, w
     call open_fluid(f, 0_c_int64_t, v)
     call open_grains(given, to)
     do g = first + 1, last
       flow = 0
-      solid = 0
       mass = 0
       sum_of = 0
+      liquid = 0
       do k = to%first_of(g) + 1, to%first_of(g + 1)
         i = to%particle(k) + 1
         w = to%weight(k)
         if (.not. to%solid(i) > 0) cycle ! a weight of 0
         sum_of = sum_of + w
-        flow = flow + w*velocity(:, i - 1)
-        solid = solid + w*to%solid(i)
+        liquid = liquid + w*(1 - to%solid(i))
+        flow = flow + w*(1 - to%solid(i))*velocity(:, i - 1)
         mass = mass + w*to%mass(i)/(to%solid(i)*v%record(7, i))
       end do
       impulse(:, g - 1) = 0
       volume = to%wet(g)*to%grain(7, g)
       if (.not. (sum_of > 0 .and. volume > 0)) cycle
-      flow = flow/sum_of - to%grain(4:6, g)
-      w = time*volume*sum_of*coefficient(v, nint(to%grain(9, g)), to%grain(8, g), solid/sum_of, sqrt(sum(flow**2)))
+      flow = flow/liquid - to%grain(4:6, g)
+      share = share_of_bed(v, to, g)
+      dense = liquid/sum_of/(1 - share) ! velocity between the grains of the bed over that of the liquid about this one
+      w = time*volume*sum_of*dense**2*coefficient(v, nint(to%grain(9, g)), to%grain(8, g), share, dense*sqrt(sum(flow**2)))
       mass = mass*volume/sum_of ! of the fluid that goes with this grain
       impulse(1:3, g - 1) = w/(1 + w*(to%grain(10:12, g) + 1/mass))*flow
-      impulse(4, g - 1) = 1/sum_of
+      impulse(4, g - 1) = 1/liquid
     end do
   end subroutine cairn_fluid_grain_drag
+
+  !> Share of the volume that grains take in the bed about grain g. The kernel smooths the faces of a bed: the share about a grain
+  !> there is less than that of the bed, the more so the farther the centre of that share lies from the grain. This is fitted to
+  !> beds with one plane face. Particles about the grain bound it: none there has a share so great.
+  pure function share_of_bed(v, to, g) result(share)
+    type(fluid), intent(in) :: v
+    type(grain_pairs), intent(in) :: to
+    integer(c_int64_t), intent(in) :: g
+    real(c_double) :: share, most, sum_of, w, r(3), centre(3), of_grains(3), aside
+    real(c_double), parameter :: fit(2) = [1.05_c_double, 7.5_c_double], furthest = 0.35_c_double !< beyond a face of a bed
+    integer(c_int64_t) :: k
+    integer :: i
+    share = 0
+    most = 0
+    sum_of = 0
+    centre = 0
+    of_grains = 0
+    do k = to%first_of(g) + 1, to%first_of(g + 1)
+      i = to%particle(k) + 1
+      w = to%weight(k)
+      if (.not. to%solid(i) > 0) cycle ! a weight of 0
+      r = from_grain(v, to, g, i)
+      sum_of = sum_of + w
+      share = share + w*to%solid(i)
+      centre = centre + w*r
+      of_grains = of_grains + w*to%solid(i)*r
+      if (w > 0) most = max(most, to%solid(i))
+    end do
+    aside = min(furthest, sqrt(sum((of_grains/share - centre/sum_of)**2))/v%h)
+    share = min(most, share/sum_of*(1 + aside*(fit(1) + aside*fit(2))))
+  end function share_of_bed
 
   !> Takes impulses on grains from particles first to last - 1. lost: their work with the velocities after, added [J | J/m].
   subroutine cairn_fluid_grain_react(given, first, last, impulse, velocity, lost) bind(c)
     type(cairn_fluid_grains), intent(in) :: given
     integer(c_int64_t), value :: first, last
-    real(c_double), intent(in) :: impulse(4, 0:*)     !< [N s | N s/m], 1 over the sum of weights
+    real(c_double), intent(in) :: impulse(4, 0:*)     !< [N s | N s/m], 1 over the sum of weights times porosities
     real(c_double), intent(inout) :: velocity(3, 0:*) !< [m/s]
     real(c_double), intent(inout) :: lost
     type(grain_pairs) :: to
@@ -249,7 +284,7 @@ contains
       change = 0
       if (.not. to%solid(i) > 0) cycle
       do k = to%first(i) + 1, to%first(i + 1)
-        change = change - to%weight(to%pair(k) + 1)*impulse(4, to%grain_of(k))*impulse(1:3, to%grain_of(k))
+        change = change - to%weight(to%pair(k) + 1)*(1 - to%solid(i))*impulse(4, to%grain_of(k))*impulse(1:3, to%grain_of(k))
       end do
       lost = lost - sum(change*(velocity(:, i - 1) + change/to%mass(i)))
       velocity(:, i - 1) = velocity(:, i - 1) + change/to%mass(i)

@@ -72,8 +72,8 @@ def test_flow_through_a_held_bed_feels_the_gradient_of_the_law(dim, law, solid, 
 
 
 def pressed(speed, mu, solid, steps, across=18):
-    """A piston lifts water through held grains on a lattice, .4 m high. Drop of pressure [Pa], that of Ergun's law in the
-    porosity that particles have [Pa], mean lifts of rows of grains over Ergun's."""
+    """A piston lifts water through held grains on a lattice, .4 m high. Drop of pressure and mean lifts of rows of grains over those
+    of Ergun's law in the porosity of the bed."""
     dx, rho, g, wide = 0.05, 1000.0, 1.0, 0.6
     scene = cn.Scene(dim=2, gravity=(0.0, -g), periodic=cn.Periodic((wide, np.inf)))
     scene.add(cn.wall((0, 0), (0, 1), rock, velocity=(0.0, speed, 0.0)))
@@ -85,36 +85,34 @@ def pressed(speed, mu, solid, steps, across=18):
     scene.interact("*", "*", None)
     scene.interact("fluid", sand, cn.GrainDrag("ergun"))
     sim = cn.Simulation(scene, dt=0.02)
-
-    def drop(share):  # over a length, of the law: the liquid passes a porosity in the plane, the law sees that of spheres
-        return share / (1 - share) * per_volume("ergun", 2, share, 2 * radius, speed / (1 - share), rho, mu)
-
-    drops, laws, lifts = [], [], []
+    # drop over a length by the law: the liquid passes a porosity in the plane, the law sees that of spheres
+    law = solid / (1 - solid) * per_volume("ergun", 2, solid, 2 * radius, speed / (1 - solid), rho, mu)
+    drops, lifts = [], []
     for k in range(steps):
         sim.step()
         if k < steps // 2:
             continue
-        y, p, porosity = sim.fluid.position[:, 1], np.asarray(sim.fluid.pressure), np.asarray(sim.fluid.porosity)
+        y, p = sim.fluid.position[:, 1], np.asarray(sim.fluid.pressure)
         head = p + rho * g * y
         drops.append(head[(y > 0.2) & (y < 0.4)].mean() - head[(y > 1.0) & (y < 1.2)].mean())
-        volume = sim.fluid.mass / sim.fluid.density / porosity
-        laws.append(sum(v * drop(1 - e) for v, e in zip(volume, porosity) if e < 1) / wide)
         lifts.append([sim.fluid.force_on(i)[1] for i in ids])
     rows = np.mean(lifts, axis=0).reshape(12, across).mean(axis=1) / (np.pi * radius**2) - rho * g
-    return np.mean(drops), np.mean(laws), rows * solid / drop(solid)
+    return np.mean(drops) / (0.4 * law), rows * solid / law
 
 
 @pytest.mark.parametrize("solid", [0.3, 0.5])
 def test_a_piston_presses_water_through_a_bed_against_ergun(solid):
-    drop, law, _ = pressed(0.02, 1.0, solid, 50)
-    assert abs(drop / law - 1) < 0.07
+    """Particles at the faces of the bed see fewer grains than it has: rows there had .4 of the law's lift, the bed .75 to .85."""
+    drop, rows = pressed(0.02, 1.0, solid, 50)
+    assert abs(drop - 1) < 0.1
+    assert abs(rows - 1).max() < 0.15
 
 
 @pytest.mark.parametrize("speed, steps", [(0.005, 120), (0.02, 200)])
 def test_a_drop_far_below_the_weight_of_the_water_is_that_of_the_law(speed, steps):
     """Particles enter the bed and are drawn out there: the pressure of such a lattice was wrong by a share of the whole pressure,
     lifts 1.9 times and more those of the law, single rows 3 times."""
-    _, _, rows = pressed(speed, 0.1, 0.4, steps)
+    _, rows = pressed(speed, 0.1, 0.4, steps)
     assert abs(rows.mean() - 1) < 0.15 and abs(rows[2:-2].mean() - 1) < 0.15
     assert rows.max() < 1.8 and rows.min() > 0.3
 
