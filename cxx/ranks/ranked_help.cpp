@@ -11,8 +11,10 @@
 #include "../laws/law_info.hpp"
 #include "../solvers/nlgs/nlgs.hpp"
 #include "../solvers/policy.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/solid_correction.hpp"
+#include "../solvers/sweeps/solid_system.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "exact_sum.hpp"
 #include "gathered_meshes.hpp"
@@ -51,6 +53,11 @@ struct RankedHelp::Answer {
   std::int32_t taken = 0, converged = 0, iterations = 0, solver = 0, given_up = 0;
   double operations = 0, velocity_error = 0;
 };
+// The answer, with what a solver of problems says of impulses that it does not find.
+struct RankedHelp::Solved {
+  Answer answer;
+  std::string hint;
+};
 
 RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>& colours, Exchange& exchange,
                        const SolverOptions& options, double mass_ratio, GatheredMemory& memory)
@@ -59,6 +66,7 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
       by_newton_(options.solver == "auto"), alone_(options.solver != "auto" && options.solver != "nlgs"),
       exact_(std::isfinite(options.accuracy)) {
   count();
+  keep_start();
   const double contacts = packed_ + full_;
   cost_ = solid_ ? SolidCorrection::operations(dim_, dofs_, contacts)
                  : policy().newton_iterations * policy().newton_contact * contacts;
@@ -71,7 +79,7 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 // Figures of all ranks.
 void RankedHelp::count() {
   std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
-  double any[] = {0, 0, 0};                // own solutions, deformable bodies, components
+  double any[] = {0, 0, 0, 0};             // own solutions, deformable bodies, components, zones over bodies
   ExactSum speeds[2];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
@@ -83,6 +91,7 @@ void RankedHelp::count() {
       if (law_infos()[std::size_t(b.law)].has_solve) any[0] = 1;
       if (!system.condensed.empty()) any[1] = 1;
       any[2] = std::max(any[2], double(b.components));
+      any[3] = std::max(any[3], double(b.context->over_bodies));
     }
   }
   exchange_.sum(counts);
@@ -100,10 +109,20 @@ void RankedHelp::count() {
   dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]) + double(counts[4]);
   bends_ = any[1] > 0;
   components_ = int(any[2]);
+  zones_ = any[3] > 0 && by_newton_;
   char text[200];
   std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, the limit is %.2g", bytes_,
                 options_.max_bytes);
   if (bytes_ > options_.max_bytes) obstacle_ = text;
+}
+
+// Passes over bodies that zones join begin with the impulses of the last step, which sweeps change.
+void RankedHelp::keep_start() {
+  start_.resize(parts_.size());
+  for (std::size_t l = 0; l < parts_.size() && zones_; ++l)
+    for (const cairn_batch& b : parts_[l].simulation->interactions.system().batches)
+      for (int lane = 0; lane < b.contacts; ++lane)
+        for (int k = 0; k < b.components; ++k) start_[l].push_back(at(b, b.r, lane, k));
 }
 
 double RankedHelp::sweep_operations() const {
@@ -121,6 +140,7 @@ bool RankedHelp::pays(int iterations, double error) {
   const double foreseen = forecast_.sweeps_to_come(iterations, error),
                to_come = std::min(foreseen, policy().newton_believed * iterations), sweep = sweep_operations();
   if (!called_last_ && iterations >= last_call()) return true;
+  if (zones_ && bends_) return true; // sweeps over nodes that zones join seldom end by themselves
   if (iterations < patience_) return false;
   if ((packed_ + full_) * components_ <= policy().gathered_unknowns && iterations >= few_from_) return true;
   if (solid_) {
@@ -147,7 +167,7 @@ bool RankedHelp::accepts(int iterations, double light) {
   return asked_ && policy().light_cost * cost_ > std::max(policy().light_sweeps, 2.0 * iterations) * sweep_operations();
 }
 
-RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Request& request) {
+RankedHelp::Solved RankedHelp::solve(const std::vector<Bytes>& parcels, const Request& request) {
   GatheredContacts& gathered = memory_.contacts;
   gathered.lay_out(parcels);
   ContactSystem& system = gathered.system();
@@ -163,13 +183,14 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
     of_help.tolerance *= 0.5; // light errors of problems are not quite those of steps
   if (request.iterations >= last_call()) of_help.max_iterations = 0; // rather than fail
   std::unique_ptr<SweepHelp> help;
-  if (by_newton_) help = solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
+  if (by_newton_) help = solid_ ? solid_help(system, free, of_help, zones_) : newton_help(system, free, of_help);
+  if (zones_) SolidMemory::of(system).start = gathered.start();
   Answer answer;
   if (alone_) {
     const SolveReport report = solve_step(system, free, options);
     answer.taken = 1;
     answer.iterations = report.iterations;
-    return answer;
+    return {answer, report.hint};
   }
   bool wants = request.anyway;
   if (!wants) {
@@ -194,7 +215,7 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   }
   answer.operations = help ? help->operations() : cost_;
   answer.given_up = help && help->given_up();
-  return answer;
+  return {answer, {}};
 }
 
 // Place of the rank that solves among those of this process; their number: it is of another one.
@@ -205,13 +226,13 @@ std::size_t RankedHelp::local() const {
 
 RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   const bool few = (packed_ + full_) * components_ <= policy().gathered_unknowns;
-  const Request request{iterations, alone_ || few || small || iterations >= last_call()};
+  const Request request{iterations, alone_ || few || small || (zones_ && bends_) || iterations >= last_call()};
   std::vector<ContactParcel> parcels;
   std::vector<std::vector<Parcel>> out(parts_.size());
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     Simulation& s = *parts_[l].simulation;
     parcels.emplace_back(s.interactions.system(), s.scene.bodies, colours_[l], parts_[l].own);
-    out[l].push_back({memory_.rank, parcels.back().pack()});
+    out[l].push_back({memory_.rank, parcels.back().pack(start_[l])});
   }
   const std::size_t here = local();
   std::optional<BorrowedRows> rows;
@@ -225,11 +246,12 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   if (here < parts_.size()) try {
       std::vector<Bytes> all;
       for (Parcel& parcel : in[here]) all.push_back(std::move(parcel.bytes));
-      const Answer answer = solve(all, request);
+      const auto [answer, hint] = solve(all, request);
       std::vector<Bytes> answers = answer.taken ? memory_.contacts.answers() : std::vector<Bytes>(all.size());
       for (std::size_t rank = 0; rank < answers.size(); ++rank) {
         Packer head;
         head.put(answer);
+        head.put_all(std::span<const char>(hint));
         head.bytes.insert(head.bytes.end(), answers[rank].begin(), answers[rank].end());
         back[here].push_back({int(rank), std::move(head.bytes)});
       }
@@ -237,9 +259,11 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   if (const std::string told = exchange_.agree(fault); !told.empty()) throw Error(told);
   in = exchange_.deliver(std::move(back));
   Answer answer;
+  std::vector<char> hint;
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     Unpacker from(in[l][0].bytes);
     answer = from.get<Answer>();
+    hint = from.get_all<char>();
     if (answer.taken) parcels[l].unpack(from);
   }
   if (rows && answer.taken) rows->keep_velocities();
@@ -248,10 +272,13 @@ RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   ++memory_.calls;
   if (small) ++refinements_;
   learn(answer, iterations);
-  Outcome outcome{answer.taken != 0, answer.iterations};
+  Outcome outcome;
+  outcome.taken = answer.taken != 0;
+  outcome.iterations = answer.iterations;
   outcome.solver = solvers[std::size_t(answer.solver)];
   outcome.velocity_error = answer.velocity_error;
   outcome.proven = answer.converged;
+  outcome.hint.assign(hint.begin(), hint.end());
   exact_ = exact_ && !small && !answer.converged;
   return outcome;
 }
@@ -263,6 +290,7 @@ void RankedHelp::learn(const Answer& answer, int iterations) {
   asked_ = true;
   if (answer.given_up) obstacle_ = "the other solver gave up";
   light_from_ = 2 * iterations;
+  if (answer.taken) zones_ = false; // one try a step: sweeps and other passes go on from its end
   few_from_ = later * iterations;
   if (answer.converged || !answer.taken) return;
   ++failures_;

@@ -46,6 +46,7 @@ public:
     bool proven = false; // velocities are as exact as was asked
     double velocity_error = std::numeric_limits<double>::quiet_NaN();
     const char* solver = "nlgs";
+    std::string hint; // of a solver of problems: why it did not find impulses, and what to do
   };
   // small: the error itself is, and that of light bodies or of velocities was not accepted.
   Outcome improve(int iterations, bool small);
@@ -53,10 +54,12 @@ public:
 private:
   struct Request;
   struct Answer;
+  struct Solved;
   std::size_t local() const;
   void count();
+  void keep_start();
   double sweep_operations() const;
-  Answer solve(const std::vector<Bytes>& parcels, const Request& request);
+  Solved solve(const std::vector<Bytes>& parcels, const Request& request);
   void learn(const Answer& answer, int iterations);
 
   std::vector<Part>& parts_;
@@ -73,7 +76,9 @@ private:
   int dim_ = 2, components_ = 1;
   bool solid_ = false; // laws have a local solution of their own
   bool bends_ = false; // contacts rest on deformable bodies
-  bool asked_ = false; // its cost is known
+  bool zones_ = false; // all contacts are cohesive zones, or cones beside them, not yet solved over all bodies at once
+  std::vector<std::vector<double>> start_; // (parts) impulses before the sweeps, where zones ask for them
+  bool asked_ = false;                     // its cost is known
   double patience_ = 0;
   int failures_ = 0, refinements_ = 0, few_from_ = 0, light_from_ = 0;
   bool called_last_ = false, by_newton_, alone_, exact_; // of Auto; an accuracy is asked for, and not yet looked at

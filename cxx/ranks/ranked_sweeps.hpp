@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../solvers/solve_report.hpp"
@@ -109,6 +110,7 @@ private:
   bool relaxes_ = false, extrapolates_ = true, clumps_ = false, cycles_ = false;
   RankedCell cell_;
   std::optional<RankedHelp> help_;
+  std::string hint_of_help_;   // of a solver of problems
   bool proven_ = true;         // velocities are as exact as was asked
   bool uneven_ = false;        // masses differ so much that light bodies have an error of their own
   bool helped_astray_ = false; // the impulses of another solver have no error that is a number

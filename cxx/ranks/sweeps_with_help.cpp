@@ -27,7 +27,9 @@ void RankedSweeps::ask_help(const std::vector<ColourShare>& colours, GatheredMem
 
 // By a solver of problems alone.
 void RankedSweeps::solve_elsewhere(SolveReport& report) {
-  iterations_ = help_->improve(0, false).iterations;
+  const RankedHelp::Outcome outcome = help_->improve(0, false);
+  iterations_ = outcome.iterations;
+  hint_of_help_ = outcome.hint;
   for (const ProblemSolverInfo& row : problem_solvers())
     if (row.name == options_.solver) report.solver = row.name.c_str();
 }
@@ -52,6 +54,7 @@ bool RankedSweeps::get_help(bool small, double square, SolveReport& report) {
 }
 
 std::string RankedSweeps::hint_of(const SolveReport& report, double tolerance) const {
+  if (!hint_of_help_.empty()) return "gathered contacts: " + hint_of_help_;
   char text[500];
   const std::string obstacle = help_ ? help_->obstacle() : "";
   const char* remedy =
