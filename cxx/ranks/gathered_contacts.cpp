@@ -27,6 +27,7 @@ struct Contact {
   std::int32_t colour, status;
   Kind kind;
   double h, theta; // of the step, as its law has them
+  std::int32_t over_bodies;
 };
 
 struct Touched {
@@ -237,7 +238,7 @@ double ContactParcel::bytes_of(const ContactSystem& system) {
   return sum;
 }
 
-Bytes ContactParcel::pack() const {
+Bytes ContactParcel::pack(std::span<const double> start) const {
   Packer out;
   std::vector<Contact> contacts;
   std::vector<double> numbers;
@@ -248,7 +249,8 @@ Bytes ContactParcel::pack() const {
     for (int lane = 0; lane < b.contacts; ++lane) {
       const auto candidate = std::size_t(system_.candidate[std::size_t(b.first + lane)]);
       contacts.push_back({colours_.key[candidate], name(b.mapped_a, b.body_a[lane]), name(b.mapped_b, b.body_b[lane]),
-                          colours_.colour[candidate], b.status[lane], kind, b.context->h, b.context->theta});
+                          colours_.colour[candidate], b.status[lane], kind, b.context->h, b.context->theta,
+                          b.context->over_bodies});
       each_index(kind, [&](auto array, int columns) {
         for (int k = 0; k < columns; ++k) indices.push_back((b.*array)[k * b.count + lane]);
       });
@@ -278,6 +280,7 @@ Bytes ContactParcel::pack() const {
   out.put_all(std::span<const Contact>(contacts));
   out.put_all(std::span<const double>(numbers));
   out.put_all(std::span<const std::int32_t>(indices));
+  out.put_all(start);
   out.put_all(std::span<const Touched>(touched));
   out.put_all(std::span<const std::int64_t>(others));
   return std::move(out.bytes);
@@ -310,7 +313,8 @@ struct GatheredContacts::Given {
   std::vector<Contact> contacts;
   std::vector<double> numbers;
   std::vector<std::int32_t> indices;
-  std::vector<std::size_t> first, first_index; // (contacts) of its numbers
+  std::vector<double> start;
+  std::vector<std::size_t> first, first_index, first_impulse; // (contacts) of its numbers
   std::vector<Touched> touched;
   std::vector<std::int64_t> others;
 };
@@ -331,14 +335,17 @@ void GatheredContacts::lay_out(const std::vector<Bytes>& parcels) {
     one.contacts = from.get_all<Contact>();
     one.numbers = from.get_all<double>();
     one.indices = from.get_all<std::int32_t>();
+    one.start = from.get_all<double>();
     one.touched = from.get_all<Touched>();
     one.others = from.get_all<std::int64_t>();
-    std::size_t first = 0, first_index = 0;
+    std::size_t first = 0, first_index = 0, first_impulse = 0;
     for (const Contact& contact : one.contacts) {
       one.first.push_back(first);
       one.first_index.push_back(first_index);
+      one.first_impulse.push_back(first_impulse);
       first += numbers_of(contact.kind, system_.dim);
       first_index += indices_of(contact.kind);
+      first_impulse += std::size_t(contact.kind.components);
     }
     std::vector<std::int64_t>& asked = asked_.emplace_back();
     for (const Touched& body : one.touched) asked.push_back(body.id);
@@ -427,6 +434,7 @@ void GatheredContacts::lay_out_numbers(const std::vector<Given>& given) {
     kinds[std::size_t(place.batch)] = contact.kind;
     context_[std::size_t(place.batch)].h = contact.h;
     context_[std::size_t(place.batch)].theta = contact.theta;
+    context_[std::size_t(place.batch)].over_bodies = contact.over_bodies;
   }
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     numbers += columns_of(kinds[k], dim) * std::size_t(system_.batches[k].count);
@@ -457,6 +465,7 @@ void GatheredContacts::lay_out_numbers(const std::vector<Given>& given) {
 }
 
 void GatheredContacts::fill(const std::vector<Given>& given) {
+  start_.clear();
   for (const Place& place : place_) {
     const Given& from = given[std::size_t(place.parcel)];
     const Contact& contact = from.contacts[std::size_t(place.contact)];
@@ -469,6 +478,10 @@ void GatheredContacts::fill(const std::vector<Given>& given) {
       for (int k = 0; k < columns; ++k)
         (packed ? at(b, field, place.lane, k) : field[k * b.count + place.lane]) = *next++;
     });
+    if (!from.start.empty()) {
+      const double* start = from.start.data() + from.first_impulse[std::size_t(place.contact)];
+      start_.insert(start_.end(), start, start + contact.kind.components);
+    }
     const std::int32_t* index = from.indices.data() + from.first_index[std::size_t(place.contact)];
     each_index(contact.kind, [&](auto array, int columns) {
       for (int k = 0; k < columns; ++k) (b.*array)[k * b.count + place.lane] = *index++;

@@ -2,6 +2,7 @@
 // of all. Their order follows from colours and keys alone, so that no bit depends on which rank had which.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,8 @@ public:
   // own: (bodies) 1 where the rank owns them.
   ContactParcel(ContactSystem& system, const Bodies& bodies, const ColourShare& colours,
                 const std::vector<std::uint8_t>& own);
-  Bytes pack() const;
+  // start: impulses before the sweeps of the step, contact by contact; empty: they are not asked for.
+  Bytes pack(std::span<const double> start) const;
   // Impulses into the batches, with the biases that the solver left of rings of bonds which do not close; velocities
   // into the records: those of bodies without contacts are free.
   void unpack(Unpacker& answer);
@@ -41,6 +43,7 @@ public:
   // For each parcel: impulses of its contacts, velocities of its bodies.
   std::vector<Bytes> answers() const;
   ContactSystem& system() { return system_; }
+  const std::vector<double>& start() const { return start_; } // impulses before the sweeps, batch by batch
   // Free velocities of nodes on which contacts rest; null: there are none.
   void see_nodes(const Field<double>* velocity_free) { nodes_free_ = velocity_free; }
   Velocities velocity_free() const { return {velocity_free_, nodes_free_}; }
@@ -63,6 +66,7 @@ private:
   std::vector<cairn_law_context> context_;
   Array<double> number_;
   Array<std::int32_t> body_a_, body_b_, status_, index_;
+  std::vector<double> start_;
   std::vector<Place> place_;                     // in the order of batches
   std::vector<std::vector<std::int64_t>> asked_; // ids of bodies whose velocity a parcel asks for
 };

@@ -11,9 +11,11 @@
 #include "../laws/law_info.hpp"
 #include "../solvers/nlgs/nlgs.hpp"
 #include "../solvers/policy.hpp"
+#include "../solvers/sweeps/batch.hpp"
 #include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/light_error.hpp"
 #include "../solvers/sweeps/solid_correction.hpp"
+#include "../solvers/sweeps/solid_system.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "exact_sum.hpp"
 #include "gathered_meshes.hpp"
@@ -61,6 +63,7 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
       by_newton_(options.solver == "auto"), alone_(options.solver != "auto" && options.solver != "nlgs"),
       exact_(std::isfinite(options.accuracy)) {
   count();
+  keep_start();
   const double contacts = packed_ + full_;
   cost_ = solid_ ? SolidCorrection::operations(dim_, dofs_, contacts)
                  : policy().newton_iterations * policy().newton_contact * contacts;
@@ -73,7 +76,8 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 // Figures of all ranks.
 void RankedHelp::count() {
   std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
-  double any[] = {0, 0, 0, 0, 0};          // own solutions, deformable bodies, components, growth, bonds and joints
+  // own solutions, deformable bodies, components, growth, bonds and joints, zones over bodies
+  double any[] = {0, 0, 0, 0, 0, 0};
   ExactSum speeds[2];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
@@ -89,6 +93,7 @@ void RankedHelp::count() {
       counts[b.pack ? 0 : 1] += b.contacts;
       if (law_infos()[std::size_t(b.law)].has_solve) any[0] = 1;
       any[2] = std::max(any[2], double(b.components));
+      any[5] = std::max(any[5], double(b.context->over_bodies));
     }
   }
   exchange_.sum(counts);
@@ -108,10 +113,20 @@ void RankedHelp::count() {
   dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]) + double(counts[4]);
   bends_ = any[1] > 0;
   components_ = int(any[2]);
+  zones_ = any[5] > 0 && by_newton_;
   char text[200];
   std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, the limit is %.2g", bytes_,
                 options_.max_bytes);
   if (bytes_ > options_.max_bytes) obstacle_ = text;
+}
+
+// Passes over bodies that zones join begin with the impulses of the last step, which sweeps change.
+void RankedHelp::keep_start() {
+  start_.resize(parts_.size());
+  for (std::size_t l = 0; l < parts_.size() && zones_; ++l)
+    for (const cairn_batch& b : parts_[l].simulation->interactions.system().batches)
+      for (int lane = 0; lane < b.contacts; ++lane)
+        for (int k = 0; k < b.components; ++k) start_[l].push_back(at(b, b.r, lane, k));
 }
 
 double RankedHelp::sweep_operations() const {
@@ -129,6 +144,7 @@ bool RankedHelp::pays(int iterations, double error) {
   const double foreseen = forecast_.sweeps_to_come(iterations, error),
                to_come = std::min(foreseen, policy().newton_believed * iterations), sweep = sweep_operations();
   if (!called_last_ && iterations >= last_call()) return true;
+  if (zones_ && bends_) return true; // sweeps over nodes that zones join seldom end by themselves
   if (iterations < patience_) return false;
   if ((packed_ + full_) * components_ <= policy().gathered_unknowns && iterations >= few_from_) return true;
   if (solid_) {
@@ -181,7 +197,8 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
     of_help.tolerance *= 0.5; // light errors of problems are not quite those of steps
   if (request.iterations >= last_call()) of_help.max_iterations = 0; // rather than fail
   std::unique_ptr<SweepHelp> help;
-  if (by_newton_) help = solid_ ? solid_help(system, free, of_help) : newton_help(system, free, of_help);
+  if (by_newton_) help = solid_ ? solid_help(system, free, of_help, zones_) : newton_help(system, free, of_help);
+  if (zones_) SolidMemory::of(system).start = gathered.start();
   Answer answer;
   if (alone_) {
     std::string hint;
@@ -226,13 +243,13 @@ std::size_t RankedHelp::local() const {
 
 RankedHelp::Outcome RankedHelp::improve(int iterations, bool small) {
   const bool few = (packed_ + full_) * components_ <= policy().gathered_unknowns;
-  const Request request{iterations, alone_ || few || small || iterations >= last_call()};
+  const Request request{iterations, alone_ || few || small || (zones_ && bends_) || iterations >= last_call()};
   std::vector<ContactParcel> parcels;
   std::vector<std::vector<Parcel>> out(parts_.size());
   for (std::size_t l = 0; l < parts_.size(); ++l) {
     Simulation& s = *parts_[l].simulation;
     parcels.emplace_back(s.interactions.system(), s.scene.bodies, colours_[l], parts_[l].own);
-    out[l].push_back({memory_.rank, parcels.back().pack()});
+    out[l].push_back({memory_.rank, parcels.back().pack(start_[l])});
   }
   const std::size_t here = local();
   std::optional<BorrowedRows> rows;
@@ -288,6 +305,7 @@ void RankedHelp::learn(const Answer& answer, int iterations) {
   asked_ = true;
   if (answer.given_up) obstacle_ = "the other solver gave up";
   light_from_ = 2 * iterations;
+  if (answer.taken) zones_ = false; // one try a step: sweeps and other passes go on from its end
   few_from_ = later * iterations;
   if (answer.converged || !answer.taken) return;
   ++failures_;

@@ -61,6 +61,7 @@ private:
   struct Answer;
   std::size_t local() const;
   void count();
+  void keep_start();
   double sweep_operations() const;
   Answer solve(const std::vector<Bytes>& parcels, const Request& request);
   void learn(const Answer& answer, int iterations);
@@ -77,8 +78,10 @@ private:
   double by_loads_ = 0, at_begin_ = 0;                    // squares of speeds [J]
   double dofs_ = 0, cost_ = 0;
   int dim_ = 2, components_ = 1;
-  bool solid_ = false;                     // laws have a local solution of their own
-  bool bends_ = false;                     // contacts rest on deformable bodies
+  bool solid_ = false; // laws have a local solution of their own
+  bool bends_ = false; // contacts rest on deformable bodies
+  bool zones_ = false; // all contacts are cohesive zones, or cones beside them, not yet solved over all bodies at once
+  std::vector<std::vector<double>> start_; // (parts) impulses before the sweeps, where zones ask for them
   bool asked_ = false;                     // its cost is known
   bool grows_ = false;                     // bodies change their size
   bool adds_up_ = false, refined_ = false; // errors of contacts do along bonds and joints; see refines()

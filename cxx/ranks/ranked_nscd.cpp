@@ -10,9 +10,11 @@
 #include "../contacts/assembly_input.hpp"
 #include "../contacts/surface_motion.hpp"
 #include "../fluid/fluid.hpp"
+#include "../laws/zone_laws.hpp"
 #include "../networks/network.hpp"
 #include "../simulation/controls.hpp"
 #include "../solvers/sweeps/batch.hpp"
+#include "../solvers/sweeps/solid_zones.hpp"
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
@@ -254,6 +256,7 @@ void RankedNscd::solve_step(Simulation& s, const SolverOptions& options, double 
 
 // h: of the step, where the periodic cell is driven; 0: its rates stay as they are.
 SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
+  look_for_zones();
   RankedSweeps sweeps(parts_, links_, colours_, *exchange_, options, rhythm_ == Rhythm::sweep ? &once_ : nullptr);
   sweeps.meshes_are_with(mesh_rank_);
   if (h > 0) sweeps.drive_cell(h);
@@ -263,6 +266,24 @@ SolveReport RankedNscd::solve(const SolverOptions& options, double h) {
     sweeps.ask_help(shares_, *gathered_);
   }
   return sweeps.solve();
+}
+
+// Zones are solved over all bodies at once where no rank has other contacts, as without ranks.
+void RankedNscd::look_for_zones() {
+  const LawTable& laws = parts_[0].simulation->laws; // alike on all ranks
+  bool known = false;
+  for (int e = 0; e < laws.entries(); ++e) known = known || zone_of(std::int32_t(laws.entry(e).law)) != nullptr;
+  if (!known) return;
+  double any[] = {0, 0}; // zones, others
+  for (const Part& part : parts_) {
+    const SolidZones::Kinds kinds = SolidZones::kinds(part.simulation->interactions.system());
+    any[0] = std::max(any[0], double(kinds.zones));
+    any[1] = std::max(any[1], double(kinds.others));
+  }
+  exchange_->largest(any);
+  for (Part& part : parts_)
+    for (const cairn_batch& b : part.simulation->interactions.system().batches)
+      const_cast<cairn_law_context*>(b.context)->over_bodies = any[0] > 0 && !(any[1] > 0); // of its storage
 }
 
 // Ghosts were sought up to a gap that bodies use up by their ways and margins.

@@ -34,6 +34,7 @@ private:
   void keep_own_contacts(const Part& part, Candidates& c) const;
   void choose_colours();
   void colour_anew();
+  void look_for_zones();
   SolveReport solve(const SolverOptions& options, double h = 0);
   void seat_joints(Simulation& s);
   void hold_joints(Simulation& s, double h);

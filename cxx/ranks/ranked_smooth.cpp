@@ -81,21 +81,21 @@ const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
   if (!forces_known_) total_forces(s, false);
   forces_known_ = true;
   on_ranks(s, "kick_and_drift", [&](Part& part) { of(part).kick_and_drift(*part.simulation); });
-  on_ranks(s, "find_neighbours", [&](Part& part) {
-    Simulation& own = *part.simulation;
-    of(part).find_neighbours(own);
-    if (!(own.report.stable_step > 0)) own.report.stable_step = of(part).contact_limit(own); // of a new list
-  });
+  on_ranks(s, "find_neighbours", [&](Part& part) { of(part).find_neighbours(*part.simulation); });
   on_ranks(s, "compute_forces", [&](Part& part) { of(part).compute_forces(*part.simulation); });
   total_forces(s, true);
   on_ranks(s, "kick", [&](Part& part) { of(part).kick(*part.simulation); });
-  double most[] = {0, -std::numeric_limits<double>::infinity()}; // overlap, least stable step
+  constexpr double none = std::numeric_limits<double>::infinity();
+  double most[] = {0, -none, 0, -none, 0}; // overlap; least stable step; way; smallest body; lists made
   double way = 0;
   for (Part& part : parts_) {
     most[0] = std::max(most[0], part.simulation->report.solve.penetration);
     most[1] = std::max(most[1], -part.simulation->report.stable_step);
     way = std::max(way, of(part).way());
+    most[3] = std::max(most[3], -of(part).smallest());
+    most[4] = std::max(most[4], double(part.simulation->report.neighbour_lists));
   }
+  most[2] = way;
   if (!way_has_step_) way_ += way;
   way_has_step_ = false;
   motion_ = {true, h, s.scene.gravity};
@@ -107,7 +107,8 @@ const StepReport& RankedSmooth::step_of_all(Simulation& s, double h) {
   s.report.solve.penetration = most[0];
   s.report.solve.contacts = s.report.contacts;
   s.report.stable_step = -most[1];
-  s.report.neighbour_lists = parts_[0].simulation->report.neighbour_lists;
+  s.report.way = most[2] / -most[3];
+  s.report.neighbour_lists = std::int64_t(most[4]);
   return s.report;
 }
 

@@ -149,10 +149,10 @@ void SmoothDem::kick_and_drift(Simulation& s) {
 }
 
 void SmoothDem::find_neighbours(Simulation& s) {
-  if (list_is_old(s)) {
-    make_list(s);
-    s.report.stable_step = contact_limit(s);
-  }
+  const bool old = list_is_old(s);
+  if (old) make_list(s);
+  // a restored run, or the part of a rank, has forces and a list, but no limit yet
+  if (old || !(s.report.stable_step > 0)) s.report.stable_step = contact_limit(s);
   place_contactors(s, false);
 }
 

@@ -16,6 +16,8 @@ SolveReport solve_nlgs_and_newton(ContactSystem&, const Velocities& velocity_fre
 SolveReport solve_nlgs_and_bodies(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 // The same solvers beside sweeps that are made elsewhere.
 std::unique_ptr<SweepHelp> newton_help(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
-std::unique_ptr<SweepHelp> solid_help(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
+// zones: passes over bodies that zones join are still to be tried in this step.
+std::unique_ptr<SweepHelp> solid_help(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
+                                      bool zones = true);
 
 } // namespace cairn

@@ -26,21 +26,15 @@ bool joints_alone(const ContactSystem& system) {
   });
 }
 
-// True if laws of zones are told that all bodies are solved at once: contacts gathered from ranks are not.
-bool zones_over_bodies(const ContactSystem& system) {
-  return SolidZones::alone(system) && std::any_of(system.batches.begin(), system.batches.end(),
-                                                  [](const cairn_batch& b) { return b.context->over_bodies != 0; });
-}
-
 // Newton's method over bodies, where laws have a local solution of their own.
 class SolidHelp : public SweepHelp {
 public:
-  SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
+  SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options, bool zones = true)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
         solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)),
         jointed_(!solid_bonds_ && JointedProblem::needed(system)), beside_joints_(jointed_ && !joints_alone(system)),
-        zones_(zones_over_bodies(system)) {
+        zones_(zones && SolidZones::alone(system)) {
     if (zones_) SolidZones::keep_start(system);
   }
 
@@ -166,8 +160,8 @@ SolveReport solve_nlgs_and_bodies(ContactSystem& system, const Velocities& veloc
 }
 
 std::unique_ptr<SweepHelp> solid_help(ContactSystem& system, const Velocities& velocity_free,
-                                      const SolverOptions& options) {
-  return std::make_unique<SolidHelp>(system, velocity_free, options);
+                                      const SolverOptions& options, bool zones) {
+  return std::make_unique<SolidHelp>(system, velocity_free, options, zones);
 }
 
 } // namespace cairn

@@ -44,14 +44,14 @@ bool is_zone(const cairn_batch& b) { return zone_of(b.law) != nullptr; }
 
 } // namespace
 
-bool SolidZones::alone(const ContactSystem& system) {
-  bool any = false;
+SolidZones::Kinds SolidZones::kinds(const ContactSystem& system) {
+  Kinds found;
   for (const cairn_batch& b : system.batches) {
     const bool zone = is_zone(b);
-    any |= zone;
-    if ((!zone && !b.relaxes) || b.compliance || b.rope) return false;
+    found.zones |= zone;
+    found.others |= (!zone && !b.relaxes) || b.compliance || b.rope;
   }
-  return any;
+  return found;
 }
 
 void SolidZones::keep_start(ContactSystem& system) { read_impulses(system, SolidMemory::of(system).start); }

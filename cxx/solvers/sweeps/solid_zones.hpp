@@ -10,8 +10,14 @@ namespace cairn {
 class SolidZones {
 public:
   explicit SolidZones(SolidSystem& solid) : solid_(solid) {}
+  struct Kinds {         // of contacts
+    bool zones = false;  // cohesive ones
+    bool others = false; // neither zones nor cones beside them
+    bool alone() const { return zones && !others; }
+  };
+  static Kinds kinds(const ContactSystem&);
   // True if all contacts are cohesive zones, or cones beside them.
-  static bool alone(const ContactSystem&);
+  static bool alone(const ContactSystem& system) { return kinds(system).alone(); }
   static void keep_start(ContactSystem&); // impulses before a sweep changes them
   // Impulses of such contacts, from those of the last step, if their error is smaller; returns after how many passes.
   int solve(double error_square, double wanted_square, const std::function<double()>& measure);

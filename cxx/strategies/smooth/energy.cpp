@@ -3,6 +3,7 @@
 // finite steps, dissipated_integrator.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../../base/call.hpp"
 #include "cairn/smooth_bodies.h"
@@ -48,10 +49,12 @@ void SmoothDem::follow_growth(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   if (!b.stretch.active || !list_.valid || list_is_old(s)) return;
   double most = 0, largest = 0;
+  smallest_ = std::numeric_limits<double>::infinity();
   for (std::int64_t k = 0; k < c.count; ++k) {
+    smallest_ = std::min(smallest_, bounded_size(s, k));
     const double share = *b.stretch[*c.body[k]];
     if (!(share < 0 || share > 0)) continue;
-    grain_[2 * k] /= 1 + share;
+    grain_[2 * k] = curvature(c, std::int32_t(k)); // as a new list has it, to the last digit
     const double arm = arm_of(s, k);
     most = std::max(most, std::abs(share) * arm);
     largest = std::max(largest, share);

@@ -12,18 +12,15 @@
 #include "lanes.hpp"
 
 namespace cairn {
-namespace {
 
 // 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow, a
 // capsule and a superquadric are round with half of their least width.
-double curvature(const Contactors& c, std::int32_t k) {
+double SmoothDem::curvature(const Contactors& c, std::int32_t k) {
   const ShapeInfo& shape = info(Shape(*c.shape[k]));
   const bool round = shape.is_hull() && !shape.faced && shape.hull != Hulls::Form::facet;
   if (round) return 1 / c.size(k);
   return shape.round == 0 || shape.is_hull() ? 0 : shape.round / *c.radius[k];
 }
-
-} // namespace
 
 std::span<const SmoothPairKind> smooth_pair_kinds() {
   static constexpr SmoothPairKind kinds[] = {
@@ -181,6 +178,14 @@ void SmoothDem::make_list(Simulation& s) {
   pair_limit_ = pair_limit(s);
 }
 
+// Infinite where a contactor has no size of its own [m].
+double SmoothDem::bounded_size(const Simulation& s, std::int64_t contactor) const {
+  const Contactors& c = s.scene.contactors;
+  const ShapeInfo& shape = info(Shape(*c.shape[contactor]));
+  const double size = shape.ball() ? *c.radius[contactor] : c.size(std::int32_t(contactor));
+  return !is_facet(s, contactor) && shape.bounded && size > 0 ? size : std::numeric_limits<double>::infinity();
+}
+
 // Curvatures and sizes of contactors, and which of them are placed, turned and without a bound.
 void SmoothDem::read_contactors(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
@@ -196,8 +201,7 @@ void SmoothDem::read_contactors(const Simulation& s) {
     if (!is_facet(s, k)) {
       if (placed_.empty() || placed_.back().second != k) placed_.emplace_back(k, k);
       placed_.back().second = k + 1;
-      const double size = info(shape).ball() ? *c.radius[k] : c.size(std::int32_t(k));
-      if (info(shape).bounded && size > 0) smallest_ = std::min(smallest_, size);
+      smallest_ = std::min(smallest_, bounded_size(s, k));
     }
     grain_[2 * k] = curvature(c, std::int32_t(k));
     centred_ = centred_ && *c.body[k] == k;

@@ -46,6 +46,7 @@ public:
   std::int64_t lists_made() const { return lists_made_; }
   static bool is_uneven(const Bodies& bodies, std::int64_t body); // in 3D, if it moves
   double way() const { return way_; }                             // greatest of a body in the step [m]
+  double smallest() const { return smallest_; } // size of a bounded contactor; infinite: there is none [m]
   double speed() const { return speed_; } // of no body it was greater at the end of the step, where ranks share [m/s]
 
   std::vector<std::string_view> stages(const Simulation& s) const override;
@@ -125,6 +126,8 @@ private:
   void place_clumps(const Simulation& s);
   void place_sides(const Simulation& s);
   bool is_facet(const Simulation& s, std::int64_t contactor) const;
+  static double curvature(const Contactors& c, std::int32_t contactor); // seen from outside [1/m]
+  double bounded_size(const Simulation& s, std::int64_t contactor) const;
   void batch_geometry(const Simulation& s, const NeighbourList& list, const NeighbourList::Batch& batch,
                       Lanes& w) const;
   // Contacts of polygons, polyhedra, surfaces and round shapes: see shaped_contacts.cpp.

@@ -211,6 +211,19 @@ def test_solvers_of_problems_take_gathered_contacts(solver):
     assert np.abs(sims[0][0].bodies.velocity - sims[1][0].bodies.velocity).max() < 1e-4 * speed.max()
 
 
+def test_what_a_solver_of_problems_tells_is_told_over_ranks():
+    """More contacts than it counts states of: its own hint, and not one to allow more iterations."""
+    twelve = cn.disks([(1.2 * k, 0.5) for k in range(12)], 0.5, ROCK)
+    hints = []
+    for ranks in (1, 3):
+        sim = cn.Simulation(on_floor(twelve), 1e-3, cn.NSCD(solver=cn.Enumeration()), ranks=ranks)
+        sim.step()
+        assert sim.info["status"] == "iteration_limit"
+        hints.append(sim.info["hint"])
+    assert "more than 8 contacts have too many states" in hints[0] and "iterations, a larger tol" not in hints[0]
+    assert hints[0] == hints[1]
+
+
 def test_solvers_of_problems_refuse_what_they_refuse_without_ranks():
     sim = run(falling_bonds, 2, 0, cn.NSCD(solver=cn.ADMM()))[0]
     told = []

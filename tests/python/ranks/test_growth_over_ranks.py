@@ -247,3 +247,22 @@ def test_a_checkpoint_keeps_what_was_set_or_grew_after_the_step(ranks, tmp_path)
     again.restore(tmp_path / "set.checkpoint.h5")
     assert np.array_equal(again.bodies.velocity, velocity)
     assert np.array_equal(again.bodies.angular_momentum, sim.bodies.angular_momentum)
+
+
+def test_reports_and_sizes_of_smooth_grains_that_grow_are_the_same_for_every_number_of_ranks():
+    """Each rank makes its lists at times of its own; what contacts have of the sizes of bodies does not depend on them."""
+    told, states = [], []
+    for ranks in (None, 1, 2, 3, 7):
+        made, ids = balls(3, cn.HertzMindlin(young=1e6, restitution=0.5, mu=0.3))
+        sim = cn.Simulation(made, 2e-4, cn.SmoothDEM(energy=False, skin=0.01), overlap="ignore", ranks=ranks)
+        sim.grow(ids, cn.Expression("3 + 10*t"))
+        rows = []
+        for _ in range(400):
+            sim.step()
+            rows.append([sim.info["way"], sim.info["penetration"]])
+        told.append(np.array(rows))
+        states.append(digest(sim))
+    assert told[0][:, 1].max() > 0
+    assert all(np.array_equal(rows, told[1]) for rows in told[2:])
+    assert len(set(states[1:])) == 1
+    np.testing.assert_allclose(told[0], told[1], rtol=1e-9)

@@ -365,3 +365,15 @@ def test_steps_are_no_warnings_in_the_log(caplog):
     scene.interact(rock, rock, cn.HertzMindlin(young=1e7))
     cn.Simulation(scene, 1e-5, cn.SmoothDEM()).run(steps=3, progress=False)
     assert not [record for record in caplog.records if record.name.startswith("cairn")]
+
+
+def test_a_restored_run_without_contacts_makes_explicit_steps(tmp_path):
+    """Forces are in the file, so that nothing asks for the stable step before the list is old."""
+    runs = [heap(2, speed=0.0), heap(2, speed=0.0)]
+    runs[0].step()
+    runs[0].checkpoint(tmp_path / "heap.checkpoint.h5")
+    runs[1].restore(tmp_path / "heap.checkpoint.h5")
+    for sim in runs:
+        sim.step()
+    assert [sim.info["status"] for sim in runs] == ["explicit"] * 2
+    assert runs[1].info["stable_step"] > 0
