@@ -30,7 +30,7 @@ NETWORKS = {"InfiniBand HDR": (2e-6, 0.5e-6, 10e9), "Ethernet 25G": (20e-6, 3e-6
 SWEEPS, CHECKS = 100, 20  # of a step
 SUM_BYTES = 2 * 69 * 8  # of the two exact sums of a sweep
 STATE_BYTES = 76  # of a sphere, which every rank receives where the state is read
-RATES = (41e-9, 2.7e-6)  # of the page: seconds of a contact and sweep, of a body and step besides
+RATES = (12.5e-9, 1.8e-6)  # of the page: seconds of a contact and sweep, of a body and step besides
 
 
 def packing(n, seed=1):
