@@ -180,7 +180,7 @@ def test_a_deformable_block_flush_in_the_floor_leaves_the_liquid_at_rest(form):
     scene.add(cn.fluid([(0, 0), (1, 0.4)], 0.05, **form))
     scene.interact("*", "*", None)
     scene.interact("fluid", "*", cn.FreeSlip())
-    sim, force, still = cn.Simulation(scene, dt=2e-3), [], None
+    sim, force = cn.Simulation(scene, dt=2e-3), []
     still = np.array(sim.fluid.position)
     for _ in range(100):
         sim.step()
@@ -193,7 +193,7 @@ def test_a_deformable_block_flush_in_the_floor_leaves_the_liquid_at_rest(form):
 @pytest.mark.parametrize("out", [0.3, 0.5, 0.7])
 @pytest.mark.parametrize("form", [{"incompressible": True}, {}])
 def test_a_block_that_stands_out_of_the_floor_a_little_bears_a_part_of_the_liquid(form, out):
-    """Half-space and block share the load; a block that stands out by a spacing has the whole of its own."""
+    """Half-space and block share the load above the block, by how far that stands out over the spacing."""
     scene, bed = basin()
     corners = np.array([(0.3, -0.4), (0.7, -0.4), (0.7, 0.0), (0.3, 0.0)]) + (0, 0.05 * out)
     block = scene.add(cn.polygons([corners], rock, fixed=True))[0]
@@ -205,9 +205,8 @@ def test_a_block_that_stands_out_of_the_floor_a_little_bears_a_part_of_the_liqui
         sim.step()
         force.append([sim.fluid.force_on(k)[1] for k in (bed, block)])
     floor, own = np.mean(force[75:], axis=0) / (-1000 * 9.81 * 0.05**2 * len(sim.fluid))
-    print("shares", out, form, floor, own, np.linalg.norm(sim.fluid.velocity, axis=1).max())
     assert abs(floor + own - 1) < 0.02
-    assert 0.1 < own / (0.4 * out) < 1.5
+    assert 0.8 < own / (0.4 * out) < 0.95
 
 
 @pytest.mark.parametrize("viscosity", [3.0, 16.0])

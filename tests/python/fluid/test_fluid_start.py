@@ -247,8 +247,11 @@ def tied(density):
 
 @pytest.mark.parametrize("make", [rubber, called, tied])
 def test_light_meshes_of_every_kind_are_told(make):
-    assert ["'block' has 100 kg/m3 in a liquid of 1000" in text for text in told(lambda: in_tank(make(100.0)))] == [True]
-    assert not told(lambda: in_tank(make(1200.0)))
+    def light(density):
+        return [text for text in told(lambda: in_tank(make(density))) if "no damping" in text]
+
+    assert ["'block' has 100 kg/m3 in a liquid of 1000" in text for text in light(100.0)] == [True]
+    assert not light(1200.0)
 
 
 @pytest.mark.parametrize("held", [{"fixed": {"all": "xy"}}, {"rigid": "all"}])
