@@ -229,7 +229,7 @@ private:
   void sub_step(const Scene& scene, double dt);
   void pack();
   bool spreads() const { return closed_ && settings.drift != 0; } // at a free surface the drift would lift the liquid
-  bool corrects_pressure() const;                                             // see fluid_viscosity.cpp
+  bool corrects_pressure() const;                                 // see fluid_viscosity.cpp
   void find_forces(const Scene& scene);
   void add_surface_forces();
   void cut_shares();
