@@ -1,22 +1,21 @@
 !> Damping of the motion that particles of an incompressible fluid have between each other: of the velocity along their distance,
-!> less the part that the slope of the velocity about them explains. A flow that is linear over a kernel has none of it. The impulses
-!> are along the distance and opposite, so that momentum and its moment are kept; a limiter keeps them from giving energy.
+!> less the part that the slope of the velocity about them explains. A flow that is linear over a kernel has none of it. The
+!> impulses are along the distance and opposite, so that momentum and its moment are kept; a limiter keeps them from giving energy.
 !> The reconstruction is that of Riemann solvers in SPH (Vila 1999; Zhang, Hu & Adams 2017). The speed by which a difference of
 !> velocities becomes a pressure is sqrt(p / rho) with the pressure by gravity, as of a fall from the free surface.
 module fluid_damping
   use, intrinsic :: iso_c_binding, only: c_double, c_int64_t
   use fluid_pressure, only: cairn_fluid_rows, open_rows, rows
-  use fluid_view, only: add_square, invert
+  use fluid_view, only: add_square, invert, viscous_reynolds_number
   implicit none
   private
   public :: cairn_fluid_velocity_slopes, cairn_fluid_damp
-  real(c_double), parameter :: enough = 8      !< viscosity over density, spacing and speed that damps by itself
   real(c_double), parameter :: least_moment = 0.05_c_double !< determinant of the second moment; at a flat free surface 1/4
   real(c_double), parameter :: longest = 0.3_c_double !< way of that speed in a step, over the spacing
 contains
 
-  !> Slopes of the velocity about particles first to last - 1, by sums over particles alone: exact for a linear flow beside walls and
-  !> free surfaces too.
+  !> Slopes of the velocity about particles first to last - 1, by sums over particles alone: exact for a linear flow beside walls
+  !> and free surfaces too.
   subroutine cairn_fluid_velocity_slopes(given, first, last, velocity, slope) bind(c)
     type(cairn_fluid_rows), intent(in) :: given
     integer(c_int64_t), value :: first, last
@@ -62,7 +61,7 @@ contains
     call open_rows(given, last, r)
     d = r%dim
     most = longest*spacing/given%step
-    less = enough*viscosity/(given%density*spacing)
+    less = viscous_reynolds_number*viscosity/(given%density*spacing)
     do i = first + 1, last
       own = velocity(:, i - 1)
       a = 0

@@ -158,14 +158,14 @@ contains
   end subroutine fill_walls
 
   !> Changes of velocity by pressures, and the compact Laplacian of these.
-  subroutine cairn_fluid_push(given, filtered, first, last, p, load, change, bent) bind(c)
+  subroutine cairn_fluid_push(given, filtered, first, last, p, load, change, laplacian) bind(c)
     type(cairn_fluid_rows), intent(in) :: given
     integer(c_int8_t), intent(in) :: filtered(0:*) !< 1: the Laplacian is over this particle and others of it, 0: not
     integer(c_int64_t), value :: first, last
     real(c_double), intent(in) :: p(0:*)            !< [Pa]
     real(c_double), intent(in) :: load(3*(given%dim - 1), 0:*) !< these times `shape`
     real(c_double), intent(inout) :: change(3, 0:*) !< [m/s]
-    real(c_double), intent(inout) :: bent(0:*)      !< - step/density times the Laplacian [1/s]
+    real(c_double), intent(inout) :: laplacian(0:*)      !< - step/density times the Laplacian [1/s]
     type(rows) :: r
     integer(c_int64_t) :: i, k
     real(c_double) :: a(3), s, own, l(6), factor
@@ -198,7 +198,7 @@ contains
         a = a + own*r%wall(1:3, k)
       end do
       change(:, i - 1) = -factor*a
-      bent(i - 1) = 2*factor*filtered(i - 1)*s
+      laplacian(i - 1) = 2*factor*filtered(i - 1)*s
     end do
   end subroutine cairn_fluid_push
 

@@ -1,11 +1,12 @@
 !> Rates of a weakly compressible fluid of particles: density by continuity with diffusion (delta-SPH: Molteni & Colagrossi 2009,
-!> less what rests under gravity: Fourtakas et al. 2019), momentum by the symmetric pressure and Morris' viscosity (Morris et al.
-!> 1997), with an approach that is damped, where viscosity does not, as by a Riemann solver of low dissipation (Zhang, Hu & Adams
-!> 2017). Walls are points below their surface with the pressure of the particle and what gravity adds, and with the velocity that
-!> makes the surface hold or slide.
+!> less what rests under gravity: Fourtakas et al. 2019), momentum by the symmetric pressure, in viscous liquids by the adjoint
+!> of the rate of density, and Morris' viscosity (Morris et al. 1997), with an approach that is damped, where viscosity does
+!> not, as by a Riemann solver of low dissipation (Zhang, Hu & Adams 2017). Walls are points below their surface with the pressure
+!> of the particle and what gravity adds, and with the velocity that makes the surface hold or slide.
 module fluid_rates
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t, c_int8_t
-  use fluid_view, only: add_square, cairn_fluid, fluid, from_behind, invert, mass_of, open_fluid, wall_points, wall_points_of
+  use fluid_view, only: add_square, cairn_fluid, fluid, from_behind, held_pressure, invert, mass_of, open_fluid, &
+    symmetric_product, viscous_reynolds_number, wall_points, wall_points_of
   implicit none
   private
   public :: cairn_fluid_density_rate, cairn_fluid_acceleration, cairn_fluid_on_points
@@ -15,8 +16,6 @@ module fluid_rates
   real(c_double), parameter :: facing = 0.7_c_double   !< cosine to its normal of a point that bars the way
   real(c_double), parameter :: bowl = 0.65_c_double    !< rise of it over the square of the way aside, both over the spacing
   real(c_double), parameter :: barrier = 0.05_c_double !< of rho c^2, over a spacing
-  ! Reynolds number of the spacing, times the limiter, below which viscosity does what the limiter would.
-  real(c_double), parameter :: enough = 8
   integer, parameter :: most_near = 128 !< of particles whose sums are taken at once
 
   !> Neighbours of a particle i within its reach: x_i - x_j, u_i - u_j, squares of distances, volumes and pressures.
@@ -69,18 +68,18 @@ contains
   end subroutine gather
 
   !> Rate of density of particles first to last - 1, and the correction of their gradients where pressure takes it too.
-  subroutine cairn_fluid_density_rate(f, first, last, rate, bend) bind(c)
+  subroutine cairn_fluid_density_rate(f, first, last, rate, gradient_correction) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last
     real(c_double), intent(inout) :: rate(0:*) !< [kg/(m3 s)]
-    real(c_double), intent(inout) :: bend(6, 0:*) !< `shape` less 1: xx xy xz yy yz zz, where the liquid bends [-]
+    real(c_double), intent(inout) :: gradient_correction(6, 0:*) !< `shape` less 1: xx xy xz yy yz zz, where pressure takes it [-]
     type(fluid) :: v
     type(wall_points) :: w
     type(near_particles) :: near
     integer(c_int64_t) :: i, k
     integer :: j, beside
     real(c_double) :: own(8), r(3), t, g, divergence, spread, per_c2, moment(6), second(3, 3)
-    real(c_double) :: rates(3, 3), shape(3, 3), own_bend(6), mirrored
+    real(c_double) :: rates(3, 3), shape(3, 3), mirrored
     logical :: within
     call open_fluid(f, last, v)
     per_c2 = 1/v%c**2
@@ -117,12 +116,12 @@ contains
       end do
       ! Exact for linear fields away from walls, also where the flow has stretched the lattice of the particles; at walls where
       ! pressure takes the same gradients.
-      within = v%open(i) == 0 .and. (w%count == 0 .or. v%bends)
+      within = v%open(i) == 0 .and. (w%count == 0 .or. v%corrects_pressure)
       call invert(v%dim, second, within, shape)
       divergence = sum(shape*rates)
-      own_bend = 0
-      if (within) own_bend = [shape(1:3, 1) - [1, 0, 0], shape(2:3, 2) - [1, 0], shape(3, 3) - 1]
-      if (v%bends) bend(:, i - 1) = own_bend
+      if (v%corrects_pressure) then ! of a particle that is not within, `shape` is 1
+        gradient_correction(:, i - 1) = [shape(1:3, 1) - [1, 0, 0], shape(2:3, 2) - [1, 0], shape(3, 3) - 1]
+      end if
       if (v%grains) spread = spread*(mass_of(v, i)/(own(7)*(v%density + per_c2*own(8)))) ! by the porosity: it is one of pressure
       rate(i - 1) = mass_of(v, i)/own(7)*divergence + 2*v%diffusion*v%h*v%c*per_c2*spread
     end do
@@ -249,7 +248,7 @@ contains
       do while (k < v%first(i + 1))
         call gather(v, own, v%first(i + 1), k, near, .true., beside)
         call add_forces(v, near, own(8), peak, a, s, spread)
-        if (v%bends) call add_bends(v, near, own(8)*v%bend(:, i), a)
+        if (v%corrects_pressure) call add_corrected_pressure(v, near, own(8)*v%gradient_correction(:, i), a)
       end do
       call wall_points_of(v, i, w)
       do k = 1, w%count
@@ -311,7 +310,7 @@ contains
   !> Adds what the correction of gradients changes in the pressure forces, which are the adjoint of the rate of density then.
   !> Without it particles have to be evenly spread for their pressure to be in balance: they resist a change of places as a
   !> solid does, with a strength that grows with the pressure, and a slow body that moves them stands still.
-  pure subroutine add_bends(v, near, own, a)
+  pure subroutine add_corrected_pressure(v, near, own, a)
     type(fluid), intent(in) :: v
     type(near_particles), intent(in) :: near
     real(c_double), intent(in) :: own(6) !< pressure times the correction [Pa]
@@ -320,17 +319,10 @@ contains
     integer :: k
     do k = 1, near%count
       g = v%scale*near%volume(k)*(1 - 0.5_c_double*sqrt(near%d2(k))/v%h)**3
-      b = own + near%pressure(k)*v%bend(:, near%place(k))
-      a = a + g*bent(b, [near%r1(k), near%r2(k), near%r3(k)])
+      b = own + near%pressure(k)*v%gradient_correction(:, near%place(k))
+      a = a + g*symmetric_product(b, [near%r1(k), near%r2(k), near%r3(k)])
     end do
-  end subroutine add_bends
-
-  !> Product of a symmetric matrix, xx xy xz yy yz zz, and a vector.
-  pure function bent(b, r) result(out)
-    real(c_double), intent(in) :: b(6), r(3)
-    real(c_double) :: out(3)
-    out = [b(1)*r(1) + b(2)*r(2) + b(3)*r(3), b(2)*r(1) + b(4)*r(2) + b(5)*r(3), b(3)*r(1) + b(5)*r(2) + b(6)*r(3)]
-  end function bent
+  end subroutine add_corrected_pressure
 
   !> Forces of the fluid on points first to last - 1 of surfaces, the part of them by viscosity, and the normals of sides that
   !> hold the fluid, as particles see them.
@@ -394,7 +386,7 @@ contains
     p = 2*own(8) - v%density*dot_product(v%resting, r)
     if (own(8) >= 0) p = max(p, 0.0_c_double)
     push = 0
-    if (v%bends) push = -g*p*bent(v%bend(:, i), r)
+    if (v%corrects_pressure) push = -g*p*symmetric_product(v%gradient_correction(:, i), r)
     p = p + approach(v, dot_product(u, normal)*dot_product(r, normal), d) ! a shear along it is none
     push = push - g*p*r
     shear = 0
@@ -425,14 +417,6 @@ contains
       push = v%scale*max(0.0_c_double, 1 - 0.5_c_double*d/v%h)**3*barrier*v%density*v%c**2*(nearest - high/v%dx)*d*normal
   end function barred
 
-  !> Tension at a free surface is none: particles there would clump.
-  pure elemental function held_pressure(p, open) result(held)
-    real(c_double), intent(in) :: p
-    integer(c_int8_t), intent(in) :: open
-    real(c_double) :: held
-    held = merge(max(p, 0.0_c_double), p, open > 0)
-  end function held_pressure
-
   !> Pressure that two particles feel together where they approach, speed times distance `closing` < 0.
   pure function approach(v, closing, d) result(p)
     type(fluid), intent(in) :: v
@@ -440,6 +424,6 @@ contains
     real(c_double) :: p, speed
     speed = max(0.0_c_double, -closing)/max(d, 1e-3_c_double*v%dx)
     p = v%density*speed*(v%artificial*v%c + max(0.0_c_double, &
-        min(v%limiter*speed, v%c) - enough*v%viscosity/(v%density*v%dx)))
+        min(v%limiter*speed, v%c) - viscous_reynolds_number*v%viscosity/(v%density*v%dx)))
   end function approach
 end module fluid_rates

@@ -161,15 +161,15 @@ contains
     type(fluid) :: v
     integer(c_int64_t) :: i, k
     integer :: j
-    real(c_double) :: q, bent, weights, weight, r(3), a(3), stiff
+    real(c_double) :: q, curvatures, weights, weight, r(3), a(3), stiff
     call open_fluid(f, last, v)
     stiff = 2*(v%dim + 2)*max(0.0_c_double, damped*sqrt(v%density*tension*v%dx) - v%viscosity)
     do i = first + 1, last
       a = 0
-      bent = 0
+      curvatures = 0
       weights = 0
       if (normal(4, i - 1)*v%dx > clear) then
-        bent = normal(4, i - 1)*curvature(i - 1)
+        curvatures = normal(4, i - 1)*curvature(i - 1)
         weights = normal(4, i - 1)
       end if
       do k = v%first(i) + 1, v%first(i + 1)
@@ -178,13 +178,13 @@ contains
         r = way(v, int(i), j)
         q = min(2.0_c_double, sqrt(sum(r**2))/v%h)
         weight = (1 - 0.5_c_double*q)**4*(2*q + 1)*normal(4, j - 1)
-        bent = bent + weight*curvature(j - 1)
+        curvatures = curvatures + weight*curvature(j - 1)
         weights = weights + weight
         if (.not. (normal(4, i - 1)*v%dx > clear .and. q > 0)) cycle
         weight = stiff*v%scale*(1 - 0.5_c_double*q)**3*v%record(7, j)/sum(r**2)
         a = a - (weight*dot_product(v%record(4:6, i) - v%record(4:6, j), r))*r
       end do
-      if (weights > 0) a = a + (tension*bent/weights)*color(1:3, i - 1)
+      if (weights > 0) a = a + (tension*curvatures/weights)*color(1:3, i - 1)
       acceleration(:, i - 1) = acceleration(:, i - 1) + (v%record(7, i)/mass_of(v, i))*a
     end do
   end subroutine cairn_fluid_tension

@@ -5,29 +5,31 @@ module fluid_view
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_ptr
   implicit none
   private
-  public :: add_square, cross, invert, mass_of
-  public :: from_behind
+  public :: add_square, cross, invert, mass_of, symmetric_product
+  public :: from_behind, held_pressure, viscous_reynolds_number
   public :: cairn_fluid, fluid, open_fluid, gradient_scale, wall_points, wall_points_of
   integer, parameter :: record_size = 8, surface_size = 14, plane_size = 16
+  !> Reynolds number of a spacing, by a difference of velocities, below which viscosity damps this difference by itself.
+  real(c_double), parameter :: viscous_reynolds_number = 8
   integer, parameter :: most_wall_points = 1024 !< of half-spaces and surfaces about one particle; more are left out
 
   type, bind(c) :: cairn_fluid
     integer(c_int32_t) :: dim, planes
     real(c_double) :: smoothing, spacing, mass, density, sound_speed, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3)
-    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open, masses, bend
+    type(c_ptr) :: record, first, neighbour, surface, first_point, point, plane, open, masses, gradient_correction
   end type cairn_fluid
 
   type :: fluid
     integer :: dim, planes
     real(c_double) :: h, dx, mass, density, c, viscosity, diffusion, limiter, artificial
     real(c_double) :: gravity(3), resting(3), period(3), per(3), scale !< per: 1/period, 0 without one
-    logical :: periodic, grains, bends !< bends: pressure takes corrected gradients
+    logical :: periodic, grains, corrects_pressure !< pressure takes corrected gradients
     real(c_double), pointer, contiguous :: record(:, :), surface(:, :), plane(:, :)
     integer(c_int64_t), pointer, contiguous :: first(:), first_point(:)
     integer(c_int32_t), pointer, contiguous :: neighbour(:), point(:)
     integer(c_int8_t), pointer, contiguous :: open(:)
-    real(c_double), pointer, contiguous :: bend(:, :) !< correction of gradients: xx xy xz yy yz zz
+    real(c_double), pointer, contiguous :: gradient_correction(:, :) !< less 1; correction of gradients: xx xy xz yy yz zz
     real(c_double), pointer, contiguous :: masses(:) !< of particles beside grains; none where all have that of a spacing
   end type fluid
 
@@ -90,9 +92,9 @@ contains
     nullify (f%masses)
     f%grains = c_associated(given%masses)
     if (f%grains) call c_f_pointer(given%masses, f%masses, [any_size])
-    nullify (f%bend)
-    f%bends = c_associated(given%bend)
-    if (f%bends) call c_f_pointer(given%bend, f%bend, [6_c_int64_t, any_size])
+    nullify (f%gradient_correction)
+    f%corrects_pressure = c_associated(given%gradient_correction)
+    if (f%corrects_pressure) call c_f_pointer(given%gradient_correction, f%gradient_correction, [6_c_int64_t, any_size])
   end subroutine open_fluid
 
   !> Mass of particle i [kg | kg/m].
@@ -251,6 +253,21 @@ contains
       end do
     end if
   end subroutine invert
+
+  !> Product of a symmetric matrix, xx xy xz yy yz zz, and a vector.
+  pure function symmetric_product(a, r) result(out)
+    real(c_double), intent(in) :: a(6), r(3)
+    real(c_double) :: out(3)
+    out = [a(1)*r(1) + a(2)*r(2) + a(3)*r(3), a(2)*r(1) + a(4)*r(2) + a(5)*r(3), a(3)*r(1) + a(5)*r(2) + a(6)*r(3)]
+  end function symmetric_product
+
+  !> Tension at a free surface is none: particles there would clump.
+  pure elemental function held_pressure(p, open) result(held)
+    real(c_double), intent(in) :: p
+    integer(c_int8_t), intent(in) :: open
+    real(c_double) :: held
+    held = merge(max(p, 0.0_c_double), p, open > 0)
+  end function held_pressure
 
   pure function cross(a, b) result(c)
     real(c_double), intent(in) :: a(3), b(3)

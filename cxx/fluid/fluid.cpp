@@ -9,6 +9,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "../base/threads.hpp"
+#include "fluid_drift.hpp"
 #include "fluid_implicit.hpp"
 
 namespace cairn {
@@ -275,7 +276,7 @@ cairn_fluid Fluid::view(const Scene& scene) const {
   f.plane = plane_.data();
   f.open = open_.data();
   f.masses = mass_.empty() ? nullptr : mass_.data();
-  f.bend = bend_.empty() ? nullptr : bend_.data();
+  f.gradient_correction = gradient_correction_.empty() ? nullptr : gradient_correction_.data();
   return f;
 }
 
@@ -336,10 +337,10 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   rate_.resize(std::size_t(n));
   const cairn_fluid f = view(scene);
   of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
-    cairn_fluid_density_rate(&f, first, last, rate_.data(), bend_.data());
+    cairn_fluid_density_rate(&f, first, last, rate_.data(), gradient_correction_.data());
   });
   tell(rate_, 1, of_particles_.first());
-  if (!bend_.empty()) tell(bend_, 6, of_particles_.first());
+  if (!gradient_correction_.empty()) tell(gradient_correction_, 6, of_particles_.first());
   // A free surface bears no tension beyond the pressure of the flow.
   const double mach = fastest_ / settings.sound_speed, least = settings.density * (1 - mach * mach);
 #pragma omp parallel for schedule(static)
@@ -354,10 +355,10 @@ void Fluid::sub_step(const Scene& scene, double dt) {
   if (granular_) drag_grains(scene, 0.5 * dt);
   if (granular_) spread_among_grains(dt);
   if (!spreads()) return;
-  const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;
+  const double dx = settings.spacing, h = settings.smoothing * dx;
 #pragma omp parallel for schedule(static)
   for (std::int64_t i = 0; i < 3 * n; ++i)
-    position_[std::size_t(i)] += std::clamp(settings.drift * dt * fastest_ * h * drift_[std::size_t(i)], -most, most);
+    position_[std::size_t(i)] += drift_within(settings.drift * dt * fastest_ * h * drift_[std::size_t(i)], dx);
 }
 
 double Fluid::fastest() const {
@@ -419,7 +420,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
   try {
     if (meets_meshes()) load_meshes(scene, step);
     place_surfaces();
-    bend_.clear();
+    gradient_correction_.clear();
     if (!known_) {
       if (list_is_old()) renew_list();
       find_forces(scene);
@@ -451,7 +452,7 @@ void Fluid::advance(Scene& scene, double h, const FluidStep& step) {
     if (!(parts <= 1e6))
       throw Error("a step of " + number_text(h) + " s takes the fluid " + number_text(parts) + " sub-steps of " +
                   number_text(limit) + " s: give a smaller dt or sound_speed, or a larger spacing");
-    if (bends()) bend_.assign(std::size_t(6 * count()), 0.0);
+    if (corrects_pressure()) gradient_correction_.assign(std::size_t(6 * count()), 0.0);
     report.sub_steps = int(parts);
     for (int k = 0; k < report.sub_steps; ++k) sub_step(scene, h / parts);
     measure_flow();
@@ -559,45 +560,6 @@ std::vector<std::int8_t> Fluid::at_surface() const {
   std::vector<std::int8_t> out(open_.size());
   for (std::size_t i = 0; i < number_.size(); ++i) out[std::size_t(number_[i])] = open_[i];
   return out;
-}
-
-std::int64_t Fluid::bytes() const {
-  std::int64_t sum = list_.bytes() + skins_.bytes() + bytes_of_grains() + (implicit_ ? implicit_->bytes() : 0);
-  for (const auto* v : {&position_,
-                        &velocity_,
-                        &density_,
-                        &acceleration_,
-                        &drift_,
-                        &record_,
-                        &surface_,
-                        &plane_,
-                        &rate_,
-                        &bend_,
-                        &on_points_,
-                        &shear_on_points_,
-                        &side_of_points_,
-                        &on_planes_,
-                        &fill_,
-                        &color_,
-                        &normal_,
-                        &curvature_,
-                        &mass_,
-                        &solid_,
-                        &pressure_,
-                        &points_.offset,
-                        &points_.normal,
-                        &before_.position,
-                        &before_.velocity,
-                        &before_.density,
-                        &before_.acceleration,
-                        &before_.listed,
-                        &before_.pressure,
-                        &before_.mass,
-                        &before_.solid})
-    sum += std::int64_t(8 * v->capacity());
-  for (const auto* v : {&number_, &end_, &body_of_point_, &before_.number, &before_.end})
-    sum += std::int64_t(4 * v->capacity());
-  return sum;
 }
 
 } // namespace cairn

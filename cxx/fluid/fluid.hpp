@@ -238,7 +238,7 @@ private:
   void sub_step(const Scene& scene, double dt);
   void pack();
   bool spreads() const { return closed_ && settings.drift != 0; } // at a free surface the drift would lift the liquid
-  bool bends() const;                                             // see fluid_viscosity.cpp
+  bool corrects_pressure() const;                                 // see fluid_viscosity.cpp
   void find_forces(const Scene& scene);
   void add_surface_forces();
   void cut_shares();
@@ -331,7 +331,7 @@ private:
   std::vector<std::int32_t> body_of_point_, body_of_plane_;
   std::vector<Body> bodies_;
   std::vector<double> position_, velocity_, density_, acceleration_, drift_, record_, surface_, plane_, rate_;
-  std::vector<double> bend_; // corrections of gradients, none where pressure takes none (6, n)
+  std::vector<double> gradient_correction_; // corrections of gradients, none where pressure takes none (6, n)
   std::vector<double> on_points_, shear_on_points_, side_of_points_, on_planes_, fill_, color_, normal_, curvature_;
   std::vector<std::int32_t> number_;
   std::vector<std::int8_t> open_, open_new_;

@@ -231,9 +231,9 @@ void Fluid::place_surfaces() {
 }
 
 // A half-space fills what is below its surface: points of bodies that are let into it take no space there again, which
-// would stir the liquid above.
+// would stir the liquid above. A point stands for a layer a spacing thick, and keeps the share of it above the surface.
 void Fluid::hide_points_in_planes() {
-  const std::int64_t n = points_.count();
+  const std::int64_t n = all_points();
   const std::size_t planes = std::size_t(planes_.count());
   if (planes == 0) return;
 #pragma omp parallel for schedule(static) if (n > 4096)
@@ -243,7 +243,7 @@ void Fluid::hide_points_in_planes() {
       const double* plane = &plane_[cairn_fluid_plane_record * p];
       double high = 0;
       for (std::size_t c = 0; c < 3; ++c) high += (point[c] - plane[c]) * plane[3 + c];
-      if (high < 0) point[11 - 1] = 0;
+      if (high < 0.5 * settings.spacing) point[11 - 1] *= std::max(0.0, 0.5 + high / settings.spacing);
     }
   }
 }

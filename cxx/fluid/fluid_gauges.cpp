@@ -1,10 +1,10 @@
-// Gauges of a liquid: pressure at a place, level above it.
+// Gauges of a liquid: pressure at a place, level above it; its memory.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "fluid.hpp"
+#include "fluid_implicit.hpp"
 #include "wendland.hpp"
 
 namespace cairn {
@@ -81,6 +81,45 @@ double Fluid::level_at(const Scene& scene, const double* place) const {
     above = now;
   }
   return std::numeric_limits<double>::quiet_NaN();
+}
+
+std::int64_t Fluid::bytes() const {
+  std::int64_t sum = list_.bytes() + skins_.bytes() + bytes_of_grains() + (implicit_ ? implicit_->bytes() : 0);
+  for (const auto* v : {&position_,
+                        &velocity_,
+                        &density_,
+                        &acceleration_,
+                        &drift_,
+                        &record_,
+                        &surface_,
+                        &plane_,
+                        &rate_,
+                        &gradient_correction_,
+                        &on_points_,
+                        &shear_on_points_,
+                        &side_of_points_,
+                        &on_planes_,
+                        &fill_,
+                        &color_,
+                        &normal_,
+                        &curvature_,
+                        &mass_,
+                        &solid_,
+                        &pressure_,
+                        &points_.offset,
+                        &points_.normal,
+                        &before_.position,
+                        &before_.velocity,
+                        &before_.density,
+                        &before_.acceleration,
+                        &before_.listed,
+                        &before_.pressure,
+                        &before_.mass,
+                        &before_.solid})
+    sum += std::int64_t(8 * v->capacity());
+  for (const auto* v : {&number_, &end_, &body_of_point_, &before_.number, &before_.end})
+    sum += std::int64_t(4 * v->capacity());
+  return sum;
 }
 
 } // namespace cairn

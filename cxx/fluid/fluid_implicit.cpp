@@ -8,6 +8,7 @@
 #include "../base/call.hpp"
 #include "../base/number_text.hpp"
 #include "../base/threads.hpp"
+#include "fluid_drift.hpp"
 #include "fluid_implicit.hpp"
 
 namespace cairn {
@@ -29,7 +30,7 @@ Fluid::~Fluid() = default;
 
 std::int64_t Fluid::Implicit::bytes() const {
   std::int64_t sum = solver.bytes();
-  for (const auto* v : {&wall,       &centre,   &shape,  &load,     &rest,      &level, &star,     &change,  &bent,
+  for (const auto* v : {&wall,       &centre,   &shape,  &load,     &rest,      &level, &star,     &change,  &laplacian,
                         &divergence, &constant, &beside, &diagonal, &of_change, &free,  &contact,  &pressed, &given,
                         &known,      &impulse,  &left,   &now,      &begin,     &later, &of_begin, &slope})
     sum += std::int64_t(8 * v->capacity());
@@ -134,10 +135,10 @@ void Fluid::push(const std::vector<double>& p) {
   const std::size_t wide = std::size_t(3 * (dim_ - 1));
   for (std::size_t i = 0; i < s.load.size(); ++i) s.load[i] = p[i / wide] * s.shape[i];
   of_particles_.each_tile([&](std::int64_t first, std::int64_t last) {
-    cairn_fluid_push(&r, s.filtered.data(), first, last, p.data(), s.load.data(), s.change.data(), s.bent.data());
+    cairn_fluid_push(&r, s.filtered.data(), first, last, p.data(), s.load.data(), s.change.data(), s.laplacian.data());
   });
   tell(s.change, 3, of_particles_.first());
-  tell(s.bent, 1, of_particles_.first());
+  tell(s.laplacian, 1, of_particles_.first());
 }
 
 // In the order of particles.
@@ -242,7 +243,7 @@ void Fluid::begin_changes(const Scene& scene) {
   Implicit& s = *implicit_;
   const std::size_t n = std::size_t(count());
   s.change.resize(3 * n);
-  s.bent.resize(n);
+  s.laplacian.resize(n);
   s.star = velocity_;
   s.filtered.resize(n);
   for (auto* v : {&s.free, &s.known, &s.impulse, &s.contact}) v->assign(6 * sides(), 0.0);
@@ -302,9 +303,9 @@ void Fluid::begin_rows() {
     double wanted = (excess > 0 || closed_ ? settings.correction : 1.0) * excess / h;
     if (settings.sound_speed > 0) wanted = excess / h;
     if (!closed_ && open_[i] == 2) wanted = -std::max(0.0, 1 - fill_[i] / loose) / h;
-    s.beside[i] = -wanted - filter * (s.beside[i] + s.bent[i]);
+    s.beside[i] = -wanted - filter * (s.beside[i] + s.laplacian[i]);
     if (std::int64_t(i) < own || std::int64_t(i) >= behind) continue;
-    double whole[3] = {}, square = 0, bent = 0;
+    double whole[3] = {}, square = 0, laplacian = 0;
     const std::size_t wide = std::size_t(dim_ + 1);
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k) {
       const float* g = &s.pair[wide * std::size_t(k)];
@@ -312,7 +313,7 @@ void Fluid::begin_rows() {
         whole[c] += g[c];
         square += double(g[c]) * g[c];
       }
-      if (s.filtered[i] && s.filtered[std::size_t(s.near[std::size_t(k)])]) bent += g[dim_];
+      if (s.filtered[i] && s.filtered[std::size_t(s.near[std::size_t(k)])]) laplacian += g[dim_];
     }
     double of_bodies = 0;
     for (std::int64_t k = s.first_wall[i]; k < s.first_wall[i] + s.used_wall[i]; ++k) {
@@ -324,7 +325,7 @@ void Fluid::begin_rows() {
     }
     for (const double v : whole) square += v * v;
     s.diagonal[i] = (1 - filter) * h / settings.density * square + h * volume * of_bodies +
-                    filter * 2 * h / settings.density * bent + stiff;
+                    filter * 2 * h / settings.density * laplacian + stiff;
   }
   tell(s.diagonal, 1, of_particles_.first());
 }
@@ -436,7 +437,7 @@ void Fluid::product(const std::vector<double>& p, std::vector<double>& out) {
     for (std::size_t i = 6 * bodies_.size(); i < s.of_change.size(); ++i) s.of_change[i] /= 1 - filter;
   }
   divergence(s.change, s.of_change, out);
-  for (std::size_t i = 0; i < p.size(); ++i) out[i] = (1 - filter) * out[i] + filter * s.bent[i] + stiff * p[i];
+  for (std::size_t i = 0; i < p.size(); ++i) out[i] = (1 - filter) * out[i] + filter * s.laplacian[i] + stiff * p[i];
 }
 
 // Of a liquid that sound crosses in a finite time: change of its divergence by a pressure [1/(Pa s)].
@@ -538,7 +539,7 @@ void Fluid::settle(Scene& scene) {
 // a flow gathers them along lines else (Lind et al. 2012).
 void Fluid::spread() {
   const Implicit& s = *implicit_;
-  const double dx = settings.spacing, most = 0.1 * dx;
+  const double dx = settings.spacing;
   const double way =
       std::min(settings.drift * s.h * fastest_ * settings.smoothing * dx, dx * dx); // beyond, it overshoots
   const std::size_t wide = std::size_t(dim_ + 1);
@@ -548,7 +549,7 @@ void Fluid::spread() {
     double slope[3] = {};
     for (std::int64_t k = list_.first[i]; k < list_.first[i] + s.used[i]; ++k)
       for (int c = 0; c < dim_; ++c) slope[c] += double(s.pair[wide * std::size_t(k) + std::size_t(c)]);
-    for (int c = 0; c < dim_; ++c) position_[3 * i + std::size_t(c)] += std::clamp(-way * slope[c], -most, most);
+    for (int c = 0; c < dim_; ++c) position_[3 * i + std::size_t(c)] += drift_within(-way * slope[c], dx);
   }
   tell(position_, 3, of_particles_.first());
 }

@@ -20,7 +20,7 @@ struct Fluid::Implicit {
   double h = 0, ahead = 0;
   // Of a liquid at rest: changes of velocity by gravity and walls (3, n) [m/s], pressures (n) [Pa].
   std::vector<double> rest, level;
-  std::vector<double> star, change, bent, divergence, constant, beside, diagonal, of_change;
+  std::vector<double> star, change, laplacian, divergence, constant, beside, diagonal, of_change;
   std::vector<std::int8_t> filtered;
   std::vector<double> slope; // of velocities about particles (9, n) [1/s]
   // Velocities of bodies, and behind them of points of meshes (6, n): without pressure and contacts, changes by

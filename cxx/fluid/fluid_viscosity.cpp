@@ -11,12 +11,12 @@ namespace cairn {
 
 namespace {
 constexpr double most_shears = 1000; // sub-steps of viscosity
-constexpr double calm = 10; // Reynolds number of a spacing at the speed sqrt(p/rho) up to which viscosity calms
+constexpr double calm = 10; // Reynolds number of a spacing at the speed sqrt(p/rho) up to which a liquid is viscous
 } // namespace
 
-// Pressure forces that are the adjoint of a corrected divergence leave particles free to change their places, which
-// water uses to stir itself from rest: they are those of liquids whose viscosity calms that.
-bool Fluid::bends() const {
+// Pressure forces that are the adjoint of a corrected divergence do not resist a new arrangement of particles. Without
+// enough viscosity these then move from rest: only viscous liquids have such forces.
+bool Fluid::corrects_pressure() const {
   if (!(settings.viscosity > 0) || granular_) return false;
   double most = 0;
   for (std::size_t i = 0; i < density_.size(); ++i) most = std::max(most, std::abs(pressure_of(i) + raised_));

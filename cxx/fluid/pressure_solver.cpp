@@ -28,6 +28,10 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
   return summed(std::int64_t(a.size()), [&](std::size_t i) { return a[i] * b[i]; });
 }
 
+bool is_finite(const std::vector<double>& a) {
+  return std::all_of(a.begin(), a.end(), [](double x) { return std::isfinite(x); });
+}
+
 // a + share * b
 void add(std::vector<double>& a, double share, const std::vector<double>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] += share * b[i];
@@ -79,15 +83,21 @@ PressureSolver::Report PressureSolver::solve(const Problem& problem, std::vector
   if (!(norm > 0)) measure_norm(norm);
   const std::vector<double> nothing(n, 0.0);
   std::vector<double> constant = gradient_;
+  Report report;
+  if (!is_finite(gradient_)) { // velocities are not finite: pressures say so
+    report.residual = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = 0; i < n; ++i)
+      if (!std::isfinite(gradient_[i])) p[i] = report.residual;
+    return report;
+  }
   double reference = std::sqrt(split(nothing, problem.unilateral));
   for (std::size_t i = 0; i < n; ++i) gradient_[i] = scale_[i] * (*problem.measure)[i];
   if (const double found = std::sqrt(split(nothing, problem.unilateral)); found > 0)
     reference = std::min(reference, found);
   gradient_ = constant;
-  Report report;
-  if (std::isnan(reference)) { // velocities are not finite: pressures say so
-    std::fill(p.begin(), p.end(), reference);
-    report.residual = reference;
+  if (!std::isfinite(reference)) { // squares of velocities are beyond the range of numbers
+    report.residual = std::numeric_limits<double>::quiet_NaN();
+    std::fill(p.begin(), p.end(), report.residual);
     return report;
   }
   if (!(reference > 0)) { // nothing presses

@@ -32,11 +32,13 @@ typedef struct cairn_fluid {
   const double* plane;                   /* (16, planes) */
   const int8_t* open;   /* (particles) 2 at a free surface, 1 beside one, 0 within: of the step before */
   const double* masses; /* (particles) [kg | kg/m], null: all have `mass` */
-  const double* bend;   /* (6, particles) correction of gradients, xx xy xz yy yz zz; null: pressure takes none */
+  /* (6, particles) correction of gradients less 1, xx xy xz yy yz zz; null: pressure takes none */
+  const double* gradient_correction;
 } cairn_fluid;
 
-/* bend: written where the liquid has one. */
-void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate, double* bend);
+/* gradient_correction: written where the liquid has one. */
+void cairn_fluid_density_rate(const cairn_fluid* f, int64_t first, int64_t last, double* rate,
+                              double* gradient_correction);
 void cairn_fluid_acceleration(const cairn_fluid* f, int64_t first, int64_t last, double* acceleration, double* drift,
                               int8_t* open, double* on_planes);
 void cairn_fluid_on_points(const cairn_fluid* f, int64_t first, int64_t last, const int64_t* first_of,
@@ -76,7 +78,7 @@ typedef struct cairn_fluid_rows {
 void cairn_fluid_fill_rows(const cairn_fluid* f, const cairn_fluid_rows* rows, int64_t first, int64_t last,
                            int8_t* open);
 void cairn_fluid_push(const cairn_fluid_rows* rows, const int8_t* filtered, int64_t first, int64_t last,
-                      const double* pressure, const double* load, double* change, double* bent);
+                      const double* pressure, const double* load, double* change, double* laplacian);
 void cairn_fluid_divergence(const cairn_fluid_rows* rows, int64_t first, int64_t last, const double* velocity,
                             const double* of_body, double* divergence);
 void cairn_fluid_viscous(const cairn_fluid_rows* rows, double viscosity, int64_t first, int64_t last,

@@ -38,6 +38,7 @@ class Running:
         across = np.where(periodic, 0.0, gravity)
         bodies = _bodies_of(scene, simulation._sets, first.spacing)
         self.sets_seen = len(simulation._sets)
+        self._meshes_seen = set()  # ids of the first nodes of those whose warnings were given
         kept = [outside(f, [*bodies, *self._solids()], scene.dim) for f in self.fluids]
         position = np.concatenate([place for place, _ in kept])
         velocity = np.concatenate([f.velocity[k] for f, (_, k) in zip(self.fluids, kept)])
@@ -228,11 +229,13 @@ class Running:
     def _skins(self, sets, above):
         """Arrays of the core for points below the sides of deformable bodies; warns of thin ones."""
         first, tables, met = self.fluids[0], [], self._met_meshes(sets)
-        for d, _, _ in met:
+        for d, first_node, _ in met:
             table = skin_of(d.body, d.name, first.spacing, 2 * first.smoothing * first.spacing)
-            if not first.artificial:
+            if first_node not in self._meshes_seen and not first.artificial:
                 warn_of_thin(d.name, table["thickness"], first.spacing, first.incompressible, above + 1)
-            warn_of_light_mesh(d, first, self._simulation.strategy.theta, above + 1)
+            if first_node not in self._meshes_seen:
+                warn_of_light_mesh(d, first, self._simulation.strategy.theta, above + 1)
+            self._meshes_seen.add(first_node)
             tables.append(table | {"mesh": np.full(len(table["depth"]), len(tables))})
         most = max((t["node"].shape[1] for t in tables), default=1)
         kinds = {"mesh": np.int32, "node": np.int32, "weight": float, "along": float, "across": float}

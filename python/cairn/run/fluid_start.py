@@ -7,6 +7,8 @@ import warnings
 
 import numpy as np
 
+from ..model.fluid_skins import flat_pieces
+from ..model.mesh_parts import group_nodes
 from .fluid_gaps import FluidWarning
 
 MANY = 2000  # sub-steps of a step from which they are told: such a step takes as long as a usual run
@@ -165,6 +167,31 @@ def warn_of_sub_steps(settings, stable_step, h, above):
     return True
 
 
+def _least_density(body):
+    """Least density of a deformable body as given, of parts joined by ties that of each, otherwise mass over volume [kg/m3]."""
+    if hasattr(body, "parts"):
+        return min(_least_density(part) for part in body.parts.values())
+    given = getattr(body, "given", {}).get("density")
+    if given is not None:
+        return min(float(np.min(one)) for one in (given.values() if isinstance(given, dict) else [given]))
+    corner = (body.points - body.points.mean(axis=0))[flat_pieces(body)]
+    volume = float(np.sum(np.linalg.det(corner))) / math.factorial(body.dim)
+    if body.dim == 2:
+        volume *= getattr(body, "thickness", 1.0)
+    return float(np.sum(body.nodal_mass())) / volume
+
+
+def _moves_freely(d):
+    """True if a node of a deformable body is neither held along all axes nor of a rigid part."""
+    held = np.zeros(np.shape(d.body.points), bool)
+    for group, axes in d.fixed.items():
+        for axis in axes:
+            held[group_nodes(d.body, group), "xyz".index(axis)] = True
+    for group in d.rigid:
+        held[group_nodes(d.body, group)] = True
+    return not held.all()
+
+
 def warn_of_light_mesh(d, settings, theta, above):
     """Warns of a deformable body lighter than the liquid whose vibrations nothing damps: those that a step does not resolve grow.
 
@@ -179,10 +206,9 @@ def warn_of_light_mesh(d, settings, theta, above):
     above : int
         Frames above the caller to which the warning points.
     """
-    given = d.body.given.get("density")
-    if given is None or theta >= DAMPING_THETA or d.modal_damping is not None or np.any(d.body.lower[4]):
+    if theta >= DAMPING_THETA or d.modal_damping is not None or np.any(d.body.lower[4]) or not _moves_freely(d):
         return
-    density = min(float(np.min(one)) for one in (given.values() if isinstance(given, dict) else [given]))
+    density = _least_density(d.body)
     if density >= LIGHT[settings.incompressible] * settings.density:
         return
     other = "" if settings.incompressible else ", or the liquid incompressible=True"

@@ -130,8 +130,8 @@ def test_the_liquid_about_a_body_is_as_symmetric_as_the_body():
     assert abs(sim.bodies.position[row, 0] - 0.8) < 1e-5 and abs(sim.bodies.rotation[row]) < 1e-5
 
 
-@pytest.mark.parametrize("gravity", [9.81, 30.0])
-def test_a_disk_keeps_its_speed_as_it_sinks_slowly(gravity):
+@pytest.mark.parametrize(("gravity", "within"), [(9.81, 0.05), (30.0, 0.1)])
+def test_a_disk_keeps_its_speed_as_it_sinks_slowly(gravity, within):
     """Between walls five diameters apart (Faxen 1946), at a Reynolds number of .3, whatever the pressure of the liquid."""
     radius, width, viscosity, load = 0.12, 1.2, 100.0, 221.9
     ratio = 2 * radius / width
@@ -148,4 +148,4 @@ def test_a_disk_keeps_its_speed_as_it_sinks_slowly(gravity):
         sim.run(steps=25, progress=False)
         heights.append(sim.bodies.position[sim.bodies.id == made][0, 1])
     speed = -np.diff(heights) / 0.1 / due
-    assert 0.9 < speed[5] and np.all(abs(speed[7:] - 1) < 0.1)
+    assert 0.9 < speed[5] and np.all(abs(speed[7:] - 1) < within)

@@ -183,7 +183,7 @@ def test_warnings_point_to_the_line_of_the_script(make, text):
     assert found[0].filename == __file__
 
 
-def held_block(density, theta=0.5, **options):
+def block_in_tank(density, theta=0.5, **options):
     """A block of rubber in the tank, and the simulation."""
     points = [(x, y) for y in (0.1, 0.4) for x in (0.3, 0.7)]
     form = {"incompressible": options.pop("incompressible", False)}
@@ -196,15 +196,78 @@ def held_block(density, theta=0.5, **options):
 
 
 def test_a_light_mesh_without_damping_is_told_by_name():
-    texts = told(lambda: held_block(100.0))
+    texts = told(lambda: block_in_tank(100.0))
     assert len(texts) == 1
     assert "deformable body 'block' has 100 kg/m3 in a liquid of 1000, no damping, and theta=0.5" in texts[0]
     assert "give NSCD(theta=0.6), the body rayleigh=(a, b), or the liquid incompressible=True" in texts[0]
-    assert len(told(lambda: held_block(1.0, incompressible=True))) == 1
+    assert len(told(lambda: block_in_tank(1.0, incompressible=True))) == 1
     for silent in (
-        lambda: held_block(1200.0),
-        lambda: held_block(100.0, theta=0.6),
-        lambda: held_block(100.0, rayleigh=(0.0, 1e-3)),
-        lambda: held_block(100.0, incompressible=True),
+        lambda: block_in_tank(1200.0),
+        lambda: block_in_tank(100.0, theta=0.6),
+        lambda: block_in_tank(100.0, rayleigh=(0.0, 1e-3)),
+        lambda: block_in_tank(100.0, incompressible=True),
     ):
         assert not told(silent)
+
+
+def rubber(density=100.0):
+    points = [(x, y) for y in (0.1, 0.4) for x in (0.3, 0.7)]
+    groups = {"all": range(4), "one": [0]}
+    return cn.SolidBody(points, {"quad": [[0, 1, 3, 2]]}, cn.NeoHookean(young=1e6, poisson=0.3), density=density, groups=groups)
+
+
+def in_tank(body, **options):
+    scene = cn.Scene(dim=2, gravity=(0.0, -G))
+    scene.add(cn.wall((0, 0), (0, 1), stone), cn.deformable(body, wood, name="block", **options))
+    scene.add(cn.fluid([(0, 0), (1, 0.5)], 0.1))
+    scene.interact("*", "*", None)
+    return cn.Simulation(scene, dt=2e-3)
+
+
+def called(density):
+    """The same block by a function of its own."""
+    made = rubber(density)
+    full = [made.M.toarray(), made.K.toarray()]
+
+    def forces(at):
+        return (full[1] @ np.ravel(at.displacement)).reshape(-1, 2), full[1]
+
+    return cn.CallbackBody(made.points, full[0], forces, groups=made.groups, edges=made.boundary_edges())
+
+
+def tied(density):
+    """Two blocks joined at y = .25, of which the lower one has the density of rock."""
+    parts = {}
+    for name, low, of in (("low", 0.1, 2600.0), ("high", 0.25, density)):
+        points = [(x, y) for y in (low, low + 0.15) for x in (0.3, 0.7)]
+        groups = {"bottom": [0, 1], "top": [2, 3]}
+        parts[name] = cn.ElasticBody(points, {"quad": [[0, 1, 3, 2]]}, young=1e6, poisson=0.3, density=of, groups=groups)
+    return cn.tied(parts, [("low.top", "high.bottom")])
+
+
+@pytest.mark.parametrize("make", [rubber, called, tied])
+def test_light_meshes_of_every_kind_are_told(make):
+    def light(density):
+        return [text for text in told(lambda: in_tank(make(density))) if "no damping" in text]
+
+    assert ["'block' has 100 kg/m3 in a liquid of 1000" in text for text in light(100.0)] == [True]
+    assert not light(1200.0)
+
+
+@pytest.mark.parametrize("held", [{"fixed": {"all": "xy"}}, {"rigid": "all"}])
+def test_a_light_mesh_without_a_free_node_is_not_told(held):
+    assert not told(lambda: in_tank(rubber(), **held))
+    assert len(told(lambda: in_tank(rubber(), fixed={"all": "x"}))) == 1
+    assert len(told(lambda: in_tank(rubber(), fixed={"one": "xy"}))) == 1
+
+
+def test_a_mesh_is_told_once():
+    sim = in_tank(rubber())
+
+    def later():
+        sim.add(cn.disks([[0.5, 1.5]], 0.12, wood))
+        sim.step()
+        sim.add(cn.disks([[0.5, 2.5]], 0.12, wood))
+        sim.step()
+
+    assert not told(later)

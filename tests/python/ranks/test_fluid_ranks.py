@@ -84,6 +84,14 @@ def floating(kind):
     return scene
 
 
+def honey():
+    """A viscous liquid, whose pressure takes corrected gradients, with a log that falls into it."""
+    scene, _ = tank()
+    scene.add(cn.disks([(0.45, 0.42)], 0.11, WOOD, velocity=[(0.5, -1.0)]))
+    scene.add(cn.fluid([(0, 0), (1, 0.4)], 0.05, viscosity=50.0))
+    return scene
+
+
 def drop():
     """A square of liquid that surface tension rounds, beside a disk."""
     scene = cn.Scene(dim=2)
@@ -133,6 +141,7 @@ def vortices(**options):
 
 WEAK = {
     "drop": drop,
+    "honey": honey,
     "bed": bed,
     "channel": channel,
     "vortices": vortices,
