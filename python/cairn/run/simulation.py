@@ -109,7 +109,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         if overlap == "ignore":
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
-            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, ranks is not None))
+            of_ranks = None if ranks is None else exchange
+            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, of_ranks))
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
