@@ -74,14 +74,15 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 // Figures of all ranks.
 void RankedHelp::count() {
   std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
-  // own solutions, deformable bodies, components, growth, bonds and joints whose errors add up, any of these
-  double any[] = {0, 0, 0, 0, 0, 0};
+  // own solutions, deformable bodies, components, growth, bonds of solids, joints, bonds or joints of any kind
+  double any[] = {0, 0, 0, 0, 0, 0, 0};
   ExactSum speeds[3];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
     if (part.simulation->scene.bodies.stretch.active) any[3] = 1;
-    if (SolidCorrection::makes_solid(system, exact_, options_.tolerance) || JointedProblem::needed(system)) any[4] = 1;
-    if (system.may_hold()) any[5] = 1;
+    if (SolidCorrection::makes_solid(system, exact_, options_.tolerance)) any[4] = 1;
+    if (JointedProblem::needed(system)) any[5] = 1;
+    if (system.may_hold()) any[6] = 1;
     counts[2] += std::int64_t(ContactParcel::bytes_of(system));
     for (std::size_t i = 0; i < part.bodies.size(); ++i) counts[3] += part.own[i] && !part.fixed[i];
     if (part.rank == memory_.rank && !system.condensed.empty()) { // other processes have meshes, too
@@ -98,8 +99,8 @@ void RankedHelp::count() {
   exchange_.largest(any);
   solid_ = any[0] > 0;
   grows_ = any[3] > 0;
-  adds_up_ = any[4] > 0;
-  if (solid_ || exact_ || any[5] > 0) { // as in Interactions::solve
+  adds_up_ = (any[4] > 0 && !(any[1] > 0)) || any[5] > 0; // parts without meshes do not know of these
+  if (solid_ || exact_ || any[6] > 0) {                   // as in Interactions::solve
     for (const Part& part : parts_) add_speeds(part, part.has_meshes && part.rank == memory_.rank, dim_, speeds);
     add_over_ranks(speeds, exchange_);
   }
