@@ -342,7 +342,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     ):
         """Makes steps until a number of steps is taken, a time is reached, or a condition is false.
 
-        Ctrl-C, SIGTERM and SIGHUP end the run after the current step and close the file. cairn.load can read several files as one.
+        Ctrl-C, SIGTERM and SIGHUP end the run after the current step and close the file. cairn.load reads several files as one.
 
         Parameters
         ----------
