@@ -1,6 +1,7 @@
 #include "zero_pages.hpp"
 
 #include <cstdint>
+#include <cstring>
 #ifdef __linux__
 #include <sys/mman.h>
 #include <unistd.h>
@@ -15,10 +16,10 @@ void give_back_zero_pages(const void* first, std::size_t bytes) {
   const auto begin = (reinterpret_cast<std::uintptr_t>(first) + page - 1) / page * page; // of whole pages
   const auto end = (reinterpret_cast<std::uintptr_t>(first) + bytes) / page * page;
   const auto is_zero = [](std::uintptr_t at) {
-    const auto* word = reinterpret_cast<const std::uint64_t*>(at);
-    for (std::size_t i = 0; i < page / sizeof *word; ++i)
-      if (word[i] != 0) return false;
-    return true;
+    const auto* bytes_of_page = reinterpret_cast<const unsigned char*>(at);
+    std::uint64_t word = 0; // of numbers of any type
+    for (std::size_t i = 0; i < page && word == 0; i += sizeof word) std::memcpy(&word, bytes_of_page + i, sizeof word);
+    return word == 0;
   };
   for (std::uintptr_t at = begin; at < end;) {
     std::uintptr_t after = at;

@@ -81,6 +81,8 @@ bool Interactions::part_overlaps(const Bodies& bodies, bool persisting, Array<do
   return s_->overlap.find_velocities(bodies, persisting, velocity);
 }
 
+OverlapLimit& Interactions::overlap() { return s_->overlap; }
+
 bool Interactions::overlap_adds_up() const { return s_->overlap.adds_up() && s_->overlap.persists(); }
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& asked, Cell* moving) {

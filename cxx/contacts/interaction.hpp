@@ -31,6 +31,7 @@ namespace cairn {
 
 struct ContactSystem;
 class MeshSet;
+class OverlapLimit;
 class Scratch;
 
 struct Nodes;
@@ -60,6 +61,7 @@ public:
   // Velocities (3 | 6, bodies) that take back overlap in a step, the smallest in the metric of mass; at the velocities
   // of its end. persisting: of contacts alone that press in this step and did in the last one. False: there is none.
   bool part_overlaps(const Bodies&, bool persisting, Array<double>& velocity);
+  OverlapLimit& overlap();      // of the contacts as they were assembled, for ranks
   bool overlap_adds_up() const; // in a dense pack, so that the last step did not end early
   ContactOptions& options();    // of the next assembly; its pose is set by pose()
   void pose(const ContactPose& pose);

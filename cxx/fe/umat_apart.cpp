@@ -222,6 +222,7 @@ private:
     leave_at_exit();
     std::signal(SIGINT, SIG_IGN); // a Ctrl-C, which goes to both, is the parent's to answer
     std::signal(SIGTERM, SIG_IGN);
+    std::signal(SIGHUP, SIG_IGN); // as that of a terminal that closes
     for (const int fault : {SIGALRM, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(fault, SIG_DFL);
     dup2(fileno(said_), 1);
     dup2(fileno(said_), 2);

@@ -24,7 +24,6 @@ void BorrowedRows::change() {
   std::swap(owner_.condensed_dofs, other.condensed_dofs);
   std::swap(owner_.condensed_velocity, other.condensed_velocity);
   std::swap(owner_.reaches, other.reaches);
-  std::swap(owner_.mesh_speed_square, other.mesh_speed_square);
 }
 
 } // namespace cairn

@@ -405,6 +405,10 @@ void take_packed(Piece bytes, Simulation& whole, const Arrays& arrays) {
   take_rows(bytes, whole.scene, arrays, as_it_is, as_it_is);
 }
 
+namespace {
+constexpr std::size_t much = 1 << 20; // free bytes for which looking through the heap pays
+}
+
 void release(Simulation& whole, bool loads) {
   std::size_t freed = 0;
   const auto free = [&](auto& field) {
@@ -416,12 +420,14 @@ void release(Simulation& whole, bool loads) {
   };
   whole.scene.bodies.for_each_field(free);
   whole.scene.contactors.for_each_field(free);
-  constexpr std::size_t much = 1 << 20; // bytes for which looking through the heap pays
   if (freed > much) return_freed_memory();
 }
 
 void return_freed_memory() {
 #ifdef __GLIBC__
+#if __GLIBC_PREREQ(2, 33)
+  if (mallinfo2().fordblks <= much) return;
+#endif
   malloc_trim(0);
 #endif
 }

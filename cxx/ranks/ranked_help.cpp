@@ -36,8 +36,9 @@ void add_speeds(const Part& part, bool nodes, int dim, std::span<ExactSum> sums)
   const Nodes& n = part.simulation->scene.nodes;
   for (std::int64_t i = 0; i < n.count && nodes; ++i)
     for (int k = 0; k < dim; ++k) {
-      const double change = n.velocity_free[i][k] - n.velocity_begin[i][k];
+      const double v = n.velocity_free[i][k], change = v - n.velocity_begin[i][k];
       sums[0].add(*n.mass[i] * change * change);
+      sums[2].add(*n.mass[i] * v * v);
     }
 }
 
@@ -76,13 +77,16 @@ RankedHelp::RankedHelp(std::vector<Part>& parts, const std::vector<ColourShare>&
 // Figures of all ranks.
 void RankedHelp::count() {
   std::int64_t counts[] = {0, 0, 0, 0, 0}; // contacts of packs, others; bytes; bodies that move; dofs of nodes
-  // own solutions, deformable bodies, components, growth, bonds and joints, zones over bodies
-  double any[] = {0, 0, 0, 0, 0, 0};
-  ExactSum speeds[2];
+  // own solutions, deformable bodies, components, growth, bonds of solids, joints, bonds or joints of any kind, zones
+  // over bodies
+  double any[] = {0, 0, 0, 0, 0, 0, 0, 0};
+  ExactSum speeds[3];
   for (Part& part : parts_) {
     const ContactSystem& system = part.simulation->interactions.system();
     if (part.simulation->scene.bodies.stretch.active) any[3] = 1;
-    if (SolidCorrection::makes_solid(system, exact_, options_.tolerance) || JointedProblem::needed(system)) any[4] = 1;
+    if (SolidCorrection::makes_solid(system, exact_, options_.tolerance)) any[4] = 1;
+    if (JointedProblem::needed(system)) any[5] = 1;
+    if (system.may_hold()) any[6] = 1;
     counts[2] += std::int64_t(ContactParcel::bytes_of(system));
     for (std::size_t i = 0; i < part.bodies.size(); ++i) counts[3] += part.own[i] && !part.fixed[i];
     if (part.rank == memory_.rank && !system.condensed.empty()) { // other processes have meshes, too
@@ -93,15 +97,15 @@ void RankedHelp::count() {
       counts[b.pack ? 0 : 1] += b.contacts;
       if (law_infos()[std::size_t(b.law)].has_solve) any[0] = 1;
       any[2] = std::max(any[2], double(b.components));
-      any[5] = std::max(any[5], double(b.context->over_bodies));
+      any[7] = std::max(any[7], double(b.context->over_bodies));
     }
   }
   exchange_.sum(counts);
   exchange_.largest(any);
   solid_ = any[0] > 0;
   grows_ = any[3] > 0;
-  adds_up_ = any[4] > 0;
-  if (solid_ || exact_) {
+  adds_up_ = (any[4] > 0 && !(any[1] > 0)) || any[5] > 0; // parts without meshes do not know of these
+  if (solid_ || exact_ || any[6] > 0) {                   // as in Interactions::solve
     for (const Part& part : parts_) add_speeds(part, part.has_meshes && part.rank == memory_.rank, dim_, speeds);
     add_over_ranks(speeds, exchange_);
   }
@@ -109,11 +113,12 @@ void RankedHelp::count() {
   full_ = double(counts[1]);
   by_loads_ = speeds[0].value();
   at_begin_ = speeds[1].value();
+  of_nodes_ = speeds[2].value();
   bytes_ = double(counts[2]);
   dofs_ = (dim_ == 2 ? 3.0 : 6.0) * double(counts[3]) + double(counts[4]);
   bends_ = any[1] > 0;
   components_ = int(any[2]);
-  zones_ = any[5] > 0 && by_newton_;
+  zones_ = any[7] > 0 && by_newton_;
   char text[200];
   std::snprintf(text, sizeof text, "contacts would take %.2g bytes on one rank, the limit is %.2g", bytes_,
                 options_.max_bytes);
@@ -162,9 +167,8 @@ bool RankedHelp::accepts(int iterations, double light) {
   if (possible() && exact_) return false;
   if (!possible() || !by_newton_ || iterations < light_from_) return true;
   if (solid_) return light <= options_.tolerance || refinements_ >= policy().passes_refinements;
-  constexpr double on_nodes = 0.1; // as in newton_help.cpp
-  const double enough = bends_ ? on_nodes * options_.tolerance : light_enough(options_.tolerance, mass_ratio_);
-  if (light <= enough || refinements_ >= policy().light_refinements) return true;
+  if (light <= light_enough(options_.tolerance, mass_ratio_, bends_) || refinements_ >= policy().light_refinements)
+    return true;
   const bool urgent = light > policy().light_urgent;
   if (urgent) return false;
   if (packed_ + full_ > policy().light_contacts) return true;
@@ -186,6 +190,7 @@ RankedHelp::Answer RankedHelp::solve(const std::vector<Bytes>& parcels, const Re
   ContactSystem& system = gathered.system();
   system.weight_speed_square = by_loads_;
   system.begin_speed_square = at_begin_;
+  system.mesh_speed_square = of_nodes_;
   system.grows = grows_;
   SolverOptions options = options_;
   options.enough = 0;

@@ -36,7 +36,8 @@ public:
   // Told of each error; true: it wants to be called.
   bool pays(int iterations, double error);
   // The error is small enough, that of light bodies is this: whether that is all. False: it wants to be called. Where
-  // an accuracy of velocities is asked for, it is called once: the first rank measures it, and sweeps until it is met.
+  // an accuracy of velocities is asked for, it is called once: the rank that solves measures it, and sweeps until it is
+  // met.
   bool accepts(int iterations, double light);
   // True, once a step, if velocities of bonded or jointed bodies may err by much more than impulses, whose error is
   // small enough: that of velocities is `velocities` at most, over their size.
@@ -75,7 +76,7 @@ private:
   std::vector<std::pair<int, double>> errors_; // seen, with the sweeps so far
   std::string obstacle_;
   double mass_ratio_, packed_ = 0, full_ = 0, bytes_ = 0; // contacts of packs, others; of all ranks
-  double by_loads_ = 0, at_begin_ = 0;                    // squares of speeds [J]
+  double by_loads_ = 0, at_begin_ = 0, of_nodes_ = 0;     // squares of speeds, see ContactSystem [J]
   double dofs_ = 0, cost_ = 0;
   int dim_ = 2, components_ = 1;
   bool solid_ = false; // laws have a local solution of their own

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "../base/call.hpp"
+#include "../base/number_text.hpp"
 #include "../base/threads.hpp"
 #include "../contacts/assembly_input.hpp"
 #include "../contacts/surface_motion.hpp"
@@ -24,14 +25,14 @@ const StepReport& RankedNscd::step(Simulation& s, double h) {
 }
 
 const StepReport& RankedNscd::step_of_all(Simulation& s, double h) {
-  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + number_text(h) + "; give a positive, finite step [s]");
   begin(s, h, settings().renumber_every);
   s.place_meshes();
   const Threads threads(settings().solver.threads, s.scene.bodies.count);
   constexpr int most_tries = 20; // each doubles how far ghosts are sought
   for (int tries = 0; !attempt(s, h); ++tries) {
     if (tries == most_tries)
-      throw Error("bodies move too far in a step of " + std::to_string(h) + " s for ghosts to be found: lower dt");
+      throw Error("bodies move too far in a step of " + number_text(h) + " s for ghosts to be found: lower dt");
     if (tries > 0 || since_partition_ == 0) reach_factor_ *= 2;
     anew_ = true;
   }
@@ -52,10 +53,10 @@ void RankedNscd::check_scene(const Simulation& s) const {
     throw Error("the integrator is " + o.integrator.name +
                 ", and over ranks NSCD makes steps by theta: give integrator=cn.Theta(), or leave out ranks");
   if (std::isfinite(o.overlap) && o.solver.enough > o.solver.tolerance)
-    refuse("overlap is limited, to " + std::to_string(o.overlap) +
-           ", beside steps of dense packs that end at enough=" + std::to_string(o.solver.enough));
+    refuse("overlap is limited, to " + number_text(o.overlap) +
+           ", beside steps of dense packs that end at enough=" + number_text(o.solver.enough));
   if (std::isfinite(o.overlap) && rhythm_ == Rhythm::sweep)
-    refuse("overlap is limited, to " + std::to_string(o.overlap) + ", beside one exchange a sweep");
+    refuse("overlap is limited, to " + number_text(o.overlap) + ", beside one exchange a sweep");
   if (o.project_positions) refuse("project_positions is asked for");
   if (o.cut_back > 0) refuse("cut_back is asked for");
   OverRanks::check_scene(s);
@@ -86,6 +87,7 @@ std::vector<std::string_view> RankedNscd::stages(const Simulation& s) const {
 std::vector<std::pair<std::string_view, double>> RankedNscd::figures(Simulation& s) {
   auto rows = OverRanks::figures(s);
   rows.emplace_back("gathered_solves", gathered_ ? double(gathered_->calls) : 0);
+  rows.emplace_back("gathered_rank", gathered_ ? gathered_->rank : 0);
   rows.emplace_back("gathered_bytes", gathered_ ? gathered_->bytes : 0);
   return rows;
 }

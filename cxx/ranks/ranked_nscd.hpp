@@ -57,7 +57,7 @@ private:
   void press_fluid_again(Simulation& s);
   void fluid_passes(Simulation& s, const SolverOptions& options, double h);
   void finish_fluid(Simulation& s);
-  bool find_partings(double h); // see ranked_overlap.cpp
+  bool find_partings(); // see ranked_overlap.cpp
   void part_overlaps(Simulation& s, double h);
   // begin: the cell at the begin of the step
   void add_contact_sums(const Cell& begin, std::span<ExactSum> sums);

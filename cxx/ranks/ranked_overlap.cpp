@@ -2,66 +2,46 @@
 // over normals go colour by colour, and end by an exact sum, so that no bit depends on which rank has which contact.
 #include <algorithm>
 #include <cmath>
-#include <deque>
 
-#include "../contacts/assembly_input.hpp"
 #include "../contacts/overlap_limit.hpp"
 #include "../strategies/nscd/joints.hpp"
-#include "../strategies/nscd/step_scheme.hpp"
 #include "ranked_nscd.hpp"
 #include "ranked_sweeps.hpp"
 
 namespace cairn {
 namespace {
 
-// The limit on the contacts of a part, as they were assembled.
-struct PartLimit {
-  PartLimit(Part& part, const NscdOptions& options, double h)
-      : in(part.simulation->scene.dim), system(part.simulation->interactions.system()), limit(in, system) {
-    const Simulation& s = *part.simulation;
-    in.bodies = &s.scene.bodies;
-    in.contactors = &s.scene.contactors;
-    in.candidates = &s.candidates;
-    in.h = h;
-    in.theta = StepScheme{h, 0, options.integrator.scheme(h)}.law_share();
-    in.options.overlap_limit = options.overlap;
-  }
-  // Twice the energy of the last sweep.
-  void add_change(std::span<ExactSum> sum) const {
-    for (const cairn_batch& b : system.batches)
-      for (int lane = 0; lane < b.contacts; ++lane) {
-        const double change = limit.impulse(b.first + lane) - limit.impulse_before(b.first + lane);
-        sum[0].add(change * change / b.rho[lane]);
-      }
-  }
-
-  AssemblyInput in;
-  ContactSystem& system;
-  OverlapLimit limit; // of these two, where they are
-};
+// Twice the energy of the last sweep over the contacts of a part.
+void add_change(const OverlapLimit& limit, const ContactSystem& system, std::span<ExactSum> sum) {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const double change = limit.impulse(b.first + lane) - limit.impulse_before(b.first + lane);
+      sum[0].add(change * change / b.rho[lane]);
+    }
+}
 
 } // namespace
 
 // Velocities that take back overlap in a step, in the records of bodies with contacts; false: none is needed.
-bool RankedNscd::find_partings(double h) {
-  RankedSweeps sweeps(parts_, links_, colours_, *exchange_, settings().solver, nullptr);
-  std::deque<PartLimit> limits; // which stay where they are
+bool RankedNscd::find_partings() {
   bool any = false;
   for (Part& part : parts_) {
-    limits.emplace_back(part, settings(), h);
-    any = limits.back().limit.ask(limits.back().system.schedule(1), false) || any;
+    Interactions& contacts = part.simulation->interactions;
+    any = contacts.overlap().ask(contacts.system().schedule(1), false) || any;
   }
   if (!any_rank(any)) return false;
-  for (PartLimit& of : limits) of.limit.begin();
+  for (Part& part : parts_) part.simulation->interactions.overlap().begin();
+  RankedSweeps sweeps(parts_, links_, colours_, *exchange_, settings().solver, nullptr);
   double largest = 0;
   for (int sweep = 0; sweep < OverlapLimit::most_sweeps; ++sweep) {
-    for (PartLimit& of : limits) of.limit.keep();
+    for (Part& part : parts_) part.simulation->interactions.overlap().keep();
     sweeps.each_colour([&](const cairn_schedule& schedule, const ContactSystem& system) {
-      for (PartLimit& of : limits)
-        if (&of.system == &system) of.limit.sweep(schedule);
+      for (Part& part : parts_)
+        if (&part.simulation->interactions.system() == &system) part.simulation->interactions.overlap().sweep(schedule);
     });
     ExactSum sum[1];
-    for (const PartLimit& of : limits) of.add_change(sum);
+    for (Part& part : parts_)
+      add_change(part.simulation->interactions.overlap(), part.simulation->interactions.system(), sum);
     add_over_ranks(sum, *exchange_);
     largest = std::max(largest, sum[0].value());
     if (OverlapLimit::ends(sum[0].value(), largest)) break;
@@ -71,7 +51,7 @@ bool RankedNscd::find_partings(double h) {
 
 // After the configuration of the end: no velocity changes, and ghosts move as their owners do.
 void RankedNscd::part_overlaps(Simulation& s, double h) {
-  if (s.report.solve.status == SolveStatus::diverged || !find_partings(h)) return;
+  if (s.report.solve.status == SolveStatus::diverged || !find_partings()) return;
   std::vector<Array<double>> free;
   for (Part& part : parts_) {
     Bodies& b = part.simulation->scene.bodies;

@@ -15,10 +15,6 @@
 namespace cairn {
 namespace {
 
-constexpr int plain_sweeps = 9;       // before others are extrapolated or over-relaxed
-constexpr int astray = 128;           // sweeps after which extrapolated sweeps of clumps may cycle
-constexpr double most_ratio = 0x1p20; // of masses, up to which sweeps are extrapolated
-
 // True where a side that moves rests on a face: plain sweeps stay near the answer that the step begins with. On meshes
 // over-relaxed ones carry impulses along an edge.
 bool faced(const cairn_batch& b) {
@@ -77,8 +73,8 @@ RankedSweeps::RankedSweeps(std::vector<Part>& parts, ColourLinks& links, int col
   exchange.largest(ends);
   contacts_ = counts[0];
   mass_ratio_ = ends[1] > 0 ? ends[1] / -ends[0] : 1;
-  const bool on_faces = other_shapes[0] > 0 && 2 * counts[1] > counts[0];
-  extrapolates_ = options.extrapolates && mass_ratio_ <= most_ratio && !on_faces;
+  const bool on_faces = other_shapes[0] > 0 && double(counts[1]) > policy().extrapolation_faces * double(counts[0]);
+  extrapolates_ = options.extrapolates && mass_ratio_ <= policy().extrapolation_mass_ratio && !on_faces;
   clumps_ = !(other_shapes[0] > 0);
 }
 
@@ -296,7 +292,7 @@ void RankedSweeps::sweep_once(Kernel&& kernel) {
 }
 
 void RankedSweeps::sweep() {
-  const bool extrapolates = extrapolates_ && iterations_ >= plain_sweeps;
+  const bool extrapolates = extrapolates_ && iterations_ >= policy().plain_sweeps;
   const double factor = sequence_.factor();
   for (Share& share : shares_) share.schedule.relaxation = extrapolates || once_ || cell_.follows() ? 1 : relaxation_;
   const auto kernel = [](const cairn_schedule& schedule, ContactSystem& system) {
@@ -336,7 +332,7 @@ int RankedSweeps::sweeps_to_check(double square, double wanted) {
   } else if (last_square_ > square && square > 0 && last_check_ > 0) {
     const double rate = std::log(last_square_ / square) / since;
     to_come = std::clamp(0.6 * std::log(square / wanted) / rate, 1.0, double(most));
-  } else if (iterations_ < plain_sweeps) {
+  } else if (iterations_ < p.plain_sweeps) {
     to_come = 2;
   }
   last_check_ = iterations_;
@@ -359,13 +355,12 @@ void RankedSweeps::relax(double square) {
     extrapolates_ = extrapolates_ && once_->share() > half;
     return;
   }
-  constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   if (extrapolates_ || cycles_) return;
-  if (!relaxes_ && iterations_ >= plain_sweeps) {
+  if (!relaxes_ && iterations_ >= policy().plain_sweeps) {
     relaxes_ = true;
-    relaxation_ = first;
-  } else if (!(square < least_fall * relaxed_square_)) {
-    relaxation_ = std::max(1.0, relaxation_ - decrement);
+    relaxation_ = policy().relaxation_first;
+  } else if (!(square < policy().relaxation_fall * relaxed_square_)) {
+    relaxation_ = std::max(1.0, relaxation_ - policy().relaxation_decrement);
   }
   relaxed_square_ = std::min(relaxed_square_, square);
 }
@@ -399,7 +394,6 @@ bool RankedSweeps::give_back(double square) {
 
 // True of a dense pack, as in the sweeps of one rank: many contacts press, and most of them did in the last step.
 bool RankedSweeps::persists() {
-  constexpr std::int64_t many = 100;
   std::int64_t counts[] = {0, 0}; // that press, that did in the last step too
   for (const Share& share : shares_)
     for (const cairn_batch& b : share.system->batches)
@@ -409,7 +403,7 @@ bool RankedSweeps::persists() {
         counts[1] += presses && b.status[lane] != 0;
       }
   exchange_.sum(counts);
-  return counts[0] >= many && 2 * counts[1] > counts[0];
+  return counts[0] >= policy().pack_contacts && 2 * counts[1] > counts[0];
 }
 
 void RankedSweeps::tell_depth(SolveReport& report) {
@@ -475,7 +469,7 @@ SolveReport RankedSweeps::solve() {
   const bool sweeps = !(help_ && help_->alone());
   if (!sweeps) solve_elsewhere(report);
   while (sweeps && iterations_ < options_.max_iterations) {
-    if (clumps_ && extrapolates_ && iterations_ >= astray) damp();
+    if (clumps_ && extrapolates_ && iterations_ >= policy().clump_sweeps) damp();
     sweep();
     if (!worth_measuring(wanted)) continue;
     Error error = measure();
@@ -484,7 +478,7 @@ SolveReport RankedSweeps::solve() {
     if (!error.finite) break;
     const bool small = error.square <= wanted;
     if (small && !std::isnan(report.velocity_error) && !proven_)
-      break; // the first rank made all sweeps that are allowed
+      break; // the rank that solves made all sweeps that are allowed
     if (small && report.light_error <= std::sqrt(wanted) && iterations_ >= options_.min_iterations) break;
     keep_best(error.square);
     relax(error.square);

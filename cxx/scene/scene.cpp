@@ -105,14 +105,14 @@ bool leaves(const Field<T>&, bool numbers) {
   return numbers && std::is_same_v<T, double>;
 }
 
-} // namespace
-
-// Memory of items from `first` on that hold zeros: those of drives and of directions of walls do, for most bodies.
+// Gives memory back of items from `first` on that hold zeros; drives and directions of walls do for most bodies.
 template <class T>
 void give_back_zeros(const Field<T>& field, std::int64_t first) {
   const auto from = std::min(std::size_t(first) * std::size_t(field.components), field.values.size());
   give_back_zero_pages(field.values.data() + from, (field.values.size() - from) * sizeof(T));
 }
+
+} // namespace
 
 // Vectors of arrays grow by a sixteenth where they have to, and are not doubled by a few items.
 template <class Holder>
@@ -212,15 +212,16 @@ std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
   return radius;
 }
 
-std::int64_t Scene::add_contactors(const ContactorBatch& b) {
-  const int components = contactors.direction.components;
+namespace {
+
+void check_contactors(const ContactorBatch& b, int dim) {
   check_size("body", b.body.size(), b.count, 1, false);
   check_size("material", b.material.size(), b.material.size() == 1 ? 1 : b.count, 1, false);
   for (std::size_t i = 0; i < b.material.size(); ++i)
     if (b.material[i] < 0) refuse("material", std::int64_t(i), b.material[i], "materials are numbered from 0");
   check_size("radius", b.radius.size(), b.count, 1, true);
   check_size("offset", b.offset.size(), b.count, dim, true);
-  check_size("direction", b.direction.size(), b.count, components, true);
+  check_size("direction", b.direction.size(), b.count, dim + 1, true);
   const ShapeInfo& shape = info(b.shape);
   check_positive("radius", b.radius, 1, !shape.hollow(), false); // a disk or sphere of radius 0 is a point
   if (shape.round != 0 && b.radius.empty() && b.count > 0)
@@ -228,15 +229,11 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_finite("offset", b.offset, dim);
   if (shape.directed && shape.round == 0 && b.direction.empty() && b.count > 0)
     throw Error("direction is missing; a flat contactor needs one");
-  std::vector<double> radius(b.radius.begin(), b.radius.end());
-  if (shape.is_hull()) radius = check_hulls(b);
-  std::vector<std::int32_t> body(b.count);
-  bool mapped = false, carried = b.count == 0;
-  for (std::int64_t i = 0; i < b.count; ++i) {
-    const MeshParts* of = part(b.body[i]);
-    body[i] = of ? -of->mesh : internal(b.body[i]);
-    (of ? mapped : carried) = true;
-  }
+}
+
+// Directions of unit length, with the half lengths that follow them.
+std::vector<double> unit_directions(const ContactorBatch& b, int dim) {
+  const int components = dim + 1;
   std::vector<double> direction(b.direction.begin(), b.direction.end());
   for (std::int64_t i = 0; i * components < std::int64_t(direction.size()); ++i) {
     double* d = &direction[components * i];
@@ -247,6 +244,25 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     for (int c = 0; c < dim; ++c) d[c] /= size;
     if (!(d[dim] >= 0)) refuse("half length", i, d[dim], "give zero or more");
   }
+  return direction;
+}
+
+} // namespace
+
+std::int64_t Scene::add_contactors(const ContactorBatch& b) {
+  check_contactors(b, dim);
+  const int components = contactors.direction.components;
+  const ShapeInfo& shape = info(b.shape);
+  std::vector<double> radius(b.radius.begin(), b.radius.end());
+  if (shape.is_hull()) radius = check_hulls(b);
+  std::vector<std::int32_t> body(b.count);
+  bool mapped = false, carried = b.count == 0;
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    const MeshParts* of = part(b.body[i]);
+    body[i] = of ? -of->mesh : internal(b.body[i]);
+    (of ? mapped : carried) = true;
+  }
+  const std::vector<double> direction = unit_directions(b, dim);
   for (std::int64_t i = 0; !shape.bounded && cell.any() && i < b.count; ++i)
     check_in_cell(*this, b.shape, b.body[i], direction.empty() ? nullptr : &direction[components * i],
                   radius.empty() ? 0 : radius[i]);

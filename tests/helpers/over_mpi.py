@@ -1,5 +1,7 @@
 """Scripts that tests run over processes of MPI."""
 
+import hashlib
+import json
 import os
 import shutil
 import subprocess
@@ -7,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cairn.base.open_ranks import library
 
@@ -43,6 +46,32 @@ def started(folder, script, processes=2, *, words=None, expect=0):
     )
     assert (done.returncode == 0) == (expect == 0), done.stderr
     return done.stdout, done.stderr
+
+
+DIGESTS = """
+import json, sys
+sys.path[:0] = FOLDERS
+import MODULE as of
+found = {}
+for name in NAMES:
+    sim = MADE
+    found[name] = of.digest(sim)
+with open(f"{sim.ranks.rank}.json", "w") as file:
+    json.dump(found, file)
+"""
+
+
+def digest_of(arrays):
+    """Digest of the bits of arrays."""
+    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest()
+
+
+def digests(folder, module, names, made, processes=2):
+    """[{name: digest}] of each process. made: text that makes a simulation over "mpi" of `name` with `of`, a module of tests."""
+    folders = [str(Path(of).parent) for of in (sys.modules[module].__file__, __file__)]
+    script = DIGESTS.replace("FOLDERS", repr(folders)).replace("MODULE", module).replace("NAMES", repr(list(names)))
+    started(folder, script.replace("MADE", made), processes)
+    return [json.loads((folder / f"{rank}.json").read_text()) for rank in range(processes)]
 
 
 def here(steps):

@@ -23,7 +23,7 @@ public:
         cost_(policy().newton_iterations * policy().newton_contact * contacts()),
         from_nothing_(begins_from_nothing(system)),
         given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()),
-        enough_(system.condensed.empty() ? light_enough(options.tolerance, ratio_) : 0.1 * options.tolerance) {}
+        enough_(light_enough(options.tolerance, ratio_, !system.condensed.empty())) {}
 
   bool pays(int iterations, double error) override {
     const double believed =
@@ -67,8 +67,8 @@ public:
     ProblemOptions options = problem_options(options_);
     if (light_ > 0 && !system_.condensed.empty()) { // whose velocities the solver does not refine: impulses have to do
       constexpr double finest = 1e-14;
-      options.tolerance =
-          std::clamp(0.1 * options_.tolerance / light_ * std::sqrt(measure()), finest, options.tolerance);
+      options.tolerance = std::clamp(policy().light_on_nodes * options_.tolerance / light_ * std::sqrt(measure()),
+                                     finest, options.tolerance);
     }
     // as much work as was done before, so that neither method wastes much; larger systems take more (measured)
     const double operations = cost_ / policy().newton_iterations,

@@ -54,6 +54,10 @@ inline bool masses_differ(double ratio, bool has_newton) {
 inline double light_enough(double tolerance, double ratio) {
   return policy().light_enough * tolerance * std::min(1.0, 10 / ratio);
 }
+// The same where contacts rest on bodies that bend: what these carry leans on nodes that the body holds.
+inline double light_enough(double tolerance, double ratio, bool bends) {
+  return bends ? policy().light_on_nodes * tolerance : light_enough(tolerance, ratio);
+}
 
 struct LightSide {
   double inverse = 0, change = 0; // inverse mass [1/kg], 0 where it does not move; |v - v_free| [m/s]

@@ -17,6 +17,7 @@ class Drives:
         left = np.full(len(present), 2**dofs - 1, np.uint8)  # dofs not named by a later set
         mask, told = np.zeros(len(present), np.uint8), np.zeros(len(present), bool)
         velocity, self._functions, compiled = np.zeros((len(present), dofs)), [], []
+        before = scene.body("driven_velocity") if any(callable(s.imposed) for s in sets) else np.empty(0)
         for s in reversed(sets):
             if s.mass is not None and not s.mask:
                 continue
@@ -34,7 +35,6 @@ class Drives:
                     self._functions.append((drive, alive, at, bits))
                 else:
                     compiled.append((texts, at, bits))
-                before = scene.body("driven_velocity")  # as large as the scene
                 if before.size:
                     velocity[at] = np.where(bits, before.reshape(len(present), -1)[at], velocity[at])
             elif drive is not None and not callable(drive):
@@ -47,7 +47,7 @@ class Drives:
         for m in np.unique(mask[told]):
             self._write(np.flatnonzero(told & (mask == m)), int(m))
         if not self._functions:
-            self._ids = self._velocity = None  # as large as the scene
+            self._ids = self._velocity = None  # arrays of all bodies are kept only while a function needs them
         for texts, at, bits in compiled:
             for dof in np.flatnonzero(bits.any(axis=0)):
                 core.drive_by(present[at[bits[:, dof]]], int(dof), texts[dof])

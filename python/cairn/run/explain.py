@@ -109,7 +109,7 @@ def _ranks(simulation):
                      f"{f['message_bytes']} bytes sent from here, imbalance {f['imbalance']:.3g}, partitions so far "
                      f"{f['partitions']}")  # fmt: skip
         if f.get("gathered_solves"):
-            lines.append(f"  contacts of all ranks were gathered on one {f['gathered_solves']} times so far, where "
+            lines.append(f"  contacts of all ranks were gathered on one rank, {f['gathered_solves']} times so far, where "
                          f"sweeps would have taken long; the last time they were {f['gathered_bytes']} bytes")  # fmt: skip
         if "liquid_imbalance" in f:
             lines.append(f"  sums over the particles of the liquid are shared, imbalance {f['liquid_imbalance']:.3g}")

@@ -12,8 +12,11 @@ from .step_warnings import OverlapWarning
 from .views import core_of
 
 REMEDY = "or shrink the radii, or set overlap='ignore'"
-OVER_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly)"
-WITHOUT_RANKS = " (NSCD(overlap=...) takes back what is beyond it, slowly, and project_positions removes all)"
+TAKEN_BACK = {  # by the exchange of ranks, None without them: what removes overlap in a run
+    None: " (NSCD(overlap=...) takes back what is beyond it, slowly, and project_positions removes all)",
+    "colour": " (NSCD(overlap=...) takes back what is beyond it, slowly)",
+    "sweep": "",
+}
 CHUNK = 64  # bodies compared with all facets of a surface at a time
 
 
@@ -30,14 +33,14 @@ def _first_gaps(simulation):
         core.undo_step()
 
 
-def check(simulation, action, share, over_ranks=False):
+def check(simulation, action, share, exchange=None):
     """Checks overlaps of the initial configuration, relative to the smaller radius. Warns or raises ValueError, naming the worst
-    pairs, above `share`; returns the deepest [-]."""
+    pairs, above `share`; returns the deepest [-]. exchange: of ranks, None without them."""
     turned = look_at_walls(simulation, action)
     gap, pairs = _first_gaps(simulation)
     listed, deepest = _listed(simulation, gap, pairs, share, ~np.isin(pairs, list(turned)).any(axis=1))
     if listed:
-        text = f"{listed}: move them apart, {REMEDY}{OVER_RANKS if over_ranks else WITHOUT_RANKS}"
+        text = f"{listed}: move them apart, {REMEDY}{TAKEN_BACK[exchange]}"
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
@@ -52,7 +55,8 @@ def look_at_added(simulation, ids, share):
     theirs = np.isin(pairs, ids).any(axis=1)
     listed, deepest = _listed(simulation, gap[theirs], pairs[theirs], share)
     if listed:
-        remedy = f"add them where there is room, {REMEDY}{WITHOUT_RANKS if simulation.ranks is None else OVER_RANKS}"
+        exchange = None if simulation.ranks is None else simulation.ranks.exchange
+        remedy = f"add them where there is room, {REMEDY}{TAKEN_BACK[exchange]}"
         text = f"of the bodies added before step {simulation.steps}, {listed}: {remedy}"
         warnings.warn(text, OverlapWarning, stacklevel=5)
     return deepest

@@ -53,7 +53,10 @@ def _of_open_mpi(count):
 
 
 def _waited(words, environment, passed):
-    """Exit status of a program to which SIGINT and SIGTERM go on, as the signals that `passed` has for them."""
+    """Exit status of a program to which SIGINT, SIGTERM and SIGHUP go on, as the signals that `passed` has for them.
+
+    passed : {signal: signal} of mpirun, where SIGHUP goes on as SIGTERM; empty: all three go on as they are.
+    """
     told = []
 
     def pass_on(number, _frame):

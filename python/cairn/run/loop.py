@@ -451,7 +451,9 @@ def _tell(simulation, number, output):
     """Prints that a signal ended the run, since closing files may take long."""
     name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
     where = "" if output is None else f"; {output} holds what was done"
-    print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
+    told = f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}"
+    with contextlib.suppress(OSError):  # after SIGHUP the terminal is gone
+        print(told, file=sys.stderr, flush=True)
 
 
 def _stepped(simulation, first, time_error_every):

@@ -1,5 +1,6 @@
 """Progress of a run on the terminal, and its end at a signal."""
 
+import contextlib
 import shutil
 import signal
 import sys
@@ -9,6 +10,7 @@ import time
 _REFRESH_SECONDS = 0.1  # on a terminal
 _LINE_SECONDS = 30.0  # where there is none
 _BARS = (24, 10)  # lengths of the bar; the longest that fits is taken
+UNWRITTEN = (OSError, ValueError, AttributeError)  # the terminal is gone (EIO), the stream closed, or there is none
 SHOWN = ("contacts", "iterations", "residual", "overlap")  # figures of a step, in their order on the line
 
 
@@ -49,8 +51,11 @@ class Progress:
             except ImportError:  # rich is a convenience
                 self._bar = None
             if self._bar is not None:
-                self._bar.start()
-                self._task = self._bar.add_task(self._unit, total=self.total, figures="")
+                try:
+                    self._bar.start()
+                    self._task = self._bar.add_task(self._unit, total=self.total, figures="")
+                except UNWRITTEN:
+                    self._fall_silent()
         return self
 
     def _rich_bar(self):
@@ -76,7 +81,10 @@ class Progress:
             now = time.monotonic()
             if now >= self._due or (self._drawn and self.steps == self.total):
                 self._due = now + (_REFRESH_SECONDS if self._drawn else _LINE_SECONDS)
-                self._draw(_figures(contacts, iterations, residual, overlap), now - self._start)
+                try:
+                    self._draw(_figures(contacts, iterations, residual, overlap), now - self._start)
+                except UNWRITTEN:
+                    self._fall_silent()
 
     def _draw(self, figures, gone):
         if self._bar is not None:
@@ -92,12 +100,19 @@ class Progress:
             room = shutil.get_terminal_size().columns - 1
             self._stream.write("\r" + f"{self._unit} {self.steps}{of}  {text}"[:room] + "\x1b[K")
         else:
-            try:
-                self._stream.write(f"{self._unit} {self.steps}{of} after {_clock(gone)}  {text}\n")
-            except (AttributeError, ValueError):  # nowhere to write to
-                self._enabled = False
-                return
+            self._stream.write(f"{self._unit} {self.steps}{of} after {_clock(gone)}  {text}\n")
         self._stream.flush()
+
+    def _fall_silent(self):
+        """Ends the drawing where nothing can be written any more; the run goes on."""
+        self._enabled = self._drawn = False
+        self._stop_bar()
+
+    def _stop_bar(self):
+        bar, self._bar = self._bar, None
+        if bar is not None:
+            with contextlib.suppress(*UNWRITTEN):
+                bar.stop()  # it gives the standard streams back, too
 
     def _chosen(self, figures, width):
         """(names of the columns that fit into a width, in their order on the line; text of the figures)."""
@@ -115,11 +130,10 @@ class Progress:
         return [name for name in self._columns if name in shown], text
 
     def __exit__(self, *exc):
-        if self._bar is not None:
-            self._bar.stop()
-        elif self._drawn and self.steps:
-            self._stream.write("\n")
-        self._bar = None
+        if self._bar is None and self._drawn and self.steps:
+            with contextlib.suppress(*UNWRITTEN):
+                self._stream.write("\n")
+        self._stop_bar()
 
 
 def _figures(contacts, iterations, residual, overlap):
@@ -171,9 +185,10 @@ class StopAtSignal:
         return self
 
     def _handle(self, number, _frame):
-        if self.signal is not None:
+        if self.signal is None:
+            self.signal = number
+        elif number != getattr(signal, "SIGHUP", None):  # the shell and the kernel may both tell that a terminal closed
             raise KeyboardInterrupt
-        self.signal = number
 
     def __exit__(self, *exc):
         for number, handler in self._before.items():

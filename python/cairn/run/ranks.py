@@ -92,7 +92,8 @@ class Ranks:
             "ranks", "colours"; "ghosts" of the ranks of this process; "messages", "message_bytes" and "sums" that these sent and
             made in the step; "imbalance", the largest counted cost of a rank over the mean; "partitions" and "gathers" of the
             state of all bodies so far; of NSCD "gathered_solves", the times so far that the contacts of all ranks were gathered
-            on one, and "gathered_bytes" of them, the last time; beside a liquid "liquid_imbalance", that of its sums.
+            on one rank, "gathered_rank", the one that solves them, and "gathered_bytes" of them, the last time; beside a liquid
+            "liquid_imbalance", that of its sums.
         """
         found = core_of(self._simulation).figures()
         return {name: value if name.endswith("imbalance") else int(value) for name, value in found.items()}

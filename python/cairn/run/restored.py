@@ -35,6 +35,8 @@ def restore(sim, path):
 def _read(sim, path):
     """Checked content of the checkpoint at a path, as arguments of Simulation._take."""
     content = load(path, stays_from=None if sim.ranks is None else STAYS_IN_FILE)
+    if sim.ranks is not None:  # rank 0 replaces the file by its next checkpoint, and sets of bodies are kept
+        content = {name: value if name == "state" else _copied(value) for name, value in content.items()}
     if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
     of_program = "scene" not in content and "core_scene" in content  # written in C or Fortran, without laws and drives
@@ -47,6 +49,15 @@ def _read(sim, path):
         raise
     except DAMAGE as error:
         raise _damaged(path, error) from error
+
+
+def _copied(value):
+    """A value of a checkpoint with all of its arrays in memory."""
+    if isinstance(value, dict):
+        return {name: _copied(of) for name, of in value.items()}
+    if isinstance(value, list):
+        return [_copied(of) for of in value]
+    return np.array(value) if isinstance(value, np.ndarray) else value
 
 
 def _is_older(sim, content):

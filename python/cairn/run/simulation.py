@@ -109,7 +109,8 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         if overlap == "ignore":
             first_overlaps.look_at_walls(self, above=4)
         elif len(self.bodies):
-            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, ranks is not None))
+            of_ranks = None if ranks is None else exchange
+            self._warnings.begins_with(first_overlaps.check(self, overlap, self._overlap_share, of_ranks))
         if isinstance(dt, str):
             self.dt = self._stable_fifth()
         unit_warnings.warn(self, 3)
@@ -341,7 +342,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     ):
         """Makes steps until a number of steps is taken, a time is reached, or a condition is false.
 
-        Ctrl-C, SIGTERM and SIGHUP end the run after the current step and close the file. cairn.load can read several files as one.
+        Ctrl-C, SIGTERM and SIGHUP end the run after the current step and close the file. cairn.load reads several files as one.
 
         Parameters
         ----------

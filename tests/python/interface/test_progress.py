@@ -1,13 +1,17 @@
 """The bar is cheap and silent where it should be; signals stop a loop between steps."""
 
+import contextlib
 import io
 import os
 import re
 import signal
+import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
+from cairn.run import loop
 from cairn.run.progress import Progress, StopAtSignal
 
 
@@ -90,7 +94,7 @@ def test_cheap():
     assert stream.getvalue().count("iterations") < 40
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_first_signal_asks_second_interrupts(number):
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     with StopAtSignal() as stop:
@@ -101,6 +105,59 @@ def test_first_signal_asks_second_interrupts(number):
             os.kill(os.getpid(), number)
             time.sleep(1)
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
+
+
+@pytest.mark.parametrize("first", [signal.SIGHUP, signal.SIGTERM])
+def test_further_hang_ups_do_not_interrupt(first):
+    """The shell and the kernel may both tell that a terminal closed."""
+    with StopAtSignal() as stop:
+        for number in (first, signal.SIGHUP, signal.SIGHUP):
+            os.kill(os.getpid(), number)
+            time.sleep(0.01)
+        assert stop.signal == first
+
+
+@pytest.fixture
+def closing():
+    """A terminal, and a function that closes it, so that writes fail (EIO)."""
+    master, slave = os.openpty()
+    stream = os.fdopen(slave, "w")
+    yield stream, lambda: os.close(master)
+    with contextlib.suppress(OSError):
+        stream.close()
+
+
+@pytest.mark.parametrize("rich", [True, False])
+@pytest.mark.parametrize("when", ["before", "within", "at the end"])
+def test_a_terminal_that_closes_ends_the_bar_alone(closing, monkeypatch, rich, when):
+    def none(self):
+        raise ImportError("rich")
+
+    stream, close = closing
+    if not rich:
+        monkeypatch.setattr(Progress, "_rich_bar", none)
+    before = sys.stdout, sys.stderr
+    if when == "before":
+        bar = Progress(3, enabled="always", stream=stream)
+        close()
+    else:
+        bar = Progress(3, stream=stream)
+    with bar:
+        for k in range(3):
+            if k == 1 and when == "within":
+                close()
+            bar._due = 0.0  # it would draw at each update
+            bar.update(contacts=12, iterations=20)
+        if when == "at the end":
+            close()
+    assert bar.steps == 3 and (sys.stdout, sys.stderr) == before
+
+
+def test_a_run_ends_well_whose_terminal_closed(closing, monkeypatch):
+    stream, close = closing
+    close()
+    monkeypatch.setattr(sys, "stderr", stream)
+    loop._tell(SimpleNamespace(steps=3, time=0.3), signal.SIGHUP, "run.vtkhdf")
 
 
 def test_a_program_that_ignores_hang_ups_goes_on_ignoring_them():

@@ -136,7 +136,7 @@ def test_signals_to_the_parent_are_not_the_end_of_the_routine(tmp_path):
         signal.signal(signal.SIGUSR1, before)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_with_an_isolated_routine_ends_after_the_step_at_hand(tmp_path, number):
     """The signal goes to the child too, as that of a terminal does."""
     law = wrapped(tmp_path / "a", "solve", isolate=True)

@@ -1,39 +1,16 @@
 """Deformable bodies in an incompressible liquid over ranks: the same bits for each number, the motion of a run without."""
 
-import json
-import sys
-from pathlib import Path
 
 import cairn as cn
 import numpy as np
-import over_mpi
 import pytest
 import test_fluid_ranks as fluids
 from cairn.pre import masonry
 from cairn.pre.blocks import Blocks
-from over_mpi import needs_mpi, started
+from over_mpi import digests, needs_mpi
 from test_fluid_ranks import ROCK, SKIN, WOOD, body, box, digest, stepped, tank
 
 LIQUID = {"viscosity": 0.1, "incompressible": True}
-
-
-def gate(kind):
-    """A gate that hangs between water and grains that lie against it, with a log that floats."""
-    scene, _ = tank(1.0, 0.4)
-    scene.add(body(kind, (0.55, 0.02), (0.1, 0.6), (2, 8), fixed={"top": "xy"}, contact="all", edges="all", name="gate"))
-    x = np.stack(np.meshgrid(np.arange(3), np.arange(4), indexing="ij"), -1).reshape(-1, 2) * 0.1005 + (0.7005, 0.0505)
-    scene.add(cn.disks(x, 0.05, ROCK, velocity=np.tile((-0.5, 0.0), (12, 1))), cn.disks([(0.25, 0.45)], 0.1, WOOD))
-    scene.add(cn.fluid([(0, 0), (0.5, 0.4)], 0.05, **LIQUID))
-    return scene
-
-
-def floating(kind):
-    """A soft block that floats, hit by logs."""
-    scene, water = tank(1.2, 0.4, incompressible=True)
-    scene.add(body(kind, (0.4, 0.3), (0.4, 0.2), (4, 2), contact="all", edges="all", name="raft"))
-    scene.add(cn.disks([(0.45, 0.591), (0.65, 0.592), (0.55, 0.75), (0.15, 0.5)], 0.09, WOOD))
-    scene.add(water)
-    return scene
 
 
 def beam(kind):
@@ -78,10 +55,10 @@ def cube_in_space():
 
 
 SCENES = {
-    "gate": lambda: gate("linear"),
-    "gate of rubber": lambda: gate("large"),
-    "raft": lambda: floating("linear"),
-    "raft of rubber": lambda: floating("large"),
+    "gate": lambda: fluids.gate("linear", incompressible=True),
+    "gate of rubber": lambda: fluids.gate("large", incompressible=True),
+    "raft": lambda: fluids.floating("linear", incompressible=True),
+    "raft of rubber": lambda: fluids.floating("large", incompressible=True),
     "beam": lambda: beam("linear"),
     "beam at large strains": lambda: beam("large"),
     "wall": wall,
@@ -150,7 +127,7 @@ def test_momentum_is_kept(kind):
 def test_meshes_and_bodies_come_and_go(kind):
     found = []
     for ranks in (1, 4):
-        sim = stepped(start(lambda: floating(kind), ranks), 6)
+        sim = stepped(start(lambda: fluids.floating(kind, incompressible=True), ranks), 6)
         made = body(kind, (0.8, 0.62), (0.2, 0.1), (2, 1), contact="all", edges="all", name="late")
         sim.add(made)
         sim.add(cn.disks([(1.1, 0.7)], 0.09, WOOD, velocity=[(0.0, -3.0)]))
@@ -185,24 +162,11 @@ def test_a_run_whose_state_nobody_reads_is_the_same_as_its_steps():
 
 
 OF_PROCESSES = ("gate of rubber", "raft", "beam at large strains", "wall", "cube in space")
-OVER_MPI = """
-import json, sys
-sys.path[:0] = FOLDERS
-import test_fluid_mesh_ranks as of
-found = {}
-for name in of.OF_PROCESSES:
-    sim = of.stepped(of.start(of.SCENES[name], "mpi"), 6)
-    found[name] = of.digest(sim)
-with open(f"{sim.ranks.rank}.json", "w") as file:
-    json.dump(found, file)
-"""
 
 
 @needs_mpi
 @pytest.mark.parametrize("processes", [2, 4])
 def test_processes_have_the_same_bits(processes, tmp_path):
-    folders = [str(Path(of.__file__).parent) for of in (sys.modules[__name__], over_mpi)]
-    started(tmp_path, OVER_MPI.replace("FOLDERS", repr(folders)), processes)
-    found = [json.loads((tmp_path / f"{rank}.json").read_text()) for rank in range(processes)]
+    found = digests(tmp_path, __name__, OF_PROCESSES, 'of.stepped(of.start(of.SCENES[name], "mpi"), 6)', processes)
     due = {name: digest(stepped(start(SCENES[name], 3), 6)) for name in OF_PROCESSES}
     assert all(of == due for of in found)

@@ -1,15 +1,10 @@
 """A liquid over ranks: the same bits for every number of ranks, the motion of a run without."""
 
-import hashlib
-import json
-import sys
-from pathlib import Path
 
 import cairn as cn
 import numpy as np
-import over_mpi
 import pytest
-from over_mpi import needs_mpi, started
+from over_mpi import digest_of, digests, needs_mpi
 
 ROCK = cn.Material("rock", density=2600.0)
 WOOD = cn.Material("wood", density=600.0)
@@ -65,19 +60,19 @@ def grid(low, size, counts):
     return points, {"quad": quads}, {"top": k[:, -1], "ends": k[[0, -1]].ravel(), "all": k.ravel()}
 
 
-def gate(kind):
+def gate(kind, **liquid):
     """A gate that hangs between water and grains that lie against it, with a log that floats."""
     scene, water = tank(1.0, 0.4)
     scene.add(body(kind, (0.55, 0.02), (0.1, 0.6), (2, 8), fixed={"top": "xy"}, contact="all", edges="all", name="gate"))
     x = np.stack(np.meshgrid(np.arange(3), np.arange(4), indexing="ij"), -1).reshape(-1, 2) * 0.1005 + (0.7005, 0.0505)
     scene.add(cn.disks(x, 0.05, ROCK, velocity=np.tile((-0.5, 0.0), (12, 1))), cn.disks([(0.25, 0.45)], 0.1, WOOD))
-    scene.add(cn.fluid([(0, 0), (0.5, 0.4)], 0.05, viscosity=0.1, artificial=0.1))
+    scene.add(cn.fluid([(0, 0), (0.5, 0.4)], 0.05, viscosity=0.1, **(liquid or {"artificial": 0.1})))
     return scene
 
 
-def floating(kind):
+def floating(kind, **liquid):
     """A soft block that floats, hit by logs."""
-    scene, water = tank(1.2, 0.4, artificial=0.2)
+    scene, water = tank(1.2, 0.4, **(liquid or {"artificial": 0.2}))
     scene.add(body(kind, (0.4, 0.3), (0.4, 0.2), (4, 2), contact="all", edges="all", name="raft"))
     scene.add(cn.disks([(0.45, 0.591), (0.65, 0.592), (0.55, 0.75), (0.15, 0.5)], 0.09, WOOD))
     scene.add(water)
@@ -294,7 +289,7 @@ def state(sim):
 
 
 def digest(sim):
-    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state(sim))).hexdigest()
+    return digest_of(state(sim))
 
 
 pytestmark = [pytest.mark.filterwarnings(f"ignore:{told}") for told in (".*leave gaps under", ".*as gases", "the liquid takes")]
@@ -423,24 +418,10 @@ def test_one_exchange_a_sweep_gives_the_same_to_the_tolerance():
     assert np.abs(once.bodies.velocity - whole.bodies.velocity).max() < 1e-2 * np.abs(whole.bodies.velocity).max()
 
 
-OVER_MPI = """
-import json, sys
-sys.path[:0] = FOLDERS
-import test_fluid_ranks as of
-found = {}
-for name, scene in of.FORM.items():
-    sim = of.stepped(of.start(scene, "mpi"), 12)
-    found[name] = of.digest(sim)
-with open(f"{sim.ranks.rank}.json", "w") as file:
-    json.dump(found, file)
-"""
-
-
 @needs_mpi
 @pytest.mark.parametrize("form", ["WEAK", "STRONG"])
 def test_processes_have_the_same_bits(form, tmp_path):
     """Each makes the sums over its share of the particles alone."""
-    folders = [str(Path(of.__file__).parent) for of in (sys.modules[__name__], over_mpi)]
-    started(tmp_path, OVER_MPI.replace("FOLDERS", repr(folders)).replace("FORM", form))
-    found = [json.loads((tmp_path / f"{rank}.json").read_text()) for rank in (0, 1)]
-    assert found[0] == found[1] == {name: digest(stepped(start(scene, 3), 12)) for name, scene in globals()[form].items()}
+    scenes = globals()[form]
+    found = digests(tmp_path, __name__, scenes, f'of.stepped(of.start(of.{form}[name], "mpi"), 12)')
+    assert found[0] == found[1] == {name: digest(stepped(start(scene, 3), 12)) for name, scene in scenes.items()}

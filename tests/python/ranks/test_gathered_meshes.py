@@ -1,18 +1,13 @@
 """Auto over ranks beside deformable bodies: contacts are gathered on the rank that has those on them, solved as without ranks."""
 
-import hashlib
-import json
-import sys
-from pathlib import Path
 
 import cairn as cn
 import numpy as np
-import over_mpi
 import pytest
 import test_mesh_ranks as meshes
 from cairn.pre import masonry
 from cairn.pre.blocks import Blocks
-from over_mpi import needs_mpi, started
+from over_mpi import digest_of, digests, needs_mpi
 from test_mesh_ranks import ROCK, RUBBER, block, grains, many_nodes, new, walled
 
 AUTO = cn.NSCD(solver=cn.Auto(tol=1e-4))
@@ -68,6 +63,15 @@ def afar():
     return walled(scene, 0, 1)
 
 
+def lone():
+    """A tower under a heavy block, which is gathered, and far from it a body that flies beside a grain in flight."""
+    scene = new(2)
+    scene.add(cn.polygons([SQUARE + (1.5, 0.25 + 0.5 * k) for k in range(4)], ROCK))
+    scene.add(cn.polygons([SQUARE + (1.5, 2.25)], ROCK, density=2600.0 * 1e6))
+    scene.add(block((4, 2), (14.0, 6.0), (2.0, 1.0), name="flier", velocity=(-1.0, 0.0)), cn.disks([(18.0, 6.5)], 0.4, ROCK))
+    return walled(scene, 1)
+
+
 def loaded_slab():
     """Grains on a slab with many contact nodes, under a ball of 50,000 times their density."""
     scene = many_nodes()
@@ -85,6 +89,7 @@ SCENES = {
     "cohesive zones": lambda: bricks(cn.MAC(work=1e3, mu=0.5, **STIFF)),
     "parallel bonds": lambda: bricks(cn.ParallelBond(**STIFF)),
     "bonded": bonded,
+    "lone": lone,
 }
 
 
@@ -100,7 +105,7 @@ def run(scene, ranks, steps, strategy=AUTO, dt=1e-3, **options):
 def digest(sim):
     state = [sim.bodies.position, sim.bodies.velocity, sim.nodes.position, sim.nodes.velocity]
     state += [sim.contacts.key, sim.contacts.impulse, np.array(list(sim.energy.values()))]
-    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in state)).hexdigest()
+    return digest_of(state)
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
@@ -113,7 +118,15 @@ def test_the_same_bits_for_every_number_of_ranks(scene):
 def test_contacts_are_gathered_on_the_rank_that_has_the_mesh():
     sim = run(afar, 4, 3)[0]
     of_block = np.linalg.norm(sim.bodies.position - sim.nodes.position[0], axis=1).argmin()
-    assert sim.ranks.owner[of_block] > 0 and sim.ranks.figures()["gathered_solves"] > 0
+    figures = sim.ranks.figures()
+    assert figures["gathered_rank"] == sim.ranks.owner[of_block] > 0 and figures["gathered_solves"] > 0
+
+
+def test_the_rank_that_has_the_mesh_solves_though_it_has_no_contacts():
+    sim = run(lone, 4, 12)[0]
+    figures, on_tower = sim.ranks.figures(), set(sim.ranks.owner[:5])
+    assert figures["gathered_solves"] > 0 and figures["gathered_rank"] not in on_tower
+    assert not np.isin(sim.contacts.bodies, [sim.bodies.id[5], *sim.nodes.id]).any() and len(sim.contacts) > 0
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
@@ -176,8 +189,9 @@ def test_a_solver_that_refuses_the_contacts_leaves_meshes_as_they_were():
     assert sim.steps == steps and np.array_equal(sim.nodes.position, before)
 
 
-def test_restart_on_other_numbers_of_ranks(tmp_path):
-    scene, path = SCENES["heavier"], tmp_path / "heavy.checkpoint.h5"
+@pytest.mark.parametrize("name", ["heavier", "bonded", "parallel bonds"])
+def test_restart_on_other_numbers_of_ranks(name, tmp_path):
+    scene, path = SCENES[name], tmp_path / "gathered.checkpoint.h5"
     whole, sim = run(scene, 1, 24)[0], run(scene, 3, 8)[0]
     for ranks in (5, 1):
         sim.checkpoint(path)
@@ -188,24 +202,11 @@ def test_restart_on_other_numbers_of_ranks(tmp_path):
     assert digest(sim) == digest(whole)
 
 
-OVER_MPI = """
-import json, sys
-sys.path[:0] = FOLDERS
-import test_gathered_meshes as of
-found = {}
-for name in of.OF_PROCESSES:
-    sim = of.run(of.SCENES[name], "mpi", 6)[0]
-    found[name] = of.digest(sim)
-with open(f"{sim.ranks.rank}.json", "w") as file:
-    json.dump(found, file)
-"""
-OF_PROCESSES = ("heavier", "afar", "cohesive zones")
+OF_PROCESSES = ("heavier", "afar", "cohesive zones", "bonded", "lone")
 
 
 @needs_mpi
 @pytest.mark.parametrize("processes", [2, 4])
 def test_processes_have_the_same_bits(processes, tmp_path):
-    folders = [str(Path(of.__file__).parent) for of in (sys.modules[__name__], over_mpi)]
-    started(tmp_path, OVER_MPI.replace("FOLDERS", repr(folders)), processes)
-    found = [json.loads((tmp_path / f"{rank}.json").read_text()) for rank in range(processes)]
+    found = digests(tmp_path, __name__, OF_PROCESSES, 'of.run(of.SCENES[name], "mpi", 6)[0]', processes)
     assert all(of == {name: digest(run(SCENES[name], 3, 6)[0]) for name in OF_PROCESSES} for of in found)

@@ -115,3 +115,19 @@ if sim.ranks.rank == 1:
 """
     started(tmp_path, script)
     assert np.array_equal(np.load(tmp_path / "alone.npy"), stepped(many_disks(), 1).bodies.position)
+
+
+def test_restored_sets_that_came_later_leave_the_file(tmp_path):
+    """Rank 0 replaces it by the next checkpoint."""
+    path, sim = tmp_path / "late.checkpoint.h5", stepped(scenes.SCENES[0](), 2)
+    late = [s for s in many_disks().sets if len(s) > 1][0]
+    sim.add(cn.disks(late.position + (0.0, 100.0), 0.4, scenes.ROCK, damping=np.linspace(0, 1, len(late))))
+    sim.checkpoint(path)
+    other = stepped(scenes.SCENES[0](), 2, steps=0)
+    other.restore(path)
+    made = other._sets[-1]
+    arrays = [made.ids, made.position, made.velocity, made.mass, made.inertia, made.damping, made.contactors[0].radius]
+    assert len(made) == len(late) and not any(in_file(a) for a in arrays)
+    for of in (sim, other):
+        of.run(2, progress=False)
+    assert np.array_equal(sim.bodies.position, other.bodies.position)
