@@ -5,7 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.run.first_overlaps import OVER_RANKS, WITHOUT_RANKS
+from cairn.run.first_overlaps import TAKEN_BACK
 
 ROCK = cn.Material("rock", density=2600.0)
 PLACES = (np.indices((3, 3)).reshape(2, -1).T + 0.5) * 0.02
@@ -84,7 +84,7 @@ def test_a_body_added_into_another_is_told_with_both_ids():
     assert len(added((0, 1.38))) == 1 and not added((0, 1.399)) and not added((0, 1.38), overlap_share=0.06)
     assert not [text for text in added((0, 1.38), overlap="ignore") if "added" in text]
     over = added((0, 0.6), ranks=2)
-    assert len(over) == 1 and over[0] == texts[0].replace(WITHOUT_RANKS, OVER_RANKS)
+    assert len(over) == 1 and over[0] == texts[0].replace(TAKEN_BACK[None], TAKEN_BACK["colour"])
 
 
 def test_a_body_that_was_added_before_a_restored_step_is_told_once(tmp_path):

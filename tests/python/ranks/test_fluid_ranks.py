@@ -283,7 +283,7 @@ def state(sim):
     fluid, arrays = sim.fluid, [sim.bodies.position, sim.bodies.velocity, sim.contacts.key, sim.contacts.impulse]
     arrays += [fluid.position, fluid.velocity, fluid.pressure, fluid.density, np.array(list(sim.energy.values()))]
     if len(sim.nodes):
-        arrays += [sim.nodes.position, sim.nodes.velocity, *(fluid.forces_on_mesh(mesh.name) for mesh in sim.meshes)]
+        arrays += [sim.nodes.position, sim.nodes.velocity, *(fluid.forces_on_mesh(mesh) for mesh in sim.meshes)]
     arrays += [fluid.force_on(k) for k in sim.bodies.id]
     return arrays
 
