@@ -69,7 +69,7 @@ void bind_ranks(py::module_& m) {
         cairn::over_ranks(s.strategy().fresh(), exchange, once_a_sweep ? cairn::Rhythm::sweep : cairn::Rhythm::colour));
     s.strategy().check_laws(s);
   });
-  m.def("release_workspace", &cairn::release_workspace); // of a step, which parts have
+  m.def("release_workspace", &cairn::release_workspace);     // of a step, which parts have
   m.def("return_freed_memory", &cairn::return_freed_memory); // to the operating system
   m.def("gather_ranks", [](Simulation& s) { ranked(s).gather(s); });
   m.def("leave_state_with_ranks", [](Simulation& s, bool leave) { ranked(s).leave_state(leave); });

@@ -215,7 +215,8 @@ void Fluid::align_among_grains(const Scene& scene) {
 // bed their volumes change over less than the kernel reaches.
 void Fluid::spread_among_grains(double dt) {
   Granular& s = *granular_;
-  constexpr double fast = 256; // drift over flow past grains and unevenness: at 32 rows at faces err by .1 of the weight
+  // Drift over flow past grains and unevenness: at 32 rows at faces err by .1 of the weight.
+  constexpr double fast = 256;
   s.stirred.resize(std::size_t(count()));
   const cairn_fluid_grains g = grains();
   const double h = settings.smoothing * settings.spacing, most = 0.1 * settings.spacing;

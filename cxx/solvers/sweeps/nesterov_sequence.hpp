@@ -31,7 +31,7 @@ public:
   }
 
 private:
-  int since_restart_ = 0; // sweeps
+  int since_restart_ = 0;                      // sweeps
   int next_restart_ = policy().nesterov_first; // sweeps of the step
   double least_change_ = 0;
 };

@@ -110,8 +110,8 @@ def read(path) -> dict:
         told = f"line {error.lineno}, column {error.colno}: {error.msg}"
         raise FileError(path, f"it is no JSON, {told}", "mind commas, quotes and brackets") from None
     except UnicodeDecodeError:
-        with open(path, "rb") as file:
-            of_hdf5 = file.read(8) == b"\x89HDF\r\n\x1a\n"
+        with open(path, "rb") as binary:
+            of_hdf5 = binary.read(8) == b"\x89HDF\r\n\x1a\n"
         is_what = "it is a file of results (HDF5), and no scene" if of_hdf5 else "it is no text, and no JSON"
         remedy = "give a .json document; `cairn info` and `cairn verify` read results" if of_hdf5 else "write JSON in UTF-8"
         raise FileError(path, is_what, remedy) from None

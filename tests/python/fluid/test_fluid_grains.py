@@ -72,8 +72,8 @@ def test_flow_through_a_held_bed_feels_the_gradient_of_the_law(dim, law, solid, 
 
 
 def pressed(speed, mu, solid, steps, across=18):
-    """A piston lifts water through held grains on a lattice, .4 m high. Drop of pressure and mean lifts of rows of grains over those
-    of Ergun's law in the porosity of the bed."""
+    """A piston lifts water through held grains on a lattice, .4 m high. Drop of pressure and mean lifts of rows of grains over
+    those of Ergun's law in the porosity of the bed."""
     dx, rho, g, wide = 0.05, 1000.0, 1.0, 0.6
     scene = cn.Scene(dim=2, gravity=(0.0, -g), periodic=cn.Periodic((wide, np.inf)))
     scene.add(cn.wall((0, 0), (0, 1), rock, velocity=(0.0, speed, 0.0)))
