@@ -12,7 +12,7 @@ module fluid_grain_lattice
   real(c_double), parameter :: few = 0.1_c_double !< share of grains below which particles drift less, in proportion
 contains
 
-  !> What the inverse second moments of the gradients about particles first to last - 1 have beyond 1, 0 at free surfaces and walls.
+  !> Inverse second moments of the gradients about particles first to last - 1, less 1; 0 at free surfaces and walls.
   subroutine cairn_fluid_grain_shapes(f, first, last, shape_of, within) bind(c)
     type(cairn_fluid), intent(in) :: f
     integer(c_int64_t), value :: first, last

@@ -99,9 +99,9 @@ public:
   std::int64_t count() const { return std::int64_t(density_.size()); }
   double mass() const; // of a particle [kg | kg/m]
 
-  // The room of grains that go is the liquid's: what is left of the share of space of each particle over what it has
-  // now (n), empty if none of these bodies is a grain in the liquid; fill_room() gives it liquid at the pressure of
-  // now.
+  // Porosity about each particle without these grains over the porosity with them (n) [-]; empty if none of them is a
+  // grain in the liquid. fill_room() takes these ratios once the grains are gone, and gives the particles about them
+  // mass at the pressure that they have.
   std::vector<double> room_without(const Scene& scene, std::span<const std::int64_t> grains_sorted);
   void fill_room(std::span<const double> room);
 

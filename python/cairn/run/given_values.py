@@ -1,4 +1,5 @@
-"""Gravity, drives, belts, forces and damping of rigid bodies: constants are written once, functions of time before each step."""
+"""Lengths of steps, gravity, drives, belts, forces and damping of rigid bodies: constants are written once, functions of time
+before each step."""
 
 import numpy as np
 
@@ -6,6 +7,7 @@ from ..base import checks
 from ..base.expressions import texts_of
 from ..base.time_functions import Servo
 from ..model.body_values import spread
+from ..names import meant
 from .belts import Belts
 from .drives import Drives
 from .sets import found
@@ -17,6 +19,14 @@ def three(values):
     out = np.zeros(3)
     out[: len(values)] = values
     return out
+
+
+def step_length(value, *words):
+    """The length of a step [s]. words: texts that stand for one where it is given. Raises ValueError for anything else."""
+    if isinstance(value, str):
+        told = "".join(f', or "{word}" under SmoothDEM' for word in words)
+        raise ValueError(f"dt is {value!r}: give a finite number > 0 [s]{told}{meant(value, words)}")
+    return checks.positive("dt", value)
 
 
 class GivenValues:

@@ -13,13 +13,13 @@ from ..model import bodies, missing_laws
 from ..model.rules import rule
 from ..model.scene import Scene
 from ..model.scene_sets import checked_sets, in_core, insert
-from ..names import Spelt, meant, one_of, within
+from ..names import Spelt, one_of, within
 from ..options.strategies import NSCD, checked_strategy
 from . import cracks, driven_cell, first_overlaps, scene_warnings, unit_warnings, unmet_shapes, views
 from . import ranks as over
 from .compared import arrays_of
 from .driven_cell import CellDriving
-from .given_values import GivenValues
+from .given_values import GivenValues, step_length
 from .own_kernels import OwnKernels
 from .parts import ask_for_parts
 from .reading import Reading
@@ -77,7 +77,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         one_of("exchange", exchange, ("colour", "sweep"))
         if ranks is not None:
             given = over.with_default_solver(given)
-        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else _step_length(dt, "stable")
+        self._dt = 1.0 if isinstance(dt, str) and dt == "stable" else step_length(dt, "stable")
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
@@ -144,7 +144,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     @dt.setter
     def dt(self, value):
         self._stage.at_rest("dt", dt=value)
-        self._dt = _step_length(value)
+        self._dt = step_length(value)
 
     @property
     def strategy(self):
@@ -235,7 +235,7 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
         float
             Its length [s].
         """
-        h = self._dt if dt is None else _step_length(dt)
+        h = self._dt if dt is None else step_length(dt)
         with self._stage.of_loads():
             self._follow_scene()
             self._values.apply(self, h)
@@ -594,11 +594,3 @@ class Simulation(Reading, CellDriving, Reshaping, OwnKernels, Restarts, Spelt):
     def _call(self, function, t):
         """Value at time t [s] of a function of time, or of a function of time and simulation (Servo)."""
         return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
-
-
-def _step_length(value, *words):
-    """The length of a step [s]. words: texts that stand for one where it is given. Raises ValueError for anything else."""
-    if isinstance(value, str):
-        told = "".join(f', or "{word}" under SmoothDEM' for word in words)
-        raise ValueError(f"dt is {value!r}: give a finite number > 0 [s]{told}{meant(value, words)}")
-    return checks.positive("dt", value)
